@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from voz.config import Config, load_config, overridden
+from voz.errors import ConfigError
+
+
+def write(folder: Path, content: str | bytes) -> Path:
+    path = folder / "voz.toml"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def test_what_the_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path, "[safety]\nmax_linear = 0.3\n"))
+    assert config.safety.max_linear == 0.3
+    assert config.safety.max_angular == Config().safety.max_angular
+    assert config.recognition == Config().recognition
+    assert load_config(write(tmp_path, "")) == Config()
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        ("[safety]\nmax_liner = 0.3", "max_liner"),
+        ("[safety]\nmax_linear = -1", "max_linear"),
+        ("[safety]\nmax_linear = inf", "max_linear"),
+        ("[safety]\nmax_linear = nan", "max_linear"),
+        ("[safety]\nenabled = 'no'", "enabled"),
+        ("[recognition]\nthreshold = 1.5", "threshold"),
+        ("[recognition]\nsearch = 'magic'", "search"),
+        ("safety = 3", "safety"),
+        ("[safety", "not valid TOML"),
+        (b"\xff\xfe", "not UTF-8"),
+    ],
+)
+def test_what_cannot_be_is_one_line_that_names_it(
+    content: str | bytes, what: str, tmp_path: Path
+) -> None:
+    path = write(tmp_path, content)
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert what in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_and_a_folder(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(ConfigError, match="cannot be read"):
+            load_config(path)
+
+
+def test_the_command_line_overrides_and_none_changes_nothing() -> None:
+    options = {"lm": "here", "recognition": {"search": "lm", "threshold": None}}
+    config = overridden(Config(), options)
+    assert (config.lm, config.recognition.search, config.recognition.threshold) == (
+        "here",
+        "lm",
+        Config().recognition.threshold,
+    )
+
+
+def test_an_option_that_cannot_be_is_refused() -> None:
+    with pytest.raises(ConfigError, match="threshold"):
+        overridden(Config(), {"recognition": {"threshold": 2}})

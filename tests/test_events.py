@@ -1,0 +1,25 @@
+"""The names and the order of what is written are what other programs read."""
+
+from __future__ import annotations
+
+import pytest
+
+from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, to_json
+
+
+@pytest.mark.parametrize(
+    ("event", "line"),
+    [
+        (
+            Utterance(1.5, "go back", 0.93, True, 0.2, 1.1, "a.wav"),
+            '{"type":"utterance","t":1.5,"text":"go back","confidence":0.93,"accepted":true,'
+            '"start":0.2,"end":1.1,"source":"a.wav"}',
+        ),
+        (Twist(0.1, -0.15, 0.0), '{"type":"cmd_vel","t":0.1,"linear":-0.15,"angular":0.0}'),
+        (SelectedObject(0.1, 100), '{"type":"selected_object","t":0.1,"value":100}'),
+        (Reply(0.1, "bep bep"), '{"type":"reply","t":0.1,"text":"bep bep"}'),
+        (Warning(0.1, "two\nlines"), '{"type":"warning","t":0.1,"text":"two\\nlines"}'),
+    ],
+)
+def test_an_event_is_one_line_of_json(event: Event, line: str) -> None:
+    assert to_json(event) == line

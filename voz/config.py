@@ -1,0 +1,125 @@
+"""One typed configuration, read from `voz.toml`; what the file leaves out keeps its default."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from voz.errors import ConfigError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Search = Literal["grammar", "lm"]
+Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+
+
+class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of voz.toml: unknown names are refused, so that a typing error is not ignored."""
+
+
+class Recognition(Section, frozen=True, kw_only=True):
+    """How speech becomes text.
+
+    Attributes:
+        search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
+        threshold: an utterance below this confidence (0 to 1) is not obeyed.
+    """
+
+    search: Search = "grammar"
+    threshold: Fraction = 0.5
+
+
+class Safety(Section, frozen=True, kw_only=True):
+    """What stands between the command rules and a robot that runs away.
+
+    Attributes:
+        enabled: False gives the bare command rules, as `--no-safety` does.
+        max_linear: limit of the forward and backward velocity, m/s (S4).
+        max_angular: limit of the turning velocity, rad/s (S4).
+        motion_time_limit: stop when no command was heard for so long, s; 0 is never (S6).
+    """
+
+    enabled: bool = True
+    max_linear: NotNegative = 0.5
+    max_angular: NotNegative = 1.0
+    motion_time_limit: NotNegative = 0.0
+
+
+class Speech(Section, frozen=True, kw_only=True):
+    """How the robot answers.
+
+    Attributes:
+        enabled: False keeps it silent, as `--no-sound` does.
+        voice: one of `voz say --list-voices`.
+    """
+
+    enabled: bool = True
+    voice: str = "kal_diphone"
+
+
+class Config(Section, frozen=True, kw_only=True):
+    """All settings.
+
+    Attributes:
+        lm: folder of the language files; None looks for `lm/` here, then in the package.
+    """
+
+    lm: str | None = None
+    recognition: Recognition = Recognition()
+    safety: Safety = Safety()
+    speech: Speech = Speech()
+
+
+def load_config(path: Path) -> Config:
+    """Read a configuration file.
+
+    Args:
+        path: a TOML file with the tables and names of `Config`.
+
+    Returns:
+        The configuration; what the file does not name has its default.
+
+    Raises:
+        ConfigError: the file cannot be read, is no TOML, or holds a wrong name or value.
+    """
+    try:
+        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8-sig")), Config)
+    except OSError as error:
+        raise ConfigError(
+            f"{path}: cannot be read ({error.strerror}); give an existing file"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: is not UTF-8 text; save it as UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"{path}: {error}; the README lists the settings") from error
+
+
+def overridden(config: Config, options: dict[str, Any]) -> Config:
+    """Put what was said on the command line in place of what the configuration has.
+
+    Args:
+        config: what holds otherwise.
+        options: settings, and tables of settings, by their names; None changes nothing.
+
+    Raises:
+        ConfigError: a value cannot be.
+    """
+    settings = msgspec.to_builtins(config)
+    for name, value in options.items():
+        if isinstance(value, dict):
+            settings[name].update({key: v for key, v in value.items() if v is not None})
+        elif value is not None:
+            settings[name] = value
+    try:
+        return msgspec.convert(settings, Config)
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"an option cannot be used: {error}; see --help") from error

@@ -1,0 +1,36 @@
+"""Everything that can go wrong, as one family.
+
+    VozError
+    ├── ConfigError      voz.toml or an option holds what cannot be
+    ├── CommandsError    the command list, or a pronunciation, cannot be used
+    ├── LanguageError    the generated language files are missing or broken
+    ├── AudioError       a recording or a sound device cannot be read or opened
+    └── SpeechError      a text cannot be spoken
+
+Every message is one line: what was wrong, where, and what to do. The command line prints it
+and exits with 2.
+"""
+
+
+class VozError(Exception):
+    """Base of all errors that voz raises on purpose."""
+
+
+class ConfigError(VozError):
+    """A setting in voz.toml or on the command line cannot be."""
+
+
+class CommandsError(VozError):
+    """The command list or a pronunciation cannot be used."""
+
+
+class LanguageError(VozError):
+    """The generated language files are missing or do not belong together."""
+
+
+class AudioError(VozError):
+    """A recording or a sound device cannot be used."""
+
+
+class SpeechError(VozError):
+    """A text cannot be turned into speech."""

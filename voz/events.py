@@ -1,0 +1,77 @@
+"""What passes between the parts of voz, and out of it: one small type for each event.
+
+Written as JSON, every event is one line with its `type` and the time `t` in seconds since the
+run began, for instance `{"type":"cmd_vel","t":1.2,"linear":0.1,"angular":0.0}`.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import msgspec
+
+
+class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance"):
+    """A stretch of speech, or a typed line, and what was understood of it.
+
+    Attributes:
+        t: when it was decided, s.
+        text: the sentence heard, lower case; empty if no command fits what was said.
+        confidence: how sure it is that `text` was said, 0 to 1; 1 for a typed command, 0 for
+            other typed text.
+        accepted: whether it is obeyed.
+        start: where the speech begins in its source, s.
+        end: where the speech ends in its source, s.
+        source: the recording's path, or "text".
+    """
+
+    t: float
+    text: str
+    confidence: float
+    accepted: bool
+    start: float
+    end: float
+    source: str
+
+
+class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
+    """The velocity that the robot is asked to hold, sent 10 times a second.
+
+    Attributes:
+        t: when it is sent, s.
+        linear: forward velocity, m/s.
+        angular: turning velocity to the left, rad/s.
+    """
+
+    t: float
+    linear: float
+    angular: float
+
+
+class SelectedObject(msgspec.Struct, frozen=True, tag_field="type", tag="selected_object"):
+    """The object the arm is asked to point at: 1 beer, 2 cocacola, 100 fold the arm."""
+
+    t: float
+    value: int
+
+
+class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
+    """A sentence that the robot says."""
+
+    t: float
+    text: str
+
+
+class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning"):
+    """Something the user should know that does not end the run."""
+
+    t: float
+    text: str
+
+
+Event: TypeAlias = Utterance | Twist | SelectedObject | Reply | Warning
+
+
+def to_json(event: msgspec.Struct) -> str:
+    """Write an event as one line of JSON, without the newline."""
+    return msgspec.json.encode(event).decode()

@@ -1,0 +1,35 @@
+"""The recorded fixtures, for all tests that listen."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from voz.audio import Samples
+from voz.audio.files import read_blocks
+
+ROOT = Path(__file__).parent.parent
+FIXTURES = ROOT / "audio_fixtures"
+
+
+class Recording(NamedTuple):
+    path: Path
+    text: str
+    voice: str
+    kind: str
+
+    @property
+    def commands(self) -> list[str]:
+        return self.text.split(" | ")
+
+    def samples(self) -> Samples:
+        return np.concatenate(list(read_blocks(self.path)))
+
+
+def read_manifest() -> list[Recording]:
+    with (FIXTURES / "manifest.tsv").open(encoding="utf-8") as manifest:
+        rows = csv.DictReader(manifest, delimiter="\t")
+        return [Recording(FIXTURES / r["file"], r["text"], r["voice"], r["kind"]) for r in rows]

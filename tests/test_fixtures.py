@@ -1,0 +1,183 @@
+"""The recordings of audio_fixtures/ are what their manifest says, and what other tests rely on."""
+
+import csv
+import os
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import soundfile
+
+ROOT = Path(__file__).parent.parent
+FOLDER = ROOT / "audio_fixtures"
+COMMANDS = (ROOT / "lm" / "comandos_voz.txt").read_text().split("\n")[:-1]
+CLIPS = ("command", "near-miss")
+KITCHEN = "long/kitchen.wav"
+
+
+class Recording(NamedTuple):
+    file: str
+    text: str
+    voice: str
+    kind: str
+
+    @property
+    def path(self):
+        return FOLDER / self.file
+
+
+def manifest():
+    with (FOLDER / "manifest.tsv").open(newline="") as file:
+        header, *rows = csv.reader(file, delimiter="\t")
+    assert header == list(Recording._fields)
+    return [Recording(*row) for row in rows]
+
+
+def of_kind(*kinds):
+    return [recording for recording in manifest() if recording.kind in kinds]
+
+
+def level(samples):
+    """Root mean square in dB below full scale."""
+    return 20 * np.log10(np.sqrt(np.mean(samples**2)))
+
+
+def edges(recording, seconds=0.25):
+    samples, rate = soundfile.read(recording.path, always_2d=True)
+    length = round(seconds * rate)
+    return samples[:length], samples[-length:]
+
+
+def test_every_row_has_its_file_and_every_file_its_row():
+    listed = [recording.file for recording in manifest()]
+    there = {
+        path.relative_to(FOLDER).as_posix()
+        for path in FOLDER.rglob("*")
+        if path.is_file() and path.name != "manifest.tsv"
+    }
+    assert set(listed) == there
+    assert len(listed) == len(there)
+
+
+def test_the_manifest_is_sorted_and_nothing_in_it_is_empty():
+    rows = manifest()
+    assert rows == sorted(rows)
+    assert all(all(row) for row in rows)
+
+
+def test_there_are_only_the_four_kinds():
+    assert {recording.kind for recording in manifest()} == {*CLIPS, "long", "format"}
+
+
+def test_each_command_is_spoken_by_at_least_seven_voices():
+    voices = Counter(recording.text for recording in of_kind("command"))
+    assert set(voices) == set(COMMANDS)
+    assert min(voices.values()) >= 7
+
+
+def test_every_voice_speaks_every_command_once():
+    spoken = [(recording.voice, recording.text) for recording in of_kind("command")]
+    voices = {voice for voice, _ in spoken}
+    assert sorted(spoken) == sorted((voice, text) for voice in voices for text in COMMANDS)
+
+
+def test_a_clip_is_named_by_its_voice_and_its_text():
+    for recording in of_kind(*CLIPS):
+        assert recording.path.stem == f"{recording.voice}__{recording.text.replace(' ', '_')}"
+
+
+def test_there_are_sixty_near_misses_and_none_is_a_command():
+    texts = [recording.text for recording in of_kind("near-miss")]
+    assert len(set(texts)) == len(texts) >= 60
+    assert set(texts).isdisjoint(COMMANDS)
+
+
+def test_near_misses_are_spread_over_the_voices_of_the_commands():
+    near_misses = Counter(recording.voice for recording in of_kind("near-miss"))
+    assert set(near_misses) == {recording.voice for recording in of_kind("command")}
+    assert max(near_misses.values()) - min(near_misses.values()) <= 1
+
+
+def test_clips_are_16_khz_mono_16_bit_flac_of_one_to_three_seconds():
+    for recording in of_kind(*CLIPS):
+        info = soundfile.info(recording.path)
+        assert (info.format, info.subtype) == ("FLAC", "PCM_16"), recording
+        assert (info.samplerate, info.channels) == (16_000, 1), recording
+        assert 0.9 < info.duration < 3, recording
+
+
+def test_long_recordings_are_two_wav_files_of_several_commands_in_20_to_40_seconds():
+    recordings = of_kind("long")
+    assert [recording.file for recording in recordings] == [KITCHEN, "long/session.wav"]
+    for recording in recordings:
+        info = soundfile.info(recording.path)
+        assert (info.format, info.subtype) == ("WAV", "PCM_16")
+        assert (info.samplerate, info.channels) == (16_000, 1)
+        assert 20 <= info.duration <= 40
+        texts = recording.text.split(" | ")
+        assert len(texts) > 5
+        assert set(texts) <= set(COMMANDS)
+
+
+def test_long_recordings_are_a_story_from_start_speech_to_stop_speech():
+    for recording in of_kind("long"):
+        texts = recording.text.split(" | ")
+        assert (texts[0], texts[-1]) == ("start speech", "stop speech")
+
+
+@pytest.mark.parametrize(
+    ("file", "rate", "channels"),
+    [("formats/stereo_44100.wav", 44_100, 2), ("formats/mono_8000.wav", 8000, 1)],
+)
+def test_other_formats_have_their_rate_and_channels(file, rate, channels):
+    info = soundfile.info(FOLDER / file)
+    assert (info.samplerate, info.channels) == (rate, channels)
+    assert (info.format, info.subtype) == ("WAV", "PCM_16")
+    assert 0.9 < info.duration < 3
+
+
+def test_the_stereo_recording_is_quieter_in_the_right_channel():
+    left, right = soundfile.read(FOLDER / "formats/stereo_44100.wav")[0].T
+    assert 10 < level(left) - level(right) < 14
+
+
+def test_every_recording_is_loud_and_none_is_clipped():
+    for recording in manifest():
+        peak = np.abs(soundfile.read(recording.path)[0]).max()
+        assert -6.5 < 20 * np.log10(peak) < -2.5, recording
+
+
+def test_recordings_begin_and_end_in_a_quiet_room_without_digital_silence():
+    for recording in manifest():
+        if recording.file != KITCHEN:
+            for edge in edges(recording):
+                assert -95 < level(edge) < -60, recording
+
+
+def test_the_kitchen_is_noisy_before_and_after_the_speech():
+    samples, _ = soundfile.read(FOLDER / KITCHEN)
+    [recording] = [each for each in manifest() if each.file == KITCHEN]
+    for edge in edges(recording, seconds=0.65):
+        assert -50 < level(edge) < level(samples) - 6
+
+
+def test_all_together_stay_under_six_megabytes():
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 6_000_000
+
+
+def test_a_missing_engine_is_one_line_that_says_what_to_install(tmp_path):
+    run = subprocess.run(
+        [sys.executable, ROOT / "tools" / "make_fixtures.py", "--output", tmp_path],
+        env={**os.environ, "PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 2
+    [line] = [line for line in run.stderr.splitlines() if "apt-get" in line]
+    assert "install festival festvox-kallpc16k festvox-kdlpc16k" in line
+    assert "Traceback" not in run.stderr
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,433 @@
+"""Make `audio_fixtures/` anew: recorded commands, spoken by the synthetic voices of Debian.
+
+The engines give the same samples on every run and all noise is seeded, so the recordings stay
+the same as long as the engines do.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import cycle
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+import soundfile
+import soxr
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from voz.audio import SAMPLE_RATE
+from voz.errors import SpeechError
+
+Sound = npt.NDArray[np.float64]
+"""Samples between -1 and 1; more than one channel as columns."""
+
+ROOT = Path(__file__).resolve().parent.parent
+FIXTURES = ROOT / "audio_fixtures"
+COMMANDS = ROOT / "lm" / "comandos_voz.txt"
+APT_PACKAGES = "festival festvox-kallpc16k festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
+ENGINE_SECONDS = 60.0
+
+PEAK_DB = -5.5
+"""Loud as a well-set recording, with room for the noise on top."""
+
+FLOOR_DB = -71.0
+"""The murmur of a quiet room. Digital zeros would be like no real recording."""
+
+FRAME = SAMPLE_RATE // 100
+QUIET_DB = -50.0
+"""A frame this far below the loudest is the engine's own silence: the weakest `f` is louder."""
+
+KEPT_FRAMES = 4
+"""Kept around the speech, so that a soft beginning or a last breath is not cut."""
+
+SECONDS_BEFORE, SECONDS_AFTER = 0.3, 0.4
+LONG_MARGIN = 0.7
+PAUSES = (0.8, 1.5)
+KITCHEN_SNR_DB = 15.0
+
+
+@dataclass(frozen=True)
+class Voice:
+    """A program that reads text on stdin and writes a WAV file, named by its last argument."""
+
+    command: tuple[str, ...]
+
+    @classmethod
+    def festival(cls, name: str) -> Voice:
+        """A voice of festival. The name becomes Scheme: only ever one of the table below."""
+        return cls(("text2wave", "-eval", f"(voice_{name})", "-o"))
+
+    @classmethod
+    def flite(cls, name: str) -> Voice:
+        """A voice that is built into flite."""
+        return cls(("flite", "-voice", name, "-o"))
+
+    @classmethod
+    def espeak(cls, name: str) -> Voice:
+        """A language of espeak-ng."""
+        return cls(("espeak-ng", "--stdin", "-v", name, "-w"))
+
+
+VOICES = {
+    "festival_kal": Voice.festival("kal_diphone"),
+    "festival_ked": Voice.festival("ked_diphone"),
+    "festival_slt": Voice.festival("cmu_us_slt_arctic_hts"),
+    "flite_awb": Voice.flite("awb"),
+    "flite_rms": Voice.flite("rms"),
+    "flite_slt": Voice.flite("slt"),
+    "espeak_us": Voice.espeak("en-us"),
+    "espeak_gb": Voice.espeak("en-gb"),
+}
+"""One of each speaker: kal of flite is the same recordings as kal of festival."""
+
+SPELLINGS = {"cocacola": "coca cola"}
+"""How to write for the engines what they would pronounce wrongly."""
+
+NEAR_MISSES = (
+    # Pieces of commands.
+    *("forward", "left", "right", "speech", "fold", "up", "beer", "go", "turn", "rotate"),
+    *("point", "down", "arm", "start"),
+    # Begins like a command, or has one inside.
+    "go forward please now",
+    "go back home tomorrow",
+    "go for a walk",
+    "go to bed",
+    "turn around",
+    "turn the page",
+    "turn it off",
+    "turn left at the bakery",
+    "stop it",
+    "stop talking to me",
+    "do not stop now",
+    "the bus stop",
+    "start the engine",
+    "start again",
+    "slow down a little",
+    "slow cooking",
+    "speed limit",
+    "speak up",
+    "a long speech",
+    "rotate the crops",
+    "point at me",
+    "point of view",
+    "fold the paper",
+    "fold your arms",
+    "a cold beer",
+    "left and right",
+    "back to school",
+    # Everyday speech.
+    "what time is it",
+    "the weather is nice today",
+    "my arm hurts",
+    "good morning everyone",
+    "where are my keys",
+    "a cup of coffee",
+    "thank you very much",
+    "see you next week",
+    "can you help me",
+    "dinner is ready",
+    "close the window",
+    "how was your day",
+    "the cat is asleep",
+    "i forgot it",
+    "a beautiful song",
+    "who is at the door",
+    "the train leaves at seven",
+    "hello robot",
+    "okay",
+    "yes",
+    "no",
+    "that sounds great",
+    "the phone is ringing",
+)
+
+SESSION_VOICES = ("flite_slt",)
+SESSION = (
+    *("start speech", "go forward", "speed up", "turn left", "stop", "rotate right", "speed up"),
+    *("stop", "point beer", "fold arm", "stop speech"),
+)
+
+KITCHEN_VOICES = ("flite_rms", "festival_slt", "flite_awb")
+KITCHEN = (
+    *("start speech", "go back", "slow down", "turn right", "stop", "rotate left", "speed up"),
+    *("stop", "point cocacola", "stop speech"),
+)
+
+
+@dataclass(frozen=True)
+class Fixture:
+    """One recording to make.
+
+    Attributes:
+        file: where, inside `audio_fixtures/`; the ending is the format.
+        text: what is said in it.
+        voice: who says it.
+        kind: what it is for.
+        render: makes the samples, given the source of all the noise in them.
+        rate: of the file, in Hz.
+    """
+
+    file: str
+    text: str
+    voice: str
+    kind: str
+    render: Callable[[np.random.Generator], Sound]
+    rate: int = SAMPLE_RATE
+
+    def samples(self) -> Sound:
+        """The samples, noise seeded by the name: one recording does not change the others."""
+        return self.render(np.random.default_rng(zlib.crc32(self.file.encode())))
+
+
+def fixtures(commands: list[str]) -> Iterator[Fixture]:
+    """Everything that belongs into `audio_fixtures/`.
+
+    Args:
+        commands: the robot's command list.
+    """
+    for voice in VOICES:
+        for text in commands:
+            yield clip("commands", "command", voice, text)
+    for voice, text in zip(cycle(VOICES), NEAR_MISSES, strict=False):
+        yield clip("near_misses", "near-miss", voice, text)
+
+    yield Fixture(
+        "long/session.wav", " | ".join(SESSION), "+".join(SESSION_VOICES), "long", session
+    )
+    yield Fixture(
+        "long/kitchen.wav", " | ".join(KITCHEN), "+".join(KITCHEN_VOICES), "long", kitchen
+    )
+    yield Fixture(
+        "formats/stereo_44100.wav", "go forward", "flite_slt", "format", left_channel, 44_100
+    )
+    yield Fixture("formats/mono_8000.wav", "stop", "flite_rms", "format", telephone, 8000)
+
+
+def clip(folder: str, kind: str, voice: str, text: str) -> Fixture:
+    """One phrase as a recording of its own."""
+    file = f"{folder}/{voice}__{text.replace(' ', '_')}.flac"
+    return Fixture(file, text, voice, kind, lambda noise: with_floor(phrase(voice, text), noise))
+
+
+def session(noise: np.random.Generator) -> Sound:
+    """A short story for the robot, in a quiet room."""
+    return with_floor(conversation(SESSION, SESSION_VOICES, noise), noise)
+
+
+def kitchen(noise: np.random.Generator) -> Sound:
+    """Several people in a kitchen that is not quiet."""
+    speech = conversation(KITCHEN, KITCHEN_VOICES, noise)
+    background = kitchen_noise(len(speech), noise)
+    said = speech[speech != 0]
+    background *= power(said) / power(background) / gain(KITCHEN_SNR_DB)
+    return normalised(speech + background)
+
+
+def left_channel(noise: np.random.Generator) -> Sound:
+    """Someone on the left of a stereo microphone: quieter in the right channel."""
+    left = soxr.resample(phrase("flite_slt", "go forward"), SAMPLE_RATE, 44_100)
+    return with_floor(np.column_stack([left, left * gain(-12.0)]), noise)
+
+
+def telephone(noise: np.random.Generator) -> Sound:
+    """A recording at the sample rate of the telephone."""
+    return with_floor(soxr.resample(phrase("flite_rms", "stop"), SAMPLE_RATE, 8000), noise)
+
+
+def conversation(
+    texts: tuple[str, ...], voices: tuple[str, ...], noise: np.random.Generator
+) -> Sound:
+    """Phrases one after the other, by voices that take turns, with pauses between them."""
+    pieces = [silence(LONG_MARGIN)]
+    for voice, text in zip(cycle(voices), texts, strict=False):
+        pieces += [speak(voice, text), silence(noise.uniform(*PAUSES))]
+    return np.concatenate([*pieces[:-1], silence(LONG_MARGIN)])
+
+
+def phrase(voice: str, text: str) -> Sound:
+    """One phrase with silence around it."""
+    return np.concatenate([silence(SECONDS_BEFORE), speak(voice, text), silence(SECONDS_AFTER)])
+
+
+@cache
+def speak(voice: str, text: str) -> Sound:
+    """One phrase at 16 kHz and the usual level, without the engine's own silence."""
+    words = [SPELLINGS.get(word, word) for word in text.split()]
+    # The full stop makes a whole sentence of it, whose melody falls at the end.
+    sound, rate = synthesise(VOICES[voice], f"{' '.join(words)}.\n")
+    return normalised(trimmed(soxr.resample(sound, rate, SAMPLE_RATE)))
+
+
+def synthesise(voice: Voice, text: str) -> tuple[Sound, int]:
+    """Have an engine speak.
+
+    Returns:
+        The samples and their rate, as the engine made them.
+
+    Raises:
+        SpeechError: the engine or the voice is not installed, or failed.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "speech.wav"
+        try:
+            subprocess.run(
+                [*voice.command, str(file)],
+                input=text,
+                text=True,
+                check=True,
+                capture_output=True,
+                timeout=ENGINE_SECONDS,
+            )
+            # text2wave reports success without a file when it does not know the voice.
+            return soundfile.read(file)
+        except (OSError, subprocess.SubprocessError, soundfile.LibsndfileError) as error:
+            engine = " ".join(voice.command[:-1])
+            raise SpeechError(
+                f"{engine}: does not speak; install it with: apt-get install {APT_PACKAGES}"
+            ) from error
+
+
+def trimmed(sound: Sound) -> Sound:
+    """Cut the silence before and after the speech, and smooth the cuts."""
+    frames = sound[: len(sound) // FRAME * FRAME].reshape(-1, FRAME)
+    levels = np.sqrt(np.mean(frames**2, axis=1))
+    loud = np.flatnonzero(levels > levels.max() * gain(QUIET_DB))
+    first = max(loud[0] - KEPT_FRAMES, 0)
+    kept = sound[first * FRAME : (loud[-1] + 1 + KEPT_FRAMES) * FRAME].copy()
+    ramp = np.linspace(0, 1, FRAME)
+    kept[:FRAME] *= ramp
+    kept[-FRAME:] *= ramp[::-1]
+    return kept
+
+
+def with_floor(sound: Sound, noise: np.random.Generator) -> Sound:
+    """Lay the noise of a quiet room under a recording: mostly low, as walls let it through.
+
+    White noise of the same level would make the files a fifth larger.
+    """
+    channels = sound.reshape(len(sound), -1).T
+    room = [shaped(len(sound), noise, low) for _ in channels]
+    return sound + gain(FLOOR_DB) * np.column_stack(room).reshape(sound.shape)
+
+
+def kitchen_noise(length: int, noise: np.random.Generator) -> Sound:
+    """A refrigerator, a fan, a tap that runs for a while, and dishes."""
+    time = np.arange(length) / SAMPLE_RATE
+    hum = shaped(length, noise, low)
+    fan = sum(np.sin(2 * np.pi * 117.0 * harmonic * time) / harmonic for harmonic in (1, 2, 3, 5))
+    water = shaped(length, noise, lambda hertz: (hertz > 900) & (hertz < 5000))
+    tap = np.interp(time / time[-1], (0.3, 0.34, 0.62, 0.66), (0.0, 1.0, 1.0, 0.0))
+    # A fan is never quite even.
+    unevenness = 1 + 0.2 * np.sin(2 * np.pi * 0.7 * time)
+    return hum + 0.5 * fan * unevenness + 0.8 * water * tap + clinks(length, noise)
+
+
+def shaped(
+    length: int, noise: np.random.Generator, spectrum: Callable[[Sound], npt.NDArray[np.generic]]
+) -> Sound:
+    """Noise of power 1 with a spectrum: a function from Hz to amplitude."""
+    white = np.fft.rfft(noise.standard_normal(length))
+    coloured = np.fft.irfft(white * spectrum(np.fft.rfftfreq(length, 1 / SAMPLE_RATE)), n=length)
+    return coloured / power(coloured)
+
+
+def low(hertz: Sound) -> Sound:
+    """The spectrum of what comes through walls and casings: 5 dB less with each octave."""
+    return np.maximum(hertz, 60.0) ** -0.85
+
+
+def clinks(length: int, noise: np.random.Generator) -> Sound:
+    """Dishes that touch now and then: a few high partials that die away."""
+    sound = np.zeros(length)
+    time = np.arange(SAMPLE_RATE // 4) / SAMPLE_RATE
+    for start in np.arange(0.4, length / SAMPLE_RATE - 1, 2.3) + noise.uniform(0, 0.7):
+        partials = noise.uniform(2500, 7000, size=5)
+        decays = noise.uniform(20, 60, size=5)
+        ring = sum(
+            np.exp(-decay * time) * np.sin(2 * np.pi * hertz * time)
+            for hertz, decay in zip(partials, decays, strict=True)
+        )
+        first = int(start * SAMPLE_RATE)
+        sound[first : first + len(time)] += noise.uniform(0.5, 2.0) * ring
+    return sound
+
+
+def silence(seconds: float) -> Sound:
+    """Digital silence."""
+    return np.zeros(round(seconds * SAMPLE_RATE))
+
+
+def normalised(sound: Sound) -> Sound:
+    """The same sound with its peak at the usual level."""
+    return sound * gain(PEAK_DB) / np.abs(sound).max()
+
+
+def power(sound: Sound) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(sound**2)))
+
+
+def gain(decibels: float) -> float:
+    """The factor on the amplitude."""
+    return float(10 ** (decibels / 20))
+
+
+def write(folder: Path, made: list[tuple[Fixture, Sound]]) -> None:
+    """Replace what an earlier run made by these recordings and their manifest."""
+    manifest = folder / "manifest.tsv"
+    if manifest.exists():
+        # By its list, not by folder: the user may have named one with other things in it.
+        for row in manifest.read_text().splitlines()[1:]:
+            (folder / row.split("\t")[0]).unlink(missing_ok=True)
+    for fixture, samples in made:
+        path = folder / fixture.file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        soundfile.write(path, samples, fixture.rate, subtype="PCM_16")
+    rows = sorted(f"{each.file}\t{each.text}\t{each.voice}\t{each.kind}\n" for each, _ in made)
+    manifest.write_text("file\ttext\tvoice\tkind\n" + "".join(rows))
+
+
+def main(
+    output: Annotated[
+        Path,
+        typer.Option(
+            help="Folder to fill; what an earlier run made there is replaced.",
+            show_default="audio_fixtures",
+        ),
+    ] = FIXTURES,
+    commands: Annotated[
+        Path, typer.Option(help="Command list, one a line.", show_default="lm/comandos_voz.txt")
+    ] = COMMANDS,
+) -> None:
+    """Make the recordings of audio_fixtures/ anew, with Debian's synthetic voices.
+
+    Example: python tools/make_fixtures.py --output /tmp/fixtures
+    """
+    console = Console(stderr=True)
+    try:
+        texts = [line.strip() for line in commands.read_text().splitlines() if line.strip()]
+        planned = list(fixtures(texts))
+        with Progress(console=console, transient=True) as progress:
+            # Nothing is replaced before everything is made.
+            made = [
+                (fixture, fixture.samples())
+                for fixture in progress.track(planned, description="Speaking")
+            ]
+        write(output, made)
+    except (OSError, SpeechError) as error:
+        console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
+        raise typer.Exit(2) from error
+    console.print(f"{len(made)} recordings in {output}", highlight=False, soft_wrap=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)

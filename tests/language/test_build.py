@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import soundfile
+from pocketsphinx import Config, Decoder, get_model_path
+
+from voz import CommandsError, LanguageError
+from voz.language.build import build, check
+from voz.language.files import PACKAGED, LanguageFiles
+
+CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
+NAMES = [f"comandos_voz.{end}" for end in ("dic", "lm", "gram", "sent", "vocab", "log_pronounce")]
+
+
+@pytest.fixture
+def commands(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.txt"
+    path.write_bytes(b"\xef\xbb\xbfGo Back\r\npoint cocacola\r\nthe stop\r\ndon't go\r\n")
+    return path
+
+
+def decoder(files: LanguageFiles, **search: str | None) -> Decoder:
+    model = {"hmm": get_model_path("en-us/en-us"), "dict": str(files.dictionary)}
+    return Decoder(Config(**model, **search, bestpath=False, loglevel="FATAL"))
+
+
+def test_all_files_are_written_under_the_same_names_whatever_the_list_is_called(
+    commands: Path, tmp_path: Path
+):
+    result = build(commands, tmp_path / "new" / "lm")
+    assert [path.name for path in result.paths] == NAMES
+    assert sorted(path.name for path in (tmp_path / "new" / "lm").iterdir()) == sorted(NAMES)
+    assert (result.sentences, result.words, result.warnings) == (4, 7, ())
+
+
+def test_the_files_have_the_form_of_lmtool(commands: Path, tmp_path: Path):
+    build(commands, tmp_path)
+    files = LanguageFiles(tmp_path)
+    assert files.dictionary.read_text() == (
+        "back\tB AE K\ncocacola\tK OW K AH K OW L AH\ndon't\tD OW N T\ndon't(2)\tD OW N\n"
+        "go\tG OW\npoint\tP OY N T\nstop\tS T AA P\nthe\tDH AH\nthe(2)\tDH IY\n"
+    )
+    assert files.vocabulary.read_text() == "back\ncocacola\ndon't\ngo\npoint\nstop\nthe\n"
+    assert files.sentences.read_text().splitlines()[0] == "<s> go back </s>"
+    log = files.pronounce_log.read_text().splitlines()
+    assert "cocacola\tcompound coca+cola\tK OW K AH K OW L AH" in log
+    assert "the\tcmudict\tDH IY" in log
+
+
+def test_the_same_list_gives_the_same_bytes(commands: Path, tmp_path: Path):
+    first, second = (build(commands, tmp_path / out).paths for out in ("a", "b"))
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+
+
+def test_check_names_what_is_missing_or_stale(commands: Path, tmp_path: Path):
+    out = tmp_path / "lm"
+    assert check(commands, out) == NAMES
+    assert not out.exists()
+    build(commands, out)
+    assert check(commands, out) == []
+    (out / "comandos_voz.dic").write_text("")
+    (out / "comandos_voz.lm").unlink()
+    assert check(commands, out) == ["comandos_voz.dic", "comandos_voz.lm"]
+
+
+def test_the_files_in_the_repository_are_up_to_date():
+    assert check(LanguageFiles(PACKAGED).commands, PACKAGED) == []
+
+
+def test_pronunciations_beside_the_list_are_used(commands: Path, tmp_path: Path):
+    (tmp_path / "pronunciations.txt").write_text("stop S T AO P\n")
+    build(commands, tmp_path / "lm")
+    assert "stop\tS T AO P\n" in (tmp_path / "lm" / "comandos_voz.dic").read_text()
+
+
+def test_a_guessed_word_gives_a_warning_that_says_where_to_correct_it(tmp_path: Path):
+    commands = tmp_path / "l.txt"
+    commands.write_text("stop\ncall zorblax\n")
+    assert build(commands, tmp_path).warnings == (
+        f'{commands}:2: "zorblax" is in no dictionary; Z AO R B L AE K S is a guess: '
+        "correct it in pronunciations.txt beside the list",
+    )
+
+
+def test_what_cannot_be_read_is_refused_in_one_line(tmp_path: Path):
+    for path in (tmp_path, tmp_path / "missing.txt"):
+        with pytest.raises(CommandsError, match=r"cannot be read \(.*\); give a readable"):
+            build(path, tmp_path / "lm")
+
+
+def test_pronunciations_that_cannot_be_read_are_refused(commands: Path, tmp_path: Path):
+    (tmp_path / "pronunciations.txt").mkdir()
+    with pytest.raises(CommandsError, match=r"pronunciations\.txt: cannot be read"):
+        build(commands, tmp_path / "lm")
+
+
+def test_a_file_instead_of_a_folder_is_refused(commands: Path):
+    with pytest.raises(LanguageError, match=re.escape(f"{commands}: cannot be written")):
+        build(commands, commands)
+
+
+def test_a_refused_list_leaves_the_files_as_they_were(commands: Path, tmp_path: Path):
+    out = tmp_path / "lm"
+    before = {path: path.read_bytes() for path in build(commands, out).paths}
+    commands.write_text("move 5\n")
+    with pytest.raises(CommandsError):
+        build(commands, out)
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_no_temporary_file_stays_when_writing_fails(commands: Path, tmp_path: Path):
+    (tmp_path / "lm" / "comandos_voz.gram").mkdir(parents=True)
+    with pytest.raises(LanguageError, match="cannot be written"):
+        build(commands, tmp_path / "lm")
+    assert not list((tmp_path / "lm").glob(".*"))
+
+
+def test_pocketsphinx_loads_the_trigram_model_with_its_probabilities():
+    lm = decoder(LanguageFiles(PACKAGED), lm=str(LanguageFiles(PACKAGED).lm))
+    model = lm.get_lm(lm.current_search())
+    text = LanguageFiles(PACKAGED).lm.read_text()
+    expected = next(line for line in text.splitlines() if line.endswith(" go back </s>"))
+    log10 = model.prob(["</s>", "back", "go"]) * 0.0001 / 2.302585
+    assert log10 == pytest.approx(float(expected.split()[0]), abs=1e-3)
+
+
+def test_pocketsphinx_accepts_each_command_in_the_grammar_and_no_other(
+    commands: Path, tmp_path: Path
+):
+    build(commands, tmp_path)
+    loaded = decoder(LanguageFiles(tmp_path), lm=None, jsgf=str(tmp_path / "comandos_voz.gram"))
+    fsg = loaded.get_fsg(loaded.current_search())
+    assert all(fsg.accept(text) for text in ("go back", "point cocacola", "don't go"))
+    assert not any(fsg.accept(text) for text in ("go", "back", "point", "don't stop"))
+
+
+@pytest.mark.parametrize("search", ["lm", "jsgf"])
+def test_pocketsphinx_hears_a_command_with_either_search(search: str):
+    files = LanguageFiles(PACKAGED)
+    options = {"lm": None, search: str(files.lm if search == "lm" else files.grammar)}
+    loaded = decoder(files, **options)
+    samples, _ = soundfile.read(CLIP, dtype="int16")
+    loaded.start_utt()
+    loaded.process_raw(samples.tobytes())
+    loaded.end_utt()
+    assert loaded.hyp().hypstr == "go back"

@@ -1,0 +1,148 @@
+"""The command list: parse it, normalise it, refuse what cannot be spoken. Does no I/O."""
+
+from __future__ import annotations
+
+import codecs
+import re
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from voz.errors import CommandsError
+
+MAX_BYTES = 1_000_000
+MAX_WORDS = 12
+MAX_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
+MAX_WARNINGS = 10
+
+# Of the white space only the space and the tab are meant to be in a line of text: the others
+# that `\s` knows below U+0020 are control characters.
+_CANNOT_BE_SPOKEN = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
+
+
+@dataclass(frozen=True)
+class CommandList:
+    """A command list that can be used.
+
+    Attributes:
+        name: what messages call the list, mostly its path.
+        sentences: the commands, normalised, each once, in the order of the list.
+        lines: the line in which each sentence stands, counted from 1.
+        warnings: what the user should know, one line each.
+    """
+
+    name: str
+    sentences: tuple[str, ...]
+    lines: tuple[int, ...]
+    warnings: tuple[str, ...] = ()
+
+    def places(self) -> dict[str, str]:
+        """Give each word of the commands and where it first stands, as `FILE:LINE`."""
+        places: dict[str, str] = {}
+        for sentence, line in zip(self.sentences, self.lines, strict=True):
+            for word in sentence.split():
+                if word not in places:
+                    places[word] = f"{self.name}:{line}"
+        return places
+
+
+def normalise(text: str) -> str:
+    """Bring a command, from a list or typed, into the one form that all parts compare.
+
+    Returns:
+        The text in lower case, with single spaces and none at its ends.
+    """
+    return " ".join(text.lower().split())
+
+
+def parse_commands(data: bytes, name: str) -> CommandList:
+    """Parse a command list: one sentence a line, `#` begins a comment.
+
+    Args:
+        data: the bytes of the list, UTF-8.
+        name: what messages call the list.
+
+    Raises:
+        CommandsError: the list cannot be used; the message says which line and why.
+    """
+    lines: dict[str, int] = {}
+    repeats: list[str] = []
+    for number, text in text_lines(data, name):
+        _check_sentence(text, f"{name}:{number}")
+        sentence = normalise(text)
+        first = lines.setdefault(sentence, number)
+        if first != number:
+            repeats.append(
+                f'{name}:{number}: "{sentence}" is there twice (first in line {first}); kept once'
+            )
+    if not lines:
+        raise CommandsError(f"{name}: holds no command; write one sentence a line")
+    summary = f"{name}: {len(repeats)} lines repeat an earlier one; each sentence is kept once"
+    return CommandList(name, tuple(lines), tuple(lines.values()), at_most(repeats, summary))
+
+
+def text_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
+    """Go through the lines of a text that hold more than a comment.
+
+    Args:
+        data: the bytes of the text; any line ends, with or without a byte order mark.
+        name: what messages call the text.
+
+    Yields:
+        The number of the line, counted from 1, and the line without its comment and outer space.
+
+    Raises:
+        CommandsError: the text is too large or a line is not UTF-8.
+    """
+    if len(data) > MAX_BYTES:
+        raise CommandsError(f"{name}: is larger than {MAX_BYTES:,} bytes; make it smaller")
+    data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    for number, line in enumerate(data.split(b"\n"), start=1):
+        try:
+            text = line.decode("utf-8").partition("#")[0].strip(" \t")
+        except UnicodeDecodeError:
+            raise CommandsError(
+                f"{name}:{number}: is not UTF-8 text; save the file as UTF-8"
+            ) from None
+        if text.strip():
+            yield number, text
+
+
+def at_most(warnings: list[str], summary: str) -> tuple[str, ...]:
+    """Keep a few warnings as they are, and replace many by one that sums them up."""
+    return tuple(warnings) if len(warnings) <= MAX_WARNINGS else (summary,)
+
+
+def _check_sentence(text: str, where: str) -> None:
+    """Raise CommandsError, beginning with `where`, if the text is no usable sentence."""
+    wrong = _CANNOT_BE_SPOKEN.search(text)
+    if wrong:
+        raise CommandsError(f"{where}: {_advice(wrong.group())}")
+    words = text.split()
+    if len(words) > MAX_WORDS:
+        raise CommandsError(
+            f"{where}: has {len(words)} words, more than {MAX_WORDS}; make the command shorter"
+        )
+    longest = max(words, key=len)
+    if len(longest) > MAX_LETTERS:
+        raise CommandsError(
+            f'{where}: "{longest[:MAX_LETTERS]}..." has {len(longest)} letters, '
+            f"more than {MAX_LETTERS}; write it as several words"
+        )
+
+
+def _advice(char: str) -> str:
+    """Say why a character cannot stand in a command, and what to write instead."""
+    shown = f'"{char}"' if char.isprintable() else f"the character U+{ord(char):04X}"
+    if char.isnumeric():
+        return f"{shown} is a digit; write the number as words"
+    if unicodedata.category(char)[0] in "LM":
+        return (
+            f"{shown} is not one of the letters a to z; write the word with plain letters "
+            "and its pronunciation in pronunciations.txt"
+        )
+    if unicodedata.category(char) == "Pd":
+        return f"{shown} cannot be spoken; write a space instead"
+    if char in "‘’`´":  # noqa: RUF001 (what editors and keyboards make of an apostrophe)
+        return f"{shown} cannot be spoken; write a plain apostrophe (') instead"
+    return f"{shown} cannot be spoken; remove it"

@@ -1,0 +1,67 @@
+"""The grammar in JSGF: exactly the sentences of the list, with common beginnings shared.
+
+Does no I/O. https://www.w3.org/TR/jsgf/
+
+pocketsphinx loads a long list of whole sentences slowly and keeps a copy of every word in memory;
+as a tree, `go ( forward | back )`, it is many times smaller. Weights keep every sentence as
+likely as any other: without them one that shares its beginning with many others would be less so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+NAME = "comandos_voz"
+
+
+class _Node(dict[str, "_Node"]):
+    """The words that can follow a beginning; `ends` says that it is a sentence by itself."""
+
+    ends = False
+
+
+def jsgf(sentences: Iterable[str]) -> str:
+    """Write the grammar that accepts some sentences and no other.
+
+    Args:
+        sentences: normalised sentences, one word or more in each.
+
+    Returns:
+        The text of a JSGF file with one public rule, `<command>`.
+    """
+    alternatives, _ = _alternatives(_tree(sentences))
+    rule = "\n    | ".join(alternatives)
+    return f"#JSGF V1.0;\n\ngrammar {NAME};\n\npublic <command> =\n      {rule}\n    ;\n"
+
+
+def _tree(sentences: Iterable[str]) -> _Node:
+    """Put sentences into a tree of words, in their order."""
+    root = _Node()
+    for sentence in sentences:
+        node = root
+        for word in sentence.split():
+            node = node.setdefault(word, _Node())
+        node.ends = True
+    return root
+
+
+def _alternatives(node: _Node) -> tuple[list[str], int]:
+    """Write what can follow a beginning, and count the sentences that this makes."""
+    written = [(word, *_rest(child)) for word, child in node.items()]
+    alone = len(written) == 1 and not node.ends
+    texts = [
+        (f"/{count}/ " if count > 1 and not alone else "") + word + rest
+        for word, rest, count in written
+    ]
+    return texts, node.ends + sum(count for _, _, count in written)
+
+
+def _rest(node: _Node) -> tuple[str, int]:
+    """Write what follows a word, as a group if there is a choice."""
+    texts, count = _alternatives(node)
+    joined = " | ".join(texts)
+    if not texts:
+        return "", count
+    if node.ends:
+        return f" [ {joined} ]", count
+    return (f" ( {joined} )" if len(texts) > 1 else f" {joined}"), count

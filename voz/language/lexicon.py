@@ -1,0 +1,207 @@
+"""Pronunciations: the user's, the CMU dictionary's, of compounds, and guesses from the letters.
+
+Only `read_cmudict` does I/O.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise, product
+from pathlib import Path
+
+import pocketsphinx
+
+from voz.errors import CommandsError
+from voz.language.commands import text_lines
+from voz.language.letter_to_sound import FestivalError
+
+# What the acoustic model knows.
+PHONE_NAMES = (
+    "AA AE AH AO AW AY B CH D DH EH ER EY F G HH IH IY JH K L M N NG OW OY P R S SH T TH "
+    "UH UW V W Y Z ZH"
+)
+PHONES = frozenset(PHONE_NAMES.split())
+PRONUNCIATIONS = "pronunciations.txt"
+GUESS = "letter-to-sound (a guess)"
+MIN_PART = 3  # letters of the shortest part of a compound
+MAX_PARTS = 3
+
+_USER_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
+
+Guesser = Callable[[Sequence[str]], dict[str, str]]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How a word is pronounced.
+
+    Attributes:
+        phones: its pronunciations, the usual one first, each such as "K OW L AH".
+        origin: where they come from, for people to read.
+    """
+
+    phones: tuple[str, ...]
+    origin: str
+
+
+def read_cmudict() -> bytes:
+    """Read the CMU dictionary of the pocketsphinx package, sorted by word, as it is.
+
+    It is neither decoded nor parsed: 135,000 lines would take longer than all the rest of
+    building a small language.
+    """
+    return Path(pocketsphinx.get_model_path("en-us/cmudict-en-us.dict")).read_bytes()
+
+
+def look_up(cmudict: bytes, word: str) -> tuple[str, ...]:
+    """Look a word up in the CMU dictionary.
+
+    Args:
+        cmudict: lines `word PH PH` and `word(2) PH PH`, sorted by word.
+        word: in lower case.
+
+    Returns:
+        Its pronunciations, none if the dictionary does not have it.
+    """
+
+    def word_at(offset: int) -> bytes:
+        start = cmudict.rfind(b"\n", 0, offset) + 1
+        return cmudict[start : cmudict.find(b" ", start)].partition(b"(")[0]
+
+    wanted = word.encode()
+    found = []
+    start = bisect_left(range(len(cmudict)), wanted, key=word_at)
+    while start < len(cmudict) and word_at(start) == wanted:
+        end = cmudict.find(b"\n", start)
+        found.append(cmudict[start:end].partition(b" ")[2].decode())
+        start = end + 1
+    return tuple(found)
+
+
+def parse_pronunciations(data: bytes, name: str) -> dict[str, tuple[str, ...]]:
+    """Parse the user's pronunciations: lines `word PH PH`, several for the same word if need be.
+
+    Args:
+        data: the bytes of the file, UTF-8; `#` begins a comment.
+        name: what messages call the file.
+
+    Returns:
+        The pronunciations of each word, in the order of the file.
+
+    Raises:
+        CommandsError: a line is no pronunciation, or names a phone that does not exist.
+    """
+    found: dict[str, dict[str, None]] = {}
+    for number, text in text_lines(data, name):
+        where = f"{name}:{number}"
+        word, *phones = text.split()
+        match = _USER_WORD.fullmatch(word.lower())
+        if not match:
+            raise CommandsError(
+                f"{where}: {word!a} is no word; write a word of the letters a to z, "
+                "then its phones, as in: cocacola K OW K AH K OW L AH"
+            )
+        found.setdefault(match.group(1), {})[_check_phones(phones, where)] = None
+    return {word: tuple(phones) for word, phones in found.items()}
+
+
+def _check_phones(phones: Sequence[str], where: str) -> str:
+    """Bring phones into the model's form: upper case, no stress digits."""
+    plain = [phone.upper().rstrip("012") for phone in phones]
+    if not plain:
+        raise CommandsError(f"{where}: has no phones; write them after the word")
+    for given, phone in zip(phones, plain, strict=True):
+        if phone not in PHONES:
+            raise CommandsError(f"{where}: {given!a} is no phone; the phones are {PHONE_NAMES}")
+    return " ".join(plain)
+
+
+def pronounce(
+    places: Mapping[str, str],
+    user: Mapping[str, tuple[str, ...]],
+    cmudict: bytes,
+    guess: Guesser,
+) -> dict[str, Entry]:
+    """Find out how words are pronounced; the first of the four sources that knows one decides.
+
+    Args:
+        places: the words, and where each stands for messages, as `FILE:LINE`.
+        user: the user's own pronunciations.
+        cmudict: what `read_cmudict` gives.
+        guess: `letter_to_sound.guess`, or another that guesses the phones of unknown words.
+
+    Returns:
+        An entry for each word, sorted by word.
+
+    Raises:
+        CommandsError: a word cannot be pronounced.
+    """
+
+    def known(word: str) -> tuple[str, ...]:
+        return user.get(word) or look_up(cmudict, word)
+
+    entries: dict[str, Entry] = {}
+    for word in places:
+        if word in user:
+            entries[word] = Entry(user[word], PRONUNCIATIONS)
+        elif phones := look_up(cmudict, word):
+            entries[word] = Entry(phones, "cmudict")
+        elif parts := split_compound(word, known):
+            entries[word] = Entry(_join(parts, known), f"compound {'+'.join(parts)}")
+    unknown = [word for word in places if word not in entries]
+    entries.update(_guess_all(unknown, places, guess))
+    return dict(sorted(entries.items()))
+
+
+def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]:
+    """Split a word into words that are known: as few as can be, the shortest as long as can be.
+
+    Args:
+        word: the word, in lower case.
+        known: says, by a value that counts as true, that a part is a word.
+
+    Returns:
+        The parts, none if it cannot be split. Of two equally good splits the one with the
+        longer beginning is taken.
+    """
+    for count in range(2, MAX_PARTS + 1):
+        splits = [parts for parts in _splits(word, count) if all(map(known, parts))]
+        if splits:
+            return max(splits, key=lambda parts: (min(map(len, parts)), [*map(len, parts)]))
+    return ()
+
+
+def _splits(word: str, count: int) -> Iterator[tuple[str, ...]]:
+    """Cut a word into `count` parts that are not too short, in all ways."""
+    for cuts in combinations(range(1, len(word)), count - 1):
+        parts = tuple(word[start:end] for start, end in pairwise((0, *cuts, len(word))))
+        if min(map(len, parts)) >= MIN_PART:
+            yield parts
+
+
+def _join(parts: Sequence[str], known: Callable[[str], tuple[str, ...]]) -> tuple[str, ...]:
+    """Pronounce a compound in all the ways in which its parts can be."""
+    return tuple(dict.fromkeys(" ".join(phones) for phones in product(*map(known, parts))))
+
+
+def _guess_all(words: Sequence[str], places: Mapping[str, str], guess: Guesser) -> dict[str, Entry]:
+    """Guess the pronunciations of words that stand nowhere; refuse the first without any."""
+    if not words:
+        return {}
+    try:
+        guesses = guess(words)
+    except FestivalError as error:
+        raise CommandsError(
+            f'{places[words[0]]}: "{words[0]}" is in no dictionary, and {error}, '
+            f"or add the word to {PRONUNCIATIONS}"
+        ) from None
+    for word in words:
+        if word not in guesses or not PHONES.issuperset(guesses[word].split()):
+            raise CommandsError(
+                f'{places[word]}: nothing knows how to pronounce "{word}"; '
+                f"use another word or add it to {PRONUNCIATIONS}"
+            )
+    return {word: Entry((guesses[word],), GUESS) for word in words}

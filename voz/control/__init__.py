@@ -1,0 +1,1 @@
+"""From an utterance to motion: the robot's command rules and the safety behind them."""

@@ -1,0 +1,84 @@
+"""Speech is found where it is, whole, however the stream is cut into blocks."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from recordings import Recording
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpoint import LONGEST, Segment, Segmenter
+
+
+def segments_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Segment]:
+    segmenter = Segmenter()
+    found = []
+    for at in range(0, len(samples), block):
+        found += segmenter.feed(samples[at : at + block])
+    return found + list(segmenter.finish())
+
+
+def murmur(seconds: float) -> Samples:
+    return np.random.default_rng(0).normal(0, 8, int(seconds * SAMPLE_RATE)).astype(np.int16)
+
+
+def test_silence_has_no_speech() -> None:
+    assert segments_of(murmur(3)) == []
+    assert segments_of(np.zeros(0, np.int16)) == []
+
+
+def test_each_command_of_a_long_recording_is_a_segment(session: Recording) -> None:
+    assert len(segments_of(session.samples())) == len(session.commands)
+
+
+@pytest.mark.parametrize("block", [1, 333, 4801, 10**9])
+def test_the_size_of_the_blocks_does_not_matter(block: int, session: Recording) -> None:
+    samples = session.samples()[: 4 * SAMPLE_RATE]
+    cut, whole = segments_of(samples, block), segments_of(samples)
+    assert [(s.start, s.end) for s in cut] == [(s.start, s.end) for s in whole]
+    for one, other in zip(cut, whole, strict=True):
+        assert np.array_equal(one.samples, other.samples)
+
+
+def test_a_segment_is_the_stretch_of_the_stream_that_it_says(session: Recording) -> None:
+    samples = session.samples()
+    for segment in segments_of(samples):
+        start, end = round(segment.start * SAMPLE_RATE), round(segment.end * SAMPLE_RATE)
+        assert np.array_equal(segment.samples, samples[start:end])
+        assert segment.start < segment.end <= segment.decided + 1e-9
+
+
+def test_every_command_of_the_fixtures_is_one_segment(recordings: list[Recording]) -> None:
+    commands = [r for r in recordings if r.kind == "command"]
+    counts = [len(segments_of(r.samples())) for r in commands]
+    assert counts == [1] * len(commands)
+
+
+def test_a_clip_with_no_silence_around_it_keeps_its_first_and_last_sounds(
+    recordings: list[Recording],
+) -> None:
+    for recording in recordings:
+        if recording.kind == "command" and recording.voice == "flite_slt":
+            samples = recording.samples()
+            loud = np.flatnonzero(np.abs(samples) > 300)
+            tight = samples[loud[0] : loud[-1] + 1]
+            (segment,) = segments_of(tight)
+            assert len(segment.samples) > 0.9 * len(tight)
+
+
+def test_two_commands_close_together_are_two_segments(recordings: list[Recording]) -> None:
+    clips = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"][:4]
+    samples = np.concatenate([clip.samples() for clip in clips])  # 0.7 s in between
+    assert len(segments_of(samples)) == len(clips)
+
+
+def test_speech_that_does_not_end_is_cut(session: Recording) -> None:
+    samples = session.samples()
+    loud = samples[np.abs(samples) > 2000]  # no pause is left in it
+    endless = np.tile(loud, 30 * SAMPLE_RATE // len(loud) + 1)
+    segments = segments_of(endless)
+    assert len(segments) >= 3
+    assert max(len(s.samples) for s in segments) <= LONGEST + 480
+    assert all(b.start >= a.end for a, b in itertools.pairwise(segments))

@@ -1,0 +1,66 @@
+"""Many recordings, one after the other; one that cannot be read does not end the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import msgspec
+
+from voz.audio.files import printable, read_blocks
+from voz.errors import AudioError
+from voz.events import Utterance
+from voz.recognition.recognizer import Recognizer
+
+
+class Heard(msgspec.Struct, frozen=True):
+    """An utterance in a recording.
+
+    Attributes:
+        file: the recording.
+        start: where the speech begins in it, s.
+        end: where the speech ends in it, s.
+        text: the sentence heard; empty if none fits.
+        confidence: how sure it is, 0 to 1.
+        accepted: whether it would be obeyed.
+    """
+
+    file: str
+    start: float
+    end: float
+    text: str
+    confidence: float
+    accepted: bool
+
+
+class Unreadable(msgspec.Struct, frozen=True):
+    """A recording that could not be read, or not to its end."""
+
+    file: str
+    error: str
+
+
+def decode_recordings(
+    recognizer: Recognizer, paths: Iterable[Path]
+) -> Iterator[Heard | Unreadable]:
+    """Decode recordings, each as if it were alone.
+
+    Args:
+        recognizer: what understands them.
+        paths: the recordings.
+
+    Yields:
+        The utterances of each recording in order; where reading fails, what was heard before it
+        and then the error.
+    """
+    for path in paths:
+        file = printable(path)
+        try:
+            for heard in recognizer.utterances(read_blocks(path), file):
+                yield _in_file(heard, file)
+        except AudioError as error:
+            yield Unreadable(file, str(error))
+
+
+def _in_file(heard: Utterance, file: str) -> Heard:
+    return Heard(file, heard.start, heard.end, heard.text, heard.confidence, heard.accepted)

@@ -1,0 +1,63 @@
+"""A microphone and a loudspeaker without hardware: two null sinks of a PulseAudio server."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+# Without norewinds the first 1.4 to 2 s of a capture never arrive.
+SINK = "load-module module-null-sink rate=16000 channels=1 format=s16le norewinds=1 sink_name="
+
+
+@pytest.fixture(scope="session")
+def pulse() -> Iterator[dict[str, str]]:
+    """The environment in which a program speaks into `speaker` and hears what goes into `mic`.
+
+    PortAudio looks for devices once for each process, so the program is to be a new one.
+    """
+    # Not tmp_path: the name of a socket must be short.
+    with tempfile.TemporaryDirectory(prefix="voz-pulse-") as name:
+        folder = Path(name)
+        (folder / "run").mkdir(mode=0o700)
+        (folder / "voz.pa").write_text(
+            ".fail\n"
+            f"load-module module-native-protocol-unix auth-anonymous=1 socket={folder}/native\n"
+            f"{SINK}mic\n"
+            f"{SINK}speaker\n"
+            "set-default-sink speaker\n"
+            "set-default-source mic.monitor\n"
+        )
+        environment = os.environ | {
+            "HOME": str(folder),
+            "XDG_RUNTIME_DIR": str(folder / "run"),
+            "PULSE_RUNTIME_PATH": str(folder / "run" / "pulse"),
+            "PULSE_SERVER": f"unix:{folder}/native",
+        }
+        options = (
+            "-n -F voz.pa --use-pid-file=no --exit-idle-time=-1 --disable-shm --daemonize=no "
+            "--realtime=no --high-priority=no --log-target=stderr"
+        )
+        with subprocess.Popen(
+            ["pulseaudio", *options.split()],
+            cwd=folder,
+            env=environment,
+            stderr=subprocess.DEVNULL,
+        ) as server:
+            try:
+                wait_for_server(environment)
+                yield environment
+            finally:
+                server.terminate()
+
+
+def wait_for_server(environment: dict[str, str]) -> None:
+    deadline = time.monotonic() + 20
+    while subprocess.run(["pactl", "info"], env=environment, capture_output=True).returncode:
+        assert time.monotonic() < deadline, "pulseaudio did not start"
+        time.sleep(0.05)

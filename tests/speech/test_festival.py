@@ -1,0 +1,289 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+import soundfile
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from voz.errors import SpeechError
+from voz.speech import festival
+from voz.speech.festival import VOICES, cached, render, speakable, voices
+
+REPLY = "bep bep. I am listening you"
+KAL = "kal_diphone"
+
+
+@pytest.fixture
+def no_festival(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+
+
+@pytest.fixture
+def slow_festival(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A text2wave that writes half a file and hangs in a child; gives where its child's id is."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    program = folder / "text2wave"
+    program.write_text(
+        f"#!/bin/sh\nprintf RIFF > \"$2\"\nsleep 60 &\necho $! > '{folder}/child'\nwait\n"
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=":")
+    monkeypatch.setattr(festival, "TIME_LIMIT", 0.5)
+    return folder / "child"
+
+
+def refusal(text: str, voice: str, out: Path) -> str:
+    with pytest.raises(SpeechError) as caught:
+        render(text, voice, out)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def is_running(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+# What is spoken
+
+
+@pytest.mark.parametrize(("voice", "rate"), [(KAL, 16000), ("cmu_us_slt_arctic_hts", 32000)])
+def test_a_reply_becomes_a_wav_of_plausible_length(voice: str, rate: int, tmp_path: Path) -> None:
+    render(REPLY, voice, tmp_path / "reply.wav")
+    samples, found_rate = soundfile.read(tmp_path / "reply.wav")
+    assert found_rate == rate
+    assert 1.5 < len(samples) / rate < 5
+    assert abs(samples).max() > 0.05
+
+
+def test_accents_are_folded_and_not_dropped() -> None:
+    assert speakable("Él girará a la izquierda, señor") == "El girara a la izquierda, senor"
+
+
+def test_what_has_no_sound_is_left_out() -> None:
+    assert speakable("Hello ... – world 🤖 !\n\n?\n\n5 + 3") == "Hello world 5 + 3"  # noqa: RUF001
+
+
+def test_typographic_quotes_keep_words_whole() -> None:
+    assert speakable("I don’t “know”") == 'I don\'t "know"'  # noqa: RUF001
+
+
+@given(st.text())
+def test_festival_is_given_plain_words_or_nothing(text: str) -> None:
+    try:
+        plain = speakable(text)
+    except SpeechError:
+        return
+    assert plain.isascii()
+    assert plain.isprintable()
+    assert all(festival.SPEAKABLE.search(word) for word in plain.split(" "))
+    assert speakable(plain) == plain
+
+
+CRASHING = [
+    "hello\n\n...\n\nworld",
+    ";;; -*- mode: sable -*-\nhello",
+    "- -- - a",
+    "é",
+    "a\x00b\x07",
+    "\ud800 lone surrogate",
+    "x" * festival.LONGEST_WORD,
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", CRASHING, ids=ascii)
+def test_texts_that_crash_festival_are_spoken(text: str, tmp_path: Path) -> None:
+    render(text, KAL, tmp_path / "out.wav")
+    assert soundfile.info(tmp_path / "out.wav").frames > 0
+
+
+@pytest.mark.slow
+@settings(max_examples=15, deadline=None)
+@given(text=st.text("aB5 .,;:-'\"()<>?!#$\n\\é", max_size=40))
+def test_festival_speaks_whatever_is_speakable(
+    text: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    out = tmp_path_factory.mktemp("any") / "out.wav"
+    try:
+        speakable(text)
+    except SpeechError:
+        refusal(text, KAL, out)
+        assert list(out.parent.iterdir()) == []
+    else:
+        render(text, KAL, out)
+        assert list(out.parent.iterdir()) == [out]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "text",
+    [
+        '(system "touch {0}")',
+        '") (system "touch {0}") ("',
+        '-eval (system "touch {0}")',
+        "-o {0}",
+        "<?xml version='1.0'?><SABLE><AUDIO SRC='{0}'/>hello</SABLE>",
+        "<speak><audio src='{0}'/>hello</speak>",
+        "`touch {0}` $(touch {0}); touch {0}",
+    ],
+)
+def test_a_program_in_the_text_is_read_and_not_run(text: str, tmp_path: Path) -> None:
+    trap = tmp_path / "trap"
+    render(text.format(trap), KAL, tmp_path / "out.wav")
+    assert not trap.exists()
+    # A name, a slash and dots are many words to read: markup that was obeyed would be short.
+    assert soundfile.info(tmp_path / "out.wav").duration > 2
+
+
+# What is refused
+
+
+@pytest.mark.parametrize("text", ["", "  \n", "...", "?", "🤖", "«»", "你好", '"(-)"', "...\n\n?"])
+def test_a_text_without_sound_is_refused(text: str, tmp_path: Path) -> None:
+    assert "has nothing to speak" in refusal(text, KAL, tmp_path / "out.wav")
+
+
+def test_a_text_that_is_too_long_is_refused(tmp_path: Path) -> None:
+    assert "1001 characters; give at most 1000" in refusal("a " * 501, KAL, tmp_path / "out.wav")
+
+
+def test_a_word_that_is_too_long_is_refused(tmp_path: Path) -> None:
+    assert "too long for a word" in refusal("hello " + "b" * 500, KAL, tmp_path / "out.wav")
+
+
+def test_an_unknown_voice_is_refused_with_those_installed(tmp_path: Path) -> None:
+    message = refusal(REPLY, '") (system "touch trap', tmp_path / "out.wav")
+    assert "is unknown; installed: " in message
+    assert all(voice in message for voice in voices())
+
+
+def test_a_voice_that_is_not_installed_names_its_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(VOICES, "absent_diphone", "festvox-absent")
+    message = refusal(REPLY, "absent_diphone", tmp_path / "out.wav")
+    assert message.endswith(
+        "is not installed; install it with: sudo apt-get install festvox-absent"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("no_festival")
+def test_without_festival_the_message_says_how_to_install_it(tmp_path: Path) -> None:
+    line = "festival is not installed; install it with: sudo apt-get install festival "
+    assert refusal(REPLY, KAL, tmp_path / "out.wav").startswith(line)
+    with pytest.raises(SpeechError, match="festival is not installed"):
+        voices()
+
+
+def test_a_festival_that_hangs_is_ended_with_its_children(
+    slow_festival: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out" / "hello.wav"
+    out.parent.mkdir()
+    assert "took longer than 0.5 s" in refusal(REPLY, KAL, out)
+    assert list(out.parent.iterdir()) == []
+    child = int(slow_festival.read_text())
+    deadline = time.monotonic() + 5
+    while is_running(child) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not is_running(child)
+
+
+@pytest.mark.parametrize("out", ["missing/out.wav", "file/out.wav", "folder"])
+def test_a_file_that_cannot_be_written_is_refused(out: str, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("kept")
+    before = sorted(tmp_path.rglob("*"))
+    assert refusal(REPLY, KAL, tmp_path / out).startswith(f"{tmp_path / out}: ")
+    assert sorted(tmp_path.rglob("*")) == before
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+def test_a_device_is_not_replaced_by_a_file() -> None:
+    assert "is no regular file" in refusal(REPLY, KAL, Path("/dev/null"))
+
+
+def test_an_old_file_is_replaced_and_a_link_to_it_stays(tmp_path: Path) -> None:
+    (tmp_path / "old.wav").write_text("old")
+    (tmp_path / "link.wav").symlink_to("old.wav")
+    render(REPLY, KAL, tmp_path / "link.wav")
+    assert (tmp_path / "link.wav").is_symlink()
+    assert soundfile.info(tmp_path / "old.wav").frames > 0
+
+
+# What is kept
+
+
+def test_a_cached_reply_needs_no_festival(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = cached(REPLY, KAL)
+    monkeypatch.setenv("PATH", "")
+    assert cached(f"  {REPLY}\n", KAL) == first
+    assert list(cache.iterdir()) == [first]
+
+
+@pytest.mark.slow
+def test_another_text_or_voice_has_its_own_file() -> None:
+    files = {cached("stop", KAL), cached("stop now", KAL)}
+    files |= {cached("stop", voice) for voice in voices()}
+    assert len(files) == len(voices()) + 1
+
+
+@pytest.mark.parametrize("harm", ["emptied", "cut", "overwritten"])
+def test_a_damaged_cache_file_is_rendered_anew(harm: str) -> None:
+    wav = cached(REPLY, KAL)
+    whole = wav.read_bytes()
+    wav.write_bytes({"emptied": b"", "cut": whole[:-1000], "overwritten": b"x" * 5000}[harm])
+    assert cached(REPLY, KAL) == wav
+    assert wav.read_bytes() == whole
+
+
+def test_a_cache_that_cannot_be_written_is_done_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    festival._private_folder.cache_clear()
+    wav = cached(REPLY, KAL)
+    assert soundfile.info(wav).frames > 0
+    assert cached(REPLY, KAL) == wav
+
+
+def test_a_relative_cache_folder_is_ignored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cached(REPLY, KAL).parent == tmp_path / ".cache" / "voz" / "speech"
+
+
+@pytest.mark.slow
+def test_many_at_once_do_not_harm_each_other(cache: Path) -> None:
+    script = f"from voz.speech.festival import cached; print(cached({REPLY!r}, {KAL!r}))"
+
+    def run(_: int) -> str:
+        command = [sys.executable, "-c", script]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    with ThreadPoolExecutor(4) as pool:
+        paths = set(pool.map(run, range(4)))
+    assert len(paths) == 1
+    assert [str(path) for path in cache.iterdir()] == [paths.pop().strip()]
+    assert soundfile.info(next(cache.iterdir())).frames > 0
+
+
+def test_nothing_is_left_in_the_temporary_folder(scratch: Path, tmp_path: Path) -> None:
+    render(REPLY, KAL, tmp_path / "out.wav")
+    cached(REPLY, KAL)
+    assert list(scratch.iterdir()) == []

@@ -1,0 +1,1 @@
+"""What the robot says: replies rendered by festival and played beside the control cycle."""

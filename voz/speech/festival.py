@@ -1,0 +1,246 @@
+"""Text to a WAV file, through festival's program `text2wave`.
+
+Festival (https://www.cstr.ed.ac.uk/projects/festival/) crashes on more texts than one would
+think, and its language is a programming language. So it is given folded text on its standard
+input, which it reads aloud and never evaluates, and what it wrote is looked at before anyone
+else sees it.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import functools
+import hashlib
+import os
+import re
+import reprlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import unicodedata
+from pathlib import Path
+
+from voz.errors import SpeechError
+
+VOICES = {
+    "kal_diphone": "festvox-kallpc16k",
+    "ked_diphone": "festvox-kdlpc16k",
+    "cmu_us_slt_arctic_hts": "festvox-us-slt-hts",
+}
+"""The voices that can be asked for, each with the Debian package that brings it."""
+
+LONGEST_TEXT = 1000
+"""Characters; more than a minute of speech, which nobody waits for from a robot."""
+
+LONGEST_WORD = 100
+"""Characters; festival crashes on words of some thousands, and a long web address has fewer."""
+
+TIME_LIMIT = 30.0
+"""Seconds; ten times what the longest text takes the slowest voice on a desktop computer."""
+
+CACHE_FORMAT = 1
+"""To be raised when the same text and voice shall give other files than before."""
+
+TYPOGRAPHY = str.maketrans("‘’“”‐–—", "''\"\"---")  # noqa: RUF001
+"""Marks that Unicode does not decompose, but that have a plain form everyone knows."""
+
+SPEAKABLE = re.compile(r"[A-Za-z0-9#$%&*+=@]")
+"""Festival says something for each of these, and crashes on a phrase without any."""
+
+WAV_HEADER = 44
+"""Bytes before the first sample."""
+
+
+def voices() -> list[str]:
+    """Ask festival which of the known voices are installed.
+
+    Returns:
+        Names from `VOICES`, in its order.
+
+    Raises:
+        SpeechError: festival is not installed or does not answer.
+    """
+    answer = _run([_program("festival"), "--batch", "(print (voice.list))"])
+    found = re.findall(r"\w+", answer)
+    return [voice for voice in VOICES if voice in found]
+
+
+def speakable(text: str) -> str:
+    """Reduce a text to what festival can speak without harm.
+
+    Args:
+        text: anything.
+
+    Returns:
+        One line of ASCII words: accents are folded, words that have no sound are left out.
+
+    Raises:
+        SpeechError: nothing is left, or too much.
+    """
+    decomposed = unicodedata.normalize("NFKD", text.translate(TYPOGRAPHY))
+    folded = "".join(char for char in decomposed if not unicodedata.combining(char))
+    # Blank lines end a phrase, so they go the way of all that is not printable ASCII.
+    words = re.sub(r"[^!-~]+", " ", folded).split()
+    words = [word for word in words if SPEAKABLE.search(word)]
+    plain = " ".join(words)
+    if not plain:
+        raise SpeechError(f"{reprlib.repr(text)} has nothing to speak; give letters or digits")
+    if len(plain) > LONGEST_TEXT:
+        raise SpeechError(
+            f"the text is too long: {len(plain)} characters; give at most {LONGEST_TEXT}"
+        )
+    longest = max(words, key=len)
+    if len(longest) > LONGEST_WORD:
+        raise SpeechError(
+            f"{reprlib.repr(longest)} is too long for a word: {len(longest)} characters; "
+            f"give at most {LONGEST_WORD}"
+        )
+    return plain
+
+
+def render(text: str, voice: str, out: Path) -> None:
+    """Speak a text into a WAV file.
+
+    Args:
+        text: what to say; see `speakable` for what is made of it.
+        voice: a name from `VOICES`.
+        out: the file to write; it appears, or is replaced, only when it is complete.
+
+    Raises:
+        SpeechError: festival or the voice is missing, the text cannot be spoken, or the file
+            cannot be written.
+    """
+    plain = speakable(text)
+    _check_known(voice)
+    text2wave = _program("text2wave")
+    try:
+        target = Path(os.path.realpath(out))  # a link stays, what it points to is replaced
+        if target.exists() and not target.is_file():
+            raise SpeechError(f"{out}: is no regular file; name a file to write")
+        # Beside the target, so that the finished file can be moved into place at once; and with
+        # festival working in it, so that not even the core dump of a crash is left behind.
+        with tempfile.TemporaryDirectory(prefix=".voz-", dir=target.parent) as folder:
+            wav = Path(folder, "speech.wav")
+            command = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
+            _run(command, plain, wav.parent)
+            if not _is_whole_wav(wav):
+                raise _failure(plain, voice)
+            wav.replace(target)
+    except OSError as error:
+        raise SpeechError(
+            f"{out}: cannot be written ({error.strerror}); name a file in a folder that exists "
+            "and is yours"
+        ) from error
+
+
+def cached(text: str, voice: str) -> Path:
+    """Give a WAV file of a text, rendered the first time and kept in the user's cache folder.
+
+    Args:
+        text: what to say; texts that sound the same share a file.
+        voice: a name from `VOICES`.
+
+    Returns:
+        The file, in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be
+        written, in a folder that lives as long as this process.
+
+    Raises:
+        SpeechError: as `render` does.
+    """
+    plain = speakable(text)
+    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
+    wav = _cache_folder() / f"{key}.wav"
+    if not _is_whole_wav(wav):
+        render(plain, voice, wav)
+    return wav
+
+
+def _check_known(voice: str) -> None:
+    if voice not in VOICES:
+        installed = ", ".join(voices()) or "none"
+        raise SpeechError(f"voice {reprlib.repr(voice)} is unknown; installed: {installed}")
+
+
+def _program(name: str) -> str:
+    path = shutil.which(name)
+    if path is None:
+        raise SpeechError(
+            "festival is not installed; install it with: "
+            f"sudo apt-get install festival {VOICES['kal_diphone']}"
+        )
+    return path
+
+
+def _run(command: list[str], text: str = "", folder: Path | None = None) -> str:
+    """Run a program in a folder with a text on its input; give what it prints."""
+    try:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # a group of its own, to be ended with all its children
+        )
+    except OSError as error:
+        raise SpeechError(
+            f"{command[0]}: cannot be started ({error.strerror}); install festival again"
+        ) from error
+    with process:
+        try:
+            output, _ = process.communicate(text.encode("ascii"), timeout=TIME_LIMIT)
+        except BaseException as error:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            if isinstance(error, subprocess.TimeoutExpired):
+                raise SpeechError(
+                    f"festival took longer than {TIME_LIMIT:g} s and was ended; "
+                    "give a shorter text or another voice"
+                ) from None
+            raise
+    return output.decode("ascii", "replace")
+
+
+def _failure(plain: str, voice: str) -> SpeechError:
+    """Find out why there is no sound: festival ends with 0 when the voice is not there."""
+    if voice not in voices():
+        return SpeechError(
+            f"voice {voice!r} is not installed; install it with: "
+            f"sudo apt-get install {VOICES[voice]}"
+        )
+    return SpeechError(f"festival cannot speak {reprlib.repr(plain)}; use other words")
+
+
+def _is_whole_wav(path: Path) -> bool:
+    """Whether a file is a WAV with sound in it, and as long as its header says."""
+    try:
+        with path.open("rb") as file:
+            header = file.read(WAV_HEADER)
+            size = os.fstat(file.fileno()).st_size
+    except OSError:
+        return False
+    promised = int.from_bytes(header[4:8], "little") + 8
+    return header.startswith(b"RIFF") and size == promised and size > WAV_HEADER
+
+
+def _cache_folder() -> Path:
+    try:
+        base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not base.is_absolute():  # the XDG standard: a relative one is to be ignored
+            base = Path.home() / ".cache"
+        folder = base / "voz" / "speech"
+        folder.mkdir(parents=True, exist_ok=True)
+        # Whether one may write is known by writing: for root, permissions say nothing.
+        tempfile.TemporaryFile(dir=folder).close()
+    except (OSError, RuntimeError):  # RuntimeError: there is no home folder
+        return _private_folder()
+    return folder
+
+
+@functools.cache
+def _private_folder() -> Path:
+    folder = tempfile.mkdtemp(prefix="voz-speech-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import io
+
+from voz.events import Reply, SelectedObject, Twist, Utterance, Warning
+from voz.robot.console import ConsoleRobot
+
+
+def printed(*events: object) -> list[str]:
+    stream = io.StringIO()
+    robot = ConsoleRobot(stream)
+    for event in events:
+        robot.receive(event)
+    return [line.split(" s  ")[1].strip() for line in stream.getvalue().splitlines()]
+
+
+def test_only_a_velocity_that_changes_is_printed() -> None:
+    lines = printed(
+        Twist(0.0, 0.0, 0.0), Twist(0.1, 0.1, -0.1), Twist(0.2, 0.1, -0.1), Twist(0.3, 0.0, 0.0)
+    )
+    assert lines == [
+        "robot drives forward at 0.10 m/s and turns right at 0.10 rad/s",
+        "robot stands still",
+    ]
+
+
+def test_everything_else_is_told_in_words() -> None:
+    lines = printed(
+        Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav"),
+        Utterance(1.0, "go back", 0.1, False, 0.1, 0.9, "a.wav"),
+        Utterance(1.0, "", 0.0, False, 0.1, 0.9, "a.wav"),
+        SelectedObject(1.1, 2),
+        Reply(1.2, "bep bep"),
+        Warning(1.3, "no loudspeaker"),
+    )
+    assert lines == [
+        'heard    "go back" (0.93)',
+        'ignored  "go back" (0.10)',
+        "ignored  something that is no command",
+        "robot selects object 2",
+        'robot says "bep bep"',
+        "warning: no loudspeaker",
+    ]

@@ -1,0 +1,337 @@
+"""The `voz` command: each subcommand reads its options and calls the library.
+
+What takes its time to import is imported inside the subcommand that needs it, so that
+`voz --help` is there at once.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from io import TextIOWrapper
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from voz.config import Config, load_config, overridden
+from voz.errors import ConfigError, SpeechError, VozError
+
+if TYPE_CHECKING:
+    from voz.events import Event
+    from voz.language.files import LanguageFiles
+    from voz.recognition.batch import Heard, Unreadable
+
+STALE = 1
+"""Exit code of `build-lm --check` when files are not up to date."""
+
+WRONG_CALL = 2
+"""Exit code when an option, a file or a text cannot be used."""
+
+SOME_UNREADABLE = 3
+"""Exit code when some recordings could not be read; the others are done."""
+
+BY_SIGNAL = 128
+"""Exit code when a signal ended the program, to which the signal's number is added."""
+
+UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # the plain help takes half the time
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Offline voice control for robots: speak a command, the robot moves and answers.",
+)
+
+LmOption = Annotated[
+    str | None,
+    typer.Option("--lm", metavar="DIR", help="Language files; else lm/ here, else voz's own."),
+]
+SearchOption = Annotated[
+    str | None,
+    typer.Option(metavar="grammar|lm", help="Whole commands only, or the trigram model."),
+]
+ThresholdOption = Annotated[
+    float | None, typer.Option(metavar="X", help="Confidence that is needed, 0 to 1.")
+]
+ConfigOption = Annotated[
+    Path | None, typer.Option("--config", metavar="FILE", help="Settings, a voz.toml.")
+]
+VerboseOption = Annotated[bool, typer.Option("-v", "--verbose", help="Tell what is used.")]
+
+
+@app.command("build-lm")
+def build_lm(
+    commands: Annotated[Path, typer.Argument(metavar="[COMMANDS]", help="The command list.")] = (
+        Path("lm/comandos_voz.txt")
+    ),
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where to write; else beside the list.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; exit with 1 if files are stale.")
+    ] = False,
+) -> None:
+    """Make the dictionary, language model and grammar from a list of commands.
+
+    Example: voz build-lm lm/comandos_voz.txt
+    """
+    from voz.language import build
+
+    folder = out or commands.parent
+    if check:
+        if stale := build.check(commands, folder):
+            names = ", ".join(stale)
+            _tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
+            raise typer.Exit(STALE)
+        print(f"{folder}: up to date")
+        return
+    result = build.build(commands, folder)
+    for warning in result.warnings:
+        _tell(f"warning: {warning}")
+    print(f"{result.sentences} sentences, {result.words} words:")
+    for path in result.paths:
+        print(f"  {path}")
+
+
+@app.command()
+def decode(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One line of JSON for each utterance.")
+    ] = False,
+    search: SearchOption = None,
+    threshold: ThresholdOption = None,
+    lm: LmOption = None,
+    config: ConfigOption = None,
+    verbose: VerboseOption = False,
+) -> None:
+    """Tell what is said in recordings of any format and rate.
+
+    Exits with 3 when some recordings could not be read; the others are done.
+
+    Example: voz decode audio_fixtures/long/session.wav
+    """
+    from voz.recognition.batch import Unreadable, decode_recordings
+    from voz.recognition.recognizer import Recognizer
+
+    recognition = {"search": search, "threshold": threshold}
+    settings = _settings(config, lm=lm, recognition=recognition)
+    recognizer = Recognizer(_language(settings, verbose), settings.recognition)
+    show = _show_json if as_json else _show_row
+    if not as_json:
+        print("   start      end  sure  obeyed  text                      file")
+    unreadable = 0
+    for result in decode_recordings(recognizer, _with_progress(files)):
+        show(result)
+        unreadable += isinstance(result, Unreadable)
+    if unreadable:
+        raise typer.Exit(SOME_UNREADABLE)
+
+
+@app.command()
+def run(
+    wav: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE", help="Recordings; may be repeated.")
+    ] = None,
+    more: Annotated[
+        list[Path] | None, typer.Argument(metavar="[FILE...]", help="More recordings.")
+    ] = None,
+    text: Annotated[
+        str | None, typer.Option(metavar="FILE|-", help="Typed commands, a line each.")
+    ] = None,
+    events: Annotated[
+        str | None, typer.Option(metavar="FILE|-", help="Write all events as JSON lines.")
+    ] = None,
+    no_sound: Annotated[bool, typer.Option("--no-sound", help="Do not speak.")] = False,
+    no_safety: Annotated[
+        bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
+    ] = False,
+    search: SearchOption = None,
+    threshold: ThresholdOption = None,
+    lm: LmOption = None,
+    config: ConfigOption = None,
+    verbose: VerboseOption = False,
+) -> None:
+    """Drive a robot by recordings or typed commands.
+
+    In typed text, `-` alone on a line lets a cycle of 0.1 s pass with no command.
+
+    Example: voz run --wav audio_fixtures/long/session.wav --events events.jsonl
+    """
+    from voz import pipeline
+    from voz.language.files import read_sentences
+    from voz.recognition.recognizer import Recognizer
+    from voz.robot.console import ConsoleRobot
+
+    recordings = [*(wav or []), *(more or [])]
+    if bool(recordings) == bool(text):
+        raise ConfigError("say what to obey: either --wav FILE... or --text FILE, see --help")
+    settings = _settings(
+        config,
+        lm=lm,
+        recognition={"search": search, "threshold": threshold},
+        safety={"enabled": False if no_safety else None},
+        speech={"enabled": False if no_sound else None},
+    )
+    language = _language(settings, verbose)
+    unreadable: list[str] = []
+    with ExitStack() as files:
+        if text:
+            lines, commands = _open(text, "r", files), read_sentences(language)
+        else:
+            recognizer = Recognizer(language, settings.recognition)
+        console = ConsoleRobot(sys.stderr if events == "-" else sys.stdout)
+        receivers: list[Callable[[Event], None]] = [console.receive]
+        if events:
+            receivers.append(_event_log(_open(events, "w", files)))
+        voice = settings.speech.voice if settings.speech.enabled else None
+        with pipeline.running(receivers, settings.safety, voice) as robot:
+            if text:
+                pipeline.drive_by_text(robot, lines, commands)
+            else:
+                unreadable = pipeline.drive_by_recordings(robot, recordings, recognizer)
+    if unreadable:
+        raise typer.Exit(SOME_UNREADABLE)
+
+
+@app.command()
+def say(
+    text: Annotated[str | None, typer.Argument(metavar="TEXT", help="What to say.")] = None,
+    voice: Annotated[str, typer.Option(metavar="NAME", help="Who says it.")] = "kal_diphone",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.wav", help="Write it instead of playing it.")
+    ] = None,
+    list_voices: Annotated[
+        bool, typer.Option("--list-voices", help="Show the voices that are installed.")
+    ] = False,
+) -> None:
+    """Say a text with festival.
+
+    Example: voz say "bep bep. I am listening you" --out hello.wav
+    """
+    from voz.speech import festival
+
+    if list_voices:
+        print("\n".join(festival.voices()))
+    elif text is None:
+        raise SpeechError("there is nothing to say; give a text in quotes, see --help")
+    elif out:
+        festival.render(text, voice, out)
+    else:
+        from voz.audio.playback import play
+
+        play(festival.cached(text, voice))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: without the program's name; None takes those of the process.
+
+    Returns:
+        The exit code, one of the constants above or 0.
+    """
+    # A file name may hold what the terminal cannot show; that is no reason to stop.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _end_by_signal)
+    try:
+        code = app(args=arguments, prog_name="voz", standalone_mode=False)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return BY_SIGNAL + signal.SIGINT
+    except BrokenPipeError:  # as in `voz decode ... | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BY_SIGNAL + signal.SIGPIPE
+    except (VozError, OSError) as error:
+        return _wrong_call(str(error))
+    except UsageError as error:
+        return _wrong_call(error.format_message())
+    return code if isinstance(code, int) else 0
+
+
+def _end_by_signal(number: int, _frame: object) -> NoReturn:
+    """End by way of all `finally` blocks, which stop the robot."""
+    sys.exit(BY_SIGNAL + number)
+
+
+def _wrong_call(message: str) -> int:
+    _tell(f"voz: {message}")
+    return WRONG_CALL
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr)
+
+
+def _settings(path: Path | None, **options: Any) -> Config:
+    return overridden(load_config(path) if path else Config(), options)
+
+
+def _language(settings: Config, verbose: bool) -> LanguageFiles:
+    """Find the language files; tell which, and whether their list has changed since."""
+    from voz.language.files import find_language, stale_warning
+
+    language = find_language(settings.lm)
+    if verbose:
+        _tell(f"language files: {language.folder.resolve()}")
+    if stale := stale_warning(language):
+        _tell(f"warning: {stale}")
+    return language
+
+
+def _open(name: str, mode: str, files: ExitStack) -> IO[str]:
+    """Open a text file until `files` closes; `-` is standard input or output."""
+    if name == "-":
+        return sys.stdin if mode == "r" else sys.stdout
+    try:
+        # Typed text that is not UTF-8 is no command; it need not end the run.
+        return files.enter_context(Path(name).open(mode, encoding="utf-8", errors="replace"))
+    except OSError as error:
+        doing = "read" if mode == "r" else "written"
+        raise ConfigError(f"{name}: cannot be {doing} ({error.strerror})") from error
+
+
+def _event_log(stream: IO[str]) -> Callable[[Event], None]:
+    from voz.events import to_json
+
+    return lambda event: print(to_json(event), file=stream, flush=True)
+
+
+def _with_progress(files: list[Path]) -> Iterable[Path]:
+    """Show a bar while the results go elsewhere; in between them it would be in the way."""
+    if not sys.stderr.isatty() or sys.stdout.isatty():
+        return files
+    from rich.console import Console
+    from rich.progress import track
+
+    return track(files, "Decoding", console=Console(stderr=True), transient=True)
+
+
+def _show_json(result: Heard | Unreadable) -> None:
+    from voz.events import to_json
+
+    print(to_json(result), flush=True)
+
+
+def _show_row(result: Heard | Unreadable) -> None:
+    from voz.recognition.batch import Unreadable
+
+    if isinstance(result, Unreadable):
+        print(f"{'':>26} error {result.error}", flush=True)
+        return
+    obeyed = "yes" if result.accepted else "no"
+    print(
+        f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {obeyed:6}  "
+        f"{result.text or '(no command)':24}  {result.file}",
+        flush=True,
+    )

@@ -1,0 +1,1 @@
+"""Who receives the motion: one small module for each kind of robot."""

@@ -1,0 +1,54 @@
+"""A robot that says in words what it would do."""
+
+from __future__ import annotations
+
+from typing import TextIO
+
+from voz.events import Event, Reply, SelectedObject, Twist, Utterance
+
+
+class ConsoleRobot:
+    """Prints a line when something happens or the velocity changes."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._velocity = (0.0, 0.0)
+
+    def receive(self, event: Event) -> None:
+        """Print the event, unless it is the velocity that the robot already has."""
+        if isinstance(event, Twist):
+            velocity = (event.linear, event.angular)
+            if velocity == self._velocity:
+                return
+            self._velocity = velocity
+        print(f"{event.t:7.1f} s  {_in_words(event)}", file=self._stream, flush=True)
+
+
+def _in_words(event: Event) -> str:
+    if isinstance(event, Utterance):
+        return _heard(event)
+    if isinstance(event, Twist):
+        return f"         robot {_motion(event.linear, event.angular)}"
+    if isinstance(event, SelectedObject):
+        return f"         robot selects object {event.value}"
+    if isinstance(event, Reply):
+        return f'         robot says "{event.text}"'
+    return f"warning: {event.text}"
+
+
+def _heard(event: Utterance) -> str:
+    if event.accepted:
+        return f'heard    "{event.text}" ({event.confidence:.2f})'
+    if event.text:
+        return f'ignored  "{event.text}" ({event.confidence:.2f})'
+    return "ignored  something that is no command"
+
+
+def _motion(linear: float, angular: float) -> str:
+    parts = []
+    if linear:
+        parts.append(f"drives {'forward' if linear > 0 else 'back'} at {abs(linear):.2f} m/s")
+    if angular:
+        side = "left" if angular > 0 else "right"
+        parts.append(f"turns {side} at {abs(angular):.2f} rad/s")
+    return " and ".join(parts) or "stands still"

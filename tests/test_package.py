@@ -1,0 +1,58 @@
+"""What is installed works without the checkout beside it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from recordings import FIXTURES, ROOT
+
+CALL = "import sys; from voz.cli import main; sys.exit(main())"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The content of the wheel, in a folder by itself."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", folder, ROOT]
+    subprocess.run(command, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    zipfile.ZipFile(wheel).extractall(folder / "installed")
+    return folder / "installed"
+
+
+def voz(installed: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", CALL, *map(str, arguments)],
+        cwd=installed.parent,
+        env=os.environ | {"PYTHONPATH": str(installed)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+
+@pytest.mark.slow
+def test_the_language_files_travel_in_the_package(installed: Path) -> None:
+    there = {path.name for path in (installed / "voz" / "lm").iterdir()}
+    assert there == {path.name for path in (ROOT / "lm").iterdir()}
+
+
+@pytest.mark.slow
+def test_an_installed_voz_understands_commands(installed: Path) -> None:
+    clip = FIXTURES / "commands" / "festival_slt__go_back.flac"
+    done = voz(installed, "decode", "--json", "--search", "grammar", clip)
+    assert json.loads(done.stdout)["text"] == "go back"
+
+
+@pytest.mark.slow
+def test_an_installed_voz_uses_its_own_files_where_there_are_no_others(installed: Path) -> None:
+    typed = installed.parent / "typed.txt"
+    typed.write_text("stop\n")
+    done = voz(installed, "run", "-v", "--no-sound", "--text", typed)
+    assert f"language files: {installed / 'voz' / 'lm'}" in done.stderr

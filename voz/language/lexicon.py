@@ -57,24 +57,38 @@ def read_cmudict() -> bytes:
 
 
 def look_up(cmudict: bytes, word: str) -> tuple[str, ...]:
-    """Look a word up in the CMU dictionary.
+    """Look a word up in the CMU dictionary, by bisection.
 
     Args:
         cmudict: lines `word PH PH` and `word(2) PH PH`, sorted by word.
         word: in lower case.
 
     Returns:
-        Its pronunciations, none if the dictionary does not have it.
+        Its pronunciations, none if the dictionary does not have it where it should.
     """
+    offsets = range(len(cmudict))
+    start = bisect_left(offsets, word.encode(), key=lambda offset: _word_at(cmudict, offset))
+    return _pronunciations_at(cmudict, start, word)
 
-    def word_at(offset: int) -> bytes:
-        start = cmudict.rfind(b"\n", 0, offset) + 1
-        return cmudict[start : cmudict.find(b" ", start)].partition(b"(")[0]
 
-    wanted = word.encode()
+def find_anywhere(cmudict: bytes, word: str) -> tuple[str, ...]:
+    """Look a word up in the CMU dictionary wherever it stands.
+
+    In pocketsphinx 5.0 a few words, `stilton` for one, are not where the order has them. This
+    takes 2 ms and finds them.
+    """
+    return _pronunciations_at(cmudict, cmudict.find(f"\n{word} ".encode()) + 1, word)
+
+
+def _word_at(cmudict: bytes, offset: int) -> bytes:
+    start = cmudict.rfind(b"\n", 0, offset) + 1
+    return cmudict[start : cmudict.find(b" ", start)].partition(b"(")[0]
+
+
+def _pronunciations_at(cmudict: bytes, start: int, word: str) -> tuple[str, ...]:
+    """Read the lines from an offset on as long as they are the word's."""
     found = []
-    start = bisect_left(range(len(cmudict)), wanted, key=word_at)
-    while start < len(cmudict) and word_at(start) == wanted:
+    while start < len(cmudict) and _word_at(cmudict, start) == word.encode():
         end = cmudict.find(b"\n", start)
         found.append(cmudict[start:end].partition(b" ")[2].decode())
         start = end + 1
@@ -147,7 +161,7 @@ def pronounce(
     for word in places:
         if word in user:
             entries[word] = Entry(user[word], PRONUNCIATIONS)
-        elif phones := look_up(cmudict, word):
+        elif phones := look_up(cmudict, word) or find_anywhere(cmudict, word):
             entries[word] = Entry(phones, "cmudict")
         elif parts := split_compound(word, known):
             entries[word] = Entry(_join(parts, known), f"compound {'+'.join(parts)}")

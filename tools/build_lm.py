@@ -3,11 +3,17 @@
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
 try:
-    import voz.cli
-except ModuleNotFoundError:
-    sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-    import voz.cli
+    from voz.cli import main
+except ModuleNotFoundError as error:
+    print(
+        f"build_lm.py: this Python has no {error.name}; run `make install`, "
+        "then .venv/bin/python tools/build_lm.py",
+        file=sys.stderr,
+    )
+    sys.exit(2)
 
 if __name__ == "__main__":
-    sys.exit(voz.cli.main(["build-lm", *sys.argv[1:]]))
+    sys.exit(main(["build-lm", *sys.argv[1:]]))

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -272,6 +273,10 @@ def test_without_festival_there_is_one_warning_and_everything_else_works(tmp_pat
     assert [e["linear"] for e in result.json if e["type"] == "cmd_vel"] == [0, 0, 0, -0.1, 0]
 
 
+def signals_as_a_terminal_has_them() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
 )
@@ -282,17 +287,20 @@ def test_s7_a_signal_ends_with_zero_velocity(number: int, code: int) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=signals_as_a_terminal_has_them,
     ) as process:
+        deadline = threading.Timer(30, process.kill)
+        deadline.start()
         assert process.stdin
         assert process.stdout
         assert process.stderr
         process.stdin.write("start speech\ngo forward\n")
         process.stdin.flush()
-        while '"linear":0.1' not in process.stdout.readline():
-            pass
+        assert any('"linear":0.1' in line for line in iter(process.stdout.readline, ""))
         process.send_signal(number)
         *_, last = process.stdout.read().splitlines()
         assert "Traceback" not in process.stderr.read()
+        deadline.cancel()
     assert process.returncode == code
     assert json.loads(last)["linear"] == 0
 

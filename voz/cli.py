@@ -242,13 +242,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _end_by_signal)
+    _end_by_signals()
     try:
         code = app(args=arguments, prog_name="voz", standalone_mode=False)
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        return BY_SIGNAL + signal.SIGINT
     except BrokenPipeError:  # as in `voz decode ... | head -1`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BY_SIGNAL + signal.SIGPIPE
@@ -259,9 +256,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code if isinstance(code, int) else 0
 
 
-def _end_by_signal(number: int, _frame: object) -> NoReturn:
-    """End by way of all `finally` blocks, which stop the robot."""
-    sys.exit(BY_SIGNAL + number)
+def _end_by_signals() -> None:
+    """Let signals end the program by way of all `finally` blocks, which stop the robot."""
+
+    def end(number: int, _frame: object) -> NoReturn:
+        sys.exit(BY_SIGNAL + number)
+
+    # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
+    # the same; whoever says `nohup` means it.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, end)
 
 
 def _wrong_call(message: str) -> int:

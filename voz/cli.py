@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from io import TextIOWrapper
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import IO, TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
 import typer
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from voz.events import Event
     from voz.language.files import LanguageFiles
     from voz.recognition.batch import Heard, Unreadable
+
+Item = TypeVar("Item")
 
 STALE = 1
 """Exit code of `build-lm --check` when files are not up to date."""
@@ -76,13 +78,26 @@ def build_lm(
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing; exit with 1 if files are stale.")
     ] = False,
+    alike: Annotated[
+        bool, typer.Option("--alike", help="Also show the commands that sound most alike.")
+    ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.png|.svg", help="Also draw how alike all commands sound."),
+    ] = None,
 ) -> None:
     """Make the dictionary, language model and grammar from a list of commands.
 
+    Warns of commands that sound alike.
+
     Example: voz build-lm lm/comandos_voz.txt
     """
-    from voz.language import build
+    from voz.language import build, confusion
 
+    if alike:
+        print(confusion.table(build.closest_commands(commands)))
+    if picture:
+        build.draw_alike(commands, picture)
     folder = out or commands.parent
     if check:
         if stale := build.check(commands, folder):
@@ -132,6 +147,133 @@ def decode(
         unreadable += isinstance(result, Unreadable)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+@app.command("eval")
+def evaluate(
+    manifests: Annotated[
+        list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
+    ],
+    html: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write a page with tables and pictures.")
+    ] = None,
+    as_json: Annotated[
+        str | None,
+        typer.Option("--json", metavar="FILE|-", help="Write all figures and each clip's result."),
+    ] = None,
+    compare: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Compare with what --json has written before."),
+    ] = None,
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help='voz, plain-pocketsphinx or "command:PROGRAM ARGUMENTS".'
+        ),
+    ] = "voz",
+    snr: Annotated[
+        str | None,
+        typer.Option(metavar="DB,DB...", help="Also hear each command in noise, as 20,10,5."),
+    ] = None,
+    noise: Annotated[
+        Path | None, typer.Option(metavar="DIR|FILE", help="Recordings of noise for --snr.")
+    ] = None,
+    reverb: Annotated[bool, typer.Option("--reverb", help="Play all in a room.")] = False,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Processes; else one for each core.")
+    ] = None,
+    search: SearchOption = None,
+    threshold: ThresholdOption = None,
+    lm: LmOption = None,
+    config: ConfigOption = None,
+    verbose: VerboseOption = False,
+) -> None:
+    """Score recordings whose texts are known: right, refused, false alarms, time.
+
+    A manifest is a table with tabs: a line with the names of its columns, path (or file), text,
+    speaker (or voice), kind and perhaps condition, then a line for each recording. Its kind is
+    command, long (commands with " | " between them), near-miss, talk or noise.
+
+    Prints the main figures, or with --html or --json writes all of them. Exits with 3 when some
+    recordings could not be read; the others are done.
+
+    Example: voz eval audio_fixtures/manifest.tsv --html report.html
+    """
+    from voz.evaluation import report
+    from voz.evaluation.engines import EngineChoice
+    from voz.evaluation.manifest import read_manifests
+    from voz.evaluation.noise import noise_options
+    from voz.evaluation.recognise import recognise_all, tasks_for
+
+    report.require_libraries(pictures=html is not None)
+    settings = _settings(config, lm=lm, recognition={"search": search, "threshold": threshold})
+    choice = EngineChoice(engine, _language(settings, verbose), settings.recognition)
+    others = report.read_results(compare) if compare else None
+    ratios, noises = noise_options(snr, noise)
+    tasks = tasks_for(read_manifests(manifests), noises, ratios, reverb)
+    asked = {
+        "manifests": ", ".join(map(str, manifests)),
+        "engine": engine,
+        "search": settings.recognition.search,
+        "threshold": f"{settings.recognition.threshold:g}",
+        "snr": snr or "",
+        "noise": str(noise or ""),
+        "reverb": "yes" if reverb else "no",
+        "compare": str(compare or ""),
+    }
+    with ExitStack() as files:
+        page = _open(html, "w", files) if html else None
+        data = _open(as_json, "w", files) if as_json else None
+        results = list(_with_bar(recognise_all(tasks, choice, jobs), len(tasks)))
+        evaluation = report.evaluate(results, asked, others)
+        if page:
+            page.write(report.to_html(evaluation))
+        if data:
+            print(report.to_json(evaluation), file=data)
+    if not (page or data):
+        print(report.to_text(evaluation))
+    failed = [result.error for result in results if result.error is not None]
+    for error in failed:
+        _tell(f"error: {error}")
+    if failed:
+        raise typer.Exit(SOME_UNREADABLE)
+
+
+@app.command("fit-confidence")
+def fit_confidence(
+    manifests: Annotated[
+        list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Where to write; else the package's own model."),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Processes; else one for each core.")
+    ] = None,
+    lm: LmOption = None,
+) -> None:
+    """Make the model of the confidence anew from recordings whose texts are known.
+
+    Prints what it accepts at 0.5, judged by models that never heard the speaker.
+
+    Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
+    """
+    from voz.evaluation import fit_confidence as fitting
+    from voz.evaluation.manifest import read_manifests
+    from voz.recognition.confidence import MODEL, save_model
+
+    clips = read_manifests(manifests)
+    found = _with_bar(fitting.collect(clips, lm, jobs), len(clips))
+    examples = [example for of_clip in found for example in of_clip]
+    fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
+    model = fitting.fit(examples, fitted_on)
+    print("accepted    of  set, kind, condition and whether it is right")
+    counts = fitting.acceptance(examples, fitting.cross_validated(examples), threshold=0.5)
+    for name, (share, number) in counts.items():
+        print(f"{share:8.3f} {number:5}  {name}")
+    save_model(model, out or MODEL)
+    print(f"written: {out or MODEL}")
 
 
 @app.command()
@@ -321,6 +463,16 @@ def _with_progress(files: list[Path]) -> Iterable[Path]:
     from rich.progress import track
 
     return track(files, "Decoding", console=Console(stderr=True), transient=True)
+
+
+def _with_bar(results: Iterable[Item], total: int) -> Iterable[Item]:
+    """Show a bar while recordings are recognised, unless nobody is there to see it."""
+    from rich.console import Console
+    from rich.progress import track
+
+    console = Console(stderr=True)
+    hidden = not console.is_terminal
+    return track(results, "Recognising", total, console=console, transient=True, disable=hidden)
 
 
 def _show_json(result: Heard | Unreadable) -> None:

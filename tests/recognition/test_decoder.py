@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from recordings import Recording
 
 from voz.errors import LanguageError
 from voz.language.files import LanguageFiles
-from voz.recognition.decoder import Decoder, PhoneLoop
+from voz.recognition.decoder import Decoder
 
 NOTHING = np.zeros(0, np.int16)
 
@@ -19,11 +18,6 @@ NOTHING = np.zeros(0, np.int16)
 @pytest.fixture(scope="module")
 def decoder(language: LanguageFiles) -> Decoder:
     return Decoder(language)
-
-
-@pytest.fixture(scope="module")
-def phone_loop(language: LanguageFiles) -> PhoneLoop:
-    return PhoneLoop(language)
 
 
 @pytest.fixture(scope="module")
@@ -43,31 +37,16 @@ def test_the_trigram_model_understands_commands_too(
     assert np.mean(right) >= 0.8
 
 
-def test_no_sound_is_no_sentence(decoder: Decoder, phone_loop: PhoneLoop) -> None:
+def test_no_sound_is_no_sentence(decoder: Decoder) -> None:
     assert decoder.decode(NOTHING) == ""
-    assert phone_loop.ratio(NOTHING, "stop") == -math.inf
 
 
 def test_the_same_audio_gives_the_same_answer_whatever_came_before(
     language: LanguageFiles, recordings: list[Recording]
 ) -> None:
-    clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::9]
-
-    def answers(order: list[int]) -> dict[int, tuple[str, float]]:
-        decoder, phone_loop = Decoder(language), PhoneLoop(language)
-        return {i: (decoder.decode(clips[i]), phone_loop.ratio(clips[i], "stop")) for i in order}
-
-    there = list(range(len(clips)))
-    assert answers(there) == answers(there[::-1])
-
-
-def test_a_sentence_that_was_said_explains_the_sound_better_than_one_that_was_not(
-    phone_loop: PhoneLoop, commands: list[Recording]
-) -> None:
-    for recording in commands:
-        samples = recording.samples()
-        other = "slow down" if recording.text != "slow down" else "go back"
-        assert phone_loop.ratio(samples, recording.text) > phone_loop.ratio(samples, other) + 1
+    clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::4]
+    there, back = Decoder(language), Decoder(language)
+    assert [there.decode(c) for c in clips] == [back.decode(c) for c in clips[::-1]][::-1]
 
 
 def test_missing_and_broken_language_files_are_one_clear_line(

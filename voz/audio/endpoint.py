@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from pocketsphinx import Endpointer
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.errors import AudioError
 
 # Of 239 commands by 35 voices and 78 by people (`stop` over phones), the end-pointer's defaults
 # (mode 0, ratio 0.9) lose 37, nearly all of them short words of people, and join commands that are
@@ -110,3 +111,27 @@ class Segmenter:
         if surplus > 0:
             self._kept = self._kept[surplus:]
             self._kept_from = needed
+
+
+def segments(blocks: Iterable[Samples]) -> Iterator[Segment]:
+    """Cut a whole recording into stretches of speech.
+
+    Args:
+        blocks: its samples, 16 kHz, in blocks of any size.
+
+    Yields:
+        Each segment as soon as its end is known.
+
+    Raises:
+        AudioError: the blocks end in one; what was heard up to there is yielded first.
+    """
+    segmenter = Segmenter()
+    failure = None
+    try:
+        for block in blocks:
+            yield from segmenter.feed(block)
+    except AudioError as error:
+        failure = error
+    yield from segmenter.finish()
+    if failure:
+        raise failure

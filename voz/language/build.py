@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
+from voz.language import confusion
 from voz.language.commands import MAX_BYTES, CommandList, at_most, parse_commands
 from voz.language.files import LanguageFiles
 from voz.language.grammar import jsgf
@@ -57,7 +58,11 @@ def build(commands: Path, out: Path) -> BuildResult:
     parsed, entries = _read(commands)
     contents = generate(parsed.sentences, entries)
     _write(contents, out)
-    warnings = (*parsed.warnings, *_guess_warnings(entries, parsed))
+    warnings = (
+        *parsed.warnings,
+        *_guess_warnings(entries, parsed),
+        *_alike_warnings(entries, parsed),
+    )
     paths = tuple(out / name for name in contents)
     return BuildResult(len(parsed.sentences), len(entries), warnings, paths)
 
@@ -78,6 +83,37 @@ def check(commands: Path, out: Path) -> list[str]:
     parsed, entries = _read(commands)
     contents = generate(parsed.sentences, entries)
     return [name for name, text in contents.items() if not _holds(out / name, text)]
+
+
+def closest_commands(commands: Path) -> list[confusion.AlikePair]:
+    """Find the commands of a list that sound alike, and write nothing.
+
+    Args:
+        commands: the command list.
+
+    Returns:
+        The pairs, the most alike first.
+
+    Raises:
+        CommandsError: the list or the pronunciations cannot be used, or it is too long.
+    """
+    parsed, entries = _read_few(commands)
+    return confusion.sound_alike(parsed.sentences, _phones(entries))
+
+
+def draw_alike(commands: Path, picture: Path) -> None:
+    """Draw how alike the commands of a list sound.
+
+    Args:
+        commands: the command list.
+        picture: the picture to write, PNG or SVG by its ending.
+
+    Raises:
+        CommandsError: the list or the pronunciations cannot be used, or it is too long.
+        VozError: the picture cannot be drawn.
+    """
+    parsed, entries = _read_few(commands)
+    confusion.draw(parsed.sentences, _phones(entries), picture)
 
 
 def generate(sentences: Sequence[str], entries: Mapping[str, Entry]) -> dict[str, str]:
@@ -124,6 +160,28 @@ def _read(commands: Path) -> tuple[CommandList, dict[str, Entry]]:
     return parsed, pronounce(parsed.places(), user, read_cmudict(), guess)
 
 
+def _read_few(commands: Path) -> tuple[CommandList, dict[str, Entry]]:
+    """Read a command list whose commands are to be compared with each other."""
+    parsed, entries = _read(commands)
+    if too_many := _too_many(parsed):
+        raise CommandsError(too_many)
+    return parsed, entries
+
+
+def _too_many(parsed: CommandList) -> str:
+    """Say that a list is too long to compare its commands; empty if it is not."""
+    if len(parsed.sentences) <= confusion.MOST_COMMANDS:
+        return ""
+    return (
+        f"{parsed.name}: has {len(parsed.sentences)} commands, too many to find those that sound "
+        f"alike; give a list of at most {confusion.MOST_COMMANDS} to `voz build-lm --alike`"
+    )
+
+
+def _phones(entries: Mapping[str, Entry]) -> dict[str, tuple[str, ...]]:
+    return {word: entry.phones for word, entry in entries.items()}
+
+
 def _read_text(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
@@ -156,6 +214,13 @@ def _guess_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[
         f"guesses (see {name}): correct them in {PRONUNCIATIONS} beside the list"
     )
     return at_most(each, summary)
+
+
+def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[str, ...]:
+    """Tell the user which commands sound alike."""
+    if too_many := _too_many(parsed):
+        return (too_many,)
+    return confusion.warnings(confusion.sound_alike(parsed.sentences, _phones(entries)))
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:

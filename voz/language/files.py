@@ -105,6 +105,21 @@ def read_sentences(files: LanguageFiles) -> list[str]:
     return sentences
 
 
+def count_phones(files: LanguageFiles) -> dict[str, int]:
+    """Count the phones of each word of the dictionary; variants are words, as `the(2)`.
+
+    Raises:
+        LanguageError: the dictionary cannot be read.
+    """
+    try:
+        lines = files.dictionary.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise LanguageError(
+            f"{files.dictionary}: cannot be read; make it again with `voz build-lm`"
+        ) from error
+    return {word: len(phones) for word, *phones in map(str.split, lines) if phones}
+
+
 def stale_warning(files: LanguageFiles) -> str | None:
     """Compare the command list with what the other files were generated from.
 

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+from recordings import Recording
+
+from voz.config import Recognition
+from voz.errors import AudioError, ConfigError
+from voz.evaluation import engines
+from voz.evaluation.engines import EngineChoice, load_engine, program_engine
+from voz.evaluation.results import Understood
+from voz.language.files import LanguageFiles
+
+COMMANDS = frozenset({"go back"})
+
+
+def script(tmp_path: Path, code: str) -> str:
+    path = tmp_path / "a program.py"
+    path.write_text(code)
+    return shlex.join([sys.executable, str(path)])
+
+
+@pytest.fixture
+def clip(recordings: list[Recording]) -> Recording:
+    return next(r for r in recordings if r.path.stem == "festival_slt__go_back")
+
+
+@pytest.mark.parametrize("name", ["voz", "plain-pocketsphinx"])
+def test_engines_of_pocketsphinx(name: str, clip: Recording, language: LanguageFiles) -> None:
+    engine = load_engine(EngineChoice(name, language, Recognition()))
+    (heard,) = engine(clip.samples())
+    assert (heard.text, heard.accepted) == ("go back", True)
+    assert heard.confidence == 1 or name == "voz"
+
+
+def test_a_program_gets_a_wav_and_writes_the_transcript(tmp_path: Path, clip: Recording) -> None:
+    code = (
+        "import sys, wave\n"
+        "w = wave.open(sys.argv[2])\n"
+        "assert w.getparams()[:4] == (1, 2, 16000, int(sys.argv[1])), w.getparams()\n"
+        "print(' Go, back!')\n"
+    )
+    samples = clip.samples()
+    engine = program_engine(f"{script(tmp_path, code)} {len(samples)}", COMMANDS)
+    assert engine(samples) == [Understood("go back", 1, accepted=True)]
+
+
+@pytest.mark.parametrize(
+    ("transcript", "heard"),
+    [
+        ("Don't\tSTOP... - now?", [Understood("don't stop now", 1, accepted=False)]),
+        ("", []),
+        (" .\n", []),
+    ],
+)
+def test_what_a_program_hears(
+    transcript: str, heard: list[Understood], tmp_path: Path, clip: Recording
+) -> None:
+    engine = program_engine(script(tmp_path, f"print({transcript!r})"), COMMANDS)
+    assert engine(clip.samples()) == heard
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("raise SystemExit('no model')", r"failed with exit code 1 \(no model\)"),
+        ("raise SystemExit(3)", "failed with exit code 3$"),
+        ("import time; time.sleep(9)", "not done after 0.3 s"),
+    ],
+)
+def test_a_program_that_fails_is_an_error_of_this_clip(
+    code: str, said: str, tmp_path: Path, clip: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engines, "PROGRAM_SECONDS", 0.3 if "sleep" in code else 60)
+    with pytest.raises(AudioError, match=said):
+        program_engine(script(tmp_path, code), COMMANDS)(clip.samples())
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("magic", 'no engine "magic"'),
+        ("command:", "names no program"),
+        ("command:'", "close all quotes"),
+        ("command:no-such-program -x", "no-such-program: there is no such program"),
+    ],
+)
+def test_an_engine_that_cannot_be(name: str, said: str, language: LanguageFiles) -> None:
+    with pytest.raises(ConfigError, match=said):
+        load_engine(EngineChoice(name, language, Recognition()))

@@ -1,0 +1,120 @@
+"""`voz eval` as a user calls it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from recordings import FIXTURES, ROOT, read_manifest
+
+from voz.cli import main
+
+VOZ = [sys.executable, "-c", "import sys; from voz.cli import main; sys.exit(main())"]
+Call = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def voz(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest's own stay
+    monkeypatch.chdir(ROOT)
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        code = main(["eval", "--lm", "lm", *map(str, arguments)])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def manifest(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Twenty clips of the fixtures, and one that is no recording."""
+    folder = tmp_path_factory.mktemp("set")
+    clips = read_manifest()
+    some = [r for r in clips if r.kind == "command"][::18]
+    some += [r for r in clips if r.kind == "near-miss"][::5]
+    rows = [f"{r.path}\t{r.text}\t{r.voice}\t{r.kind}" for r in some]
+    (folder / "bad.wav").write_text("no recording")
+    path = folder / "some.tsv"
+    lines = ["path\ttext\tspeaker\tkind", *rows, "bad.wav\tstop\tme\tcommand"]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.slow
+def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_path: Path) -> None:
+    data, page = tmp_path / "first.json", tmp_path / "first.html"
+    code, out, err = voz(manifest, "--json", data, "--html", page, "--jobs", 2)
+    assert (code, out) == (3, "")
+    assert err.startswith("error: ")
+    assert "bad.wav: is no recording that can be read" in err
+    first = json.loads(data.read_text())
+    assert len(first["results"]) == 21
+    assert first["scores"]["commands"][0]["clips"] == 7
+    assert first["scores"]["commands"][0]["right"]["value"] > 0.9
+    assert first["settings"]["threshold"] == "0.5"
+    assert "bad.wav" in page.read_text()
+
+    plain = ("--engine", "plain-pocketsphinx", "--reverb", "--jobs", 2)
+    noise = ("--snr", "30,0", "--noise", FIXTURES / "long" / "kitchen.wav")
+    code, out, err = voz(manifest, "--compare", data, *plain, *noise)
+    assert code == 3
+    lines = [line.split() for line in out.splitlines()]
+    rows = [line for line in lines if line and line[0] in ("some", "30", "0")]
+    assert [row[0] for row in rows] == ["some", "30", "0", "some", "some"]
+    assert rows[-1][1] == "7"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "MANIFEST"),
+        (["none.tsv"], "none.tsv: cannot be read"),
+        (["README.md"], "README.md:1: has no column"),
+        (["audio_fixtures/manifest.tsv", "--snr", "10"], "--noise"),
+        (["audio_fixtures/manifest.tsv", "--noise", "audio_fixtures"], "--snr"),
+        (["audio_fixtures/manifest.tsv", "--snr", "x", "--noise", "lm"], "20,10,5"),
+        (["audio_fixtures/manifest.tsv", "--snr", "1", "--noise", "lm"], "holds no recording"),
+        (["audio_fixtures/manifest.tsv", "--compare", "README.md"], "is not what"),
+        (["audio_fixtures/manifest.tsv", "--html", "none/x.html"], "cannot be written"),
+        (["audio_fixtures/manifest.tsv", "--jobs", "0"], "--jobs"),
+        (["audio_fixtures/manifest.tsv", "--threshold", "7"], "threshold"),
+        (["audio_fixtures/manifest.tsv", "--engine", "magic", "--jobs", "1"], "magic"),
+    ],
+)
+def test_a_wrong_call_is_one_line(arguments: list[str], said: str, voz: Call) -> None:
+    code, out, err = voz(*arguments)
+    assert (code, out) == (2, "")
+    (line,) = err.splitlines()
+    assert said in line
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_all_processes_without_a_word(tmp_path: Path) -> None:
+    started = tmp_path / "started"
+    (tmp_path / "slow.py").write_text(
+        "import pathlib, sys, time\npathlib.Path(sys.argv[1]).touch()\ntime.sleep(0.2)\n"
+    )
+    engine = f"command:{sys.executable} {tmp_path / 'slow.py'} {started}"
+    arguments = ["eval", FIXTURES / "manifest.tsv", "--jobs", "1", "--engine", engine]
+    with subprocess.Popen(
+        [*VOZ, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        while not started.exists():
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (130, "")
+    assert "Traceback" not in err

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from typing import Any
+
+import pytest
+
+from voz.evaluation.curves import confusion, curves
+from voz.evaluation.plots import confusion as confusion_picture
+from voz.evaluation.plots import pictures
+from voz.evaluation.results import Result
+from voz.evaluation.scores import score
+
+
+@pytest.fixture
+def results(result: Any) -> list[Result]:
+    return [
+        result("stop", "stop", confidence=0.9),
+        result("go back", "go back", confidence=0.7),
+        result("stop", "stop", snr=10.0),
+        result("stop", snr=0.0),
+        result("stop it", "stop?", confidence=0.4, kind="near-miss"),
+    ]
+
+
+def test_all_pictures_are_svg_and_the_same_each_time(results: list[Result]) -> None:
+    first, again = (pictures(curves(results), score(results).commands) for _ in range(2))
+    assert first == again
+    assert len(first) == 5
+    for svg in first.values():
+        assert ET.fromstring(svg).tag == "{http://www.w3.org/2000/svg}svg"
+
+
+def test_only_what_there_is_is_drawn(results: list[Result]) -> None:
+    assert pictures(curves([]), []) == {}
+    (title,) = pictures(curves(results[2:4]), score(results[2:4]).commands)
+    assert title == "Commands in noise"
+
+
+def test_texts_that_mean_something_to_others_are_only_texts() -> None:
+    svg = confusion_picture(confusion([("$x$ < & -->", r"$\bad{$"), ("go", "go")]))
+    ET.fromstring(svg)

@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from voz.errors import ConfigError
+from voz.evaluation import report
+from voz.evaluation.results import Result
+
+EVIL = '<script>alert("x")</script>'
+
+
+@pytest.fixture
+def results(result: Any) -> list[Result]:
+    return [
+        result("stop", "stop", file="a", confidence=0.9),
+        result("go back", EVIL, file="b", confidence=0.7, speaker=EVIL, condition=EVIL),
+        result(EVIL, "stop", file="b2", set=EVIL),
+        result("stop", "stop", file="c", snr=10.0, set=EVIL),
+        result("stop it", "stop?", file="d", confidence=0.4, kind="near-miss"),
+        result("stop", file=EVIL, error=f"{EVIL}: there is no such file"),
+        result(EVIL, "stop", file="e", kind="talk", seconds=60.0),
+    ]
+
+
+class Page(HTMLParser):
+    """Collects what a page would load, and the elements that are open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.loads: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.loads += [v for name, v in attrs if v and name in ("href", "src", "xlink:href")]
+
+
+def test_the_page_needs_nothing_else(results: list[Result]) -> None:
+    text = report.to_html(report.evaluate(results, {"engine": "voz"}))
+    page = Page()
+    page.feed(text)
+    assert page.tags.count("svg") == 5
+    assert {"script", "link", "img", "iframe"}.isdisjoint(page.tags)
+    assert all(address.startswith(("#", "data:image/png;base64,")) for address in page.loads)
+    assert "@import" not in text
+    assert all(address.startswith("#") for address in re.findall(r"url\(([^)]*)\)", text))
+
+
+def test_the_page_escapes_whatever_the_manifest_says(results: list[Result]) -> None:
+    text = report.to_html(report.evaluate(results, {"engine": EVIL}))
+    assert "<script" not in text
+    assert text.count("&lt;script&gt;") > 5
+    assert "there is no such file" in text
+
+
+def test_what_json_writes_can_be_compared_with(results: list[Result], tmp_path: Path) -> None:
+    evaluation = report.evaluate(results, {"engine": "voz"})
+    saved = tmp_path / "other.json"
+    saved.write_text(report.to_json(evaluation))
+    assert report.read_results(saved) == results
+    assert json.loads(saved.read_text())["settings"] == {"engine": "voz"}
+    compared = report.evaluate(results, {}, report.read_results(saved))
+    assert [(d.clips, d.this - d.other, d.p) for d in compared.comparison] == [
+        (2, 0, 1),
+        (1, 0, 1),
+        (1, 0, 1),
+    ]
+
+
+def test_what_cannot_be_compared_with(results: list[Result], tmp_path: Path) -> None:
+    (tmp_path / "other.json").write_text('{"scores": []}')
+    with pytest.raises(ConfigError, match="is not what"):
+        report.read_results(tmp_path / "other.json")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        report.read_results(tmp_path / "none.json")
+    with pytest.raises(ConfigError, match="none of these commands"):
+        report.evaluate(results, {}, [])
+
+
+def test_the_terminal_gets_the_main_figures(results: list[Result]) -> None:
+    text = report.to_text(report.evaluate(results, {}))
+    for words in ("right and accepted", "let through", "for each hour", "area under the ROC"):
+        assert words in text
+    assert report.to_text(report.evaluate([], {})) == ""
+
+
+def test_a_missing_library_gives_the_line_that_installs_it(monkeypatch: Any) -> None:
+    report.require_libraries(pictures=True)
+    monkeypatch.setattr(report, "find_spec", lambda name: None if name == "matplotlib" else util)
+    report.require_libraries(pictures=False)
+    with pytest.raises(ConfigError, match=r"matplotlib .* `pip install 'voz\[report\]'`"):
+        report.require_libraries(pictures=True)

@@ -1,0 +1,86 @@
+"""What speaks for a command: its path through the sound, its rivals', that of any phones."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import Recording
+
+from voz.language.build import build
+from voz.language.files import LanguageFiles, read_sentences
+from voz.recognition.evidence import MOST_RIVALS, Comparison, Evidence
+
+
+@pytest.fixture(scope="module")
+def comparison(language: LanguageFiles) -> Comparison:
+    return Comparison(language, read_sentences(language))
+
+
+@pytest.fixture(scope="module")
+def commands(recordings: list[Recording]) -> list[Recording]:
+    return [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
+
+
+def evidence_of(comparison: Comparison, recording: Recording, text: str = "") -> Evidence:
+    evidence = comparison.compare(recording.samples(), text)
+    assert evidence is not None
+    return evidence
+
+
+def test_without_a_sentence_the_command_that_fits_best_is_taken(
+    comparison: Comparison, commands: list[Recording]
+) -> None:
+    assert [evidence_of(comparison, r).text for r in commands] == [r.text for r in commands]
+
+
+def test_what_was_said_beats_its_rivals_and_comes_close_to_any_phones(
+    comparison: Comparison, commands: list[Recording]
+) -> None:
+    for recording in commands:
+        evidence = evidence_of(comparison, recording, recording.text)
+        assert evidence.text not in evidence.rivals
+        assert evidence.rivals  # not all: what is hopelessly far behind drops out
+        assert evidence.command.score > max(evidence.rivals.values())
+        frames = sum(span.frames for span in evidence.phones.spans)
+        assert (evidence.command.score - evidence.phones.score) / frames > -2
+
+
+def test_the_words_of_a_command_follow_each_other_in_the_sound(
+    comparison: Comparison, commands: list[Recording]
+) -> None:
+    for recording in commands:
+        spans = evidence_of(comparison, recording, recording.text).command.spans
+        assert [span.name.partition("(")[0] for span in spans] == recording.text.split()
+        assert all(a.start <= a.end < b.start for a, b in itertools.pairwise(spans))
+        assert all(span.score < 0 for span in spans)
+
+
+def test_no_sound_is_no_evidence(comparison: Comparison) -> None:
+    assert comparison.compare(np.zeros(0, np.int16), "stop") is None
+
+
+def test_the_same_audio_gives_the_same_evidence_whatever_came_before(
+    language: LanguageFiles, recordings: list[Recording]
+) -> None:
+    clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::9]
+    sentences = read_sentences(language)
+    there, back = Comparison(language, sentences), Comparison(language, sentences)
+    forward = [there.compare(clip, "stop") for clip in clips]
+    assert forward == [back.compare(clip, "stop") for clip in clips[::-1]][::-1]
+
+
+def test_of_a_long_list_only_those_that_share_a_word_are_rivals(
+    commands: list[Recording], tmp_path: Path
+) -> None:
+    words = ["red", "green", "blue", "black", "white", "brown", "pink", "gray", "gold", "tan"]
+    sentences = [f"{a} {b}" for a in words for b in words] + ["go back", "go forward", "stop"]
+    (tmp_path / "comandos_voz.txt").write_text("\n".join(sentences))
+    build(tmp_path / "comandos_voz.txt", tmp_path)
+    comparison = Comparison(LanguageFiles(tmp_path), sentences)
+    assert len(sentences) > MOST_RIVALS
+    go_back = next(r for r in commands if r.text == "go back")
+    evidence = evidence_of(comparison, go_back, "go back")
+    assert (evidence.text, set(evidence.rivals)) == ("go back", {"go forward"})

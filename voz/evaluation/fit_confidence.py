@@ -1,0 +1,176 @@
+"""Makes the model of the confidence anew: a logistic model, fitted on labelled recordings."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio.files import read_blocks
+from voz.config import Recognition
+from voz.errors import AudioError, ConfigError
+from voz.evaluation.recognise import in_processes
+from voz.evaluation.results import Clip
+from voz.language.files import find_language
+from voz.recognition.confidence import Model, probability
+from voz.recognition.recognizer import Recognizer
+
+RIDGE = 1.0
+"""Pulls the weights towards 0 with the strength of one utterance."""
+
+FOLDS = 5
+
+COMMAND_SHARE = 2 / 3
+"""Of three utterances near someone who drives a robot, two are commands: the prior."""
+
+Matrix = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Example:
+    """What is known of one utterance.
+
+    Attributes:
+        clip: the recording it is in.
+        values: its features.
+        trust: how far it is to be trusted to be speech, 0 to 1.
+        right: whether it is the command that was said.
+    """
+
+    clip: Clip
+    values: dict[str, float]
+    trust: float
+    right: bool
+
+
+def collect(
+    clips: Sequence[Clip], lm: str | None, processes: int | None
+) -> Iterator[list[Example]]:
+    """Recognise labelled recordings and keep what the confidence is computed from.
+
+    Args:
+        clips: the recordings.
+        lm: folder of the language files, None for the usual ones.
+        processes: how many work at the same time; None for one on each core.
+
+    Returns:
+        The examples of each clip, in their order; none for one that cannot be read.
+    """
+    return in_processes(partial(_examples, lm=lm), clips, processes)
+
+
+def description(clips: Iterable[Clip], name: str) -> str:
+    """Tell of a set of recordings how many there are of each kind, and by how many speakers."""
+    chosen = [clip for clip in clips if clip.set == name]
+    kinds = Counter(clip.kind for clip in chosen)
+    counts = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
+    return f"{name}: {counts}; {len({clip.speaker for clip in chosen})} speakers"
+
+
+def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
+    """Fit the model.
+
+    How many near-misses there are among recordings says nothing about life, so both classes are
+    weighed as if `COMMAND_SHARE` of all utterances were commands.
+
+    Args:
+        examples: utterances, some of them right.
+        fitted_on: what to write into the model about them.
+
+    Raises:
+        ConfigError: there are no right ones, or no others.
+    """
+    # What is no speech is refused for that, and would only distort the weights.
+    examples = [example for example in examples if example.trust > 0]
+    right = np.array([example.right for example in examples])
+    if right.all() or not right.any():
+        raise ConfigError("the manifests need both commands that are understood and other speech")
+    names = list(examples[0].values)
+    x = np.array([[example.values[name] for name in names] for example in examples])
+    middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-9
+    share = right.mean()
+    weights = np.where(right, COMMAND_SHARE / share, (1 - COMMAND_SHARE) / (1 - share))
+    intercept, slopes = _logistic((x - middle) / spread, right.astype(float), weights)
+    slopes = slopes / spread
+    intercept -= float(slopes @ middle)
+    return Model(
+        fitted_on=fitted_on,
+        intercept=round(intercept, 4),
+        weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
+    )
+
+
+def cross_validated(examples: Sequence[Example]) -> list[float]:
+    """Tell how likely each example is right, by models that never heard its speaker.
+
+    Args:
+        examples: utterances of several speakers.
+
+    Returns:
+        A probability for each.
+    """
+    speakers = sorted({(e.clip.set, e.clip.speaker) for e in examples})
+    # Shuffled, since neighbours in the alphabet come from the same source.
+    order = np.random.default_rng(0).permutation(len(speakers))
+    fold_of = {speaker: int(place) % FOLDS for speaker, place in zip(speakers, order, strict=True)}
+    folds = [fold_of[e.clip.set, e.clip.speaker] for e in examples]
+    models = [
+        fit([e for e, f in zip(examples, folds, strict=True) if f != fold], [])
+        for fold in range(FOLDS)
+    ]
+    return [
+        e.trust * probability(models[fold], e.values)
+        for e, fold in zip(examples, folds, strict=True)
+    ]
+
+
+def acceptance(
+    examples: Iterable[Example], probabilities: Iterable[float], threshold: float
+) -> dict[str, tuple[float, int]]:
+    """Count what a threshold lets through.
+
+    Returns:
+        By set, kind, condition and whether it is right: the share accepted, and of how many.
+    """
+    groups: dict[str, list[bool]] = {}
+    for example, likely in zip(examples, probabilities, strict=True):
+        clip = example.clip
+        outcome = "right" if example.right else "wrong"
+        name = f"{clip.set} {clip.kind} {clip.condition} {outcome}"
+        groups.setdefault(name, []).append(likely >= threshold)
+    return {name: (sum(v) / len(v), len(v)) for name, v in sorted(groups.items())}
+
+
+def _logistic(x: Matrix, y: Matrix, weights: Matrix) -> tuple[float, Matrix]:
+    """Fit a logistic regression by Newton's method; the intercept is not pulled to 0."""
+    design = np.column_stack([np.ones(len(x)), x])
+    ridge = np.full(design.shape[1], RIDGE)
+    ridge[0] = 0
+    beta = np.zeros(design.shape[1])
+    for _ in range(100):
+        p = 1 / (1 + np.exp(-np.clip(design @ beta, -700, 700)))
+        gradient = design.T @ (weights * (y - p)) - ridge * beta
+        curvature = (design * (weights * p * (1 - p))[:, None]).T @ design + np.diag(ridge + 1e-9)
+        step = np.linalg.solve(curvature, gradient)
+        beta += step
+        if np.abs(step).max() < 1e-9:
+            break
+    return float(beta[0]), beta[1:]
+
+
+@cache
+def _recognizer(lm: str | None) -> Recognizer:
+    return Recognizer(find_language(lm), Recognition())
+
+
+def _examples(clip: Clip, lm: str | None) -> list[Example]:
+    said = clip.text if clip.kind == "command" else None
+    try:
+        found = list(_recognizer(lm).observations(read_blocks(clip.path)))
+    except AudioError:
+        return []
+    return [Example(clip, o.values, o.trust, o.text == said) for o in found]

@@ -1,0 +1,114 @@
+"""Lists of recordings with what is said in them. An edge: it reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import cast, get_args
+
+from voz.errors import ConfigError
+from voz.evaluation.results import Clip, Kind
+from voz.language.commands import normalise
+
+COLUMNS = {
+    "file": ("path", "file"),
+    "text": ("text",),
+    "speaker": ("speaker", "voice"),
+    "kind": ("kind",),
+}
+"""What a manifest must have, and the names that the column may have."""
+
+KINDS = {kind: kind for kind in get_args(Kind)} | {"format": "command"}
+"""The kinds in manifests; a command in an odd file format is a command."""
+
+EVERYTHING = "all"
+"""The condition where a manifest tells none apart."""
+
+
+def read_manifest(path: Path) -> list[Clip]:
+    """Read a manifest: tab-separated values, the names of the columns in the first line.
+
+    Args:
+        path: the manifest. Its columns are `path` or `file` (relative to the manifest),
+            `text`, `speaker` or `voice`, `kind`, and `condition` if there are several;
+            others are ignored.
+
+    Returns:
+        The recordings in their order. Whether they exist is not looked at.
+
+    Raises:
+        ConfigError: the manifest cannot be read or used; the message says which line and why.
+    """
+    (_, header), *rows = _lines(path)
+    columns = _columns(header, path)
+    clips = []
+    for number, fields in rows:
+        if len(fields) != len(header):
+            raise ConfigError(
+                f"{path}:{number}: has {len(fields)} fields and the header {len(header)}; "
+                "separate them by one tab each"
+            )
+        row = {name: fields[index].strip() for name, index in columns.items()}
+        clips.append(_clip(row, path, number))
+    if not clips:
+        raise ConfigError(f"{path}: lists no recording; add a line for each below the header")
+    return clips
+
+
+def read_manifests(paths: Iterable[Path]) -> list[Clip]:
+    """Read several manifests, one after the other; raises ConfigError as `read_manifest` does."""
+    return [clip for path in paths for clip in read_manifest(path)]
+
+
+def set_name(path: Path) -> str:
+    """Name a manifest for reports: `manifest.tsv` says nothing, its folder does."""
+    return path.resolve().parent.name if path.stem == "manifest" else path.stem
+
+
+def _lines(path: Path) -> list[tuple[int, list[str]]]:
+    """The fields of all lines that are not empty, with their numbers; the first is the header."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); name a manifest") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not UTF-8 text; name a manifest, a .tsv file") from None
+    numbered = enumerate(text.split("\n"), start=1)
+    lines = [(number, line.split("\t")) for number, line in numbered if line.strip()]
+    return lines or [(1, [])]
+
+
+def _columns(header: list[str], path: Path) -> dict[str, int]:
+    """Find where each column stands."""
+    names = [name.strip() for name in header]
+    columns = {}
+    for column, allowed in COLUMNS.items():
+        found = [names.index(name) for name in allowed if name in names]
+        if not found:
+            raise ConfigError(
+                f"{path}:1: has no column {' or '.join(allowed)}; "
+                "name the columns in the first line, with tabs between them"
+            )
+        columns[column] = found[0]
+    if "condition" in names:
+        columns["condition"] = names.index("condition")
+    return columns
+
+
+def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
+    file, text, kind = row["file"], normalise(row["text"]), row["kind"]
+    if kind not in KINDS:
+        raise ConfigError(f'{path}:{number}: the kind "{kind}" is none of {", ".join(KINDS)}')
+    if not file:
+        raise ConfigError(f"{path}:{number}: names no file; write its path")
+    if not text and KINDS[kind] in ("command", "long"):
+        raise ConfigError(f"{path}:{number}: has no text; write the command that is said")
+    return Clip(
+        set=set_name(path),
+        file=file,
+        path=path.parent / file,
+        text=text,
+        speaker=row["speaker"] or file,
+        kind=cast(Kind, KINDS[kind]),
+        condition=row.get("condition") or EVERYTHING,
+    )

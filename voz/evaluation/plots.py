@@ -1,0 +1,197 @@
+"""The curves as pictures: SVG to put into a page. Needs matplotlib."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from io import StringIO
+from statistics import NormalDist
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from voz.evaluation.curves import Confusion, Curves, Operating, Reliability
+from voz.evaluation.scores import CommandScores
+
+STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "svg.hashsalt": "voz",  # the same figures give the same file
+    "text.parse_math": False,  # a text with $ in it is no formula
+}
+
+RATES = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
+"""Where the axes of the DET curve are labelled."""
+
+CELL = 0.42
+"""Width and height of a cell of the confusion matrix, inches."""
+
+
+def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, str]:
+    """Draw what there is to draw.
+
+    Args:
+        curves: of all sets together.
+        commands: of which those at a signal-to-noise ratio are shown.
+
+    Returns:
+        SVG elements by their titles.
+    """
+    drawn = {}
+    if curves.operating:
+        drawn["Commands and near-misses (ROC)"] = roc(curves.operating)
+        drawn["Missed and let through (DET)"] = det(curves.operating)
+    if curves.reliability:
+        drawn["Confidence and share right"] = reliability(curves.reliability)
+    if any(s.group.snr is not None for s in commands):
+        drawn["Commands in noise"] = accuracy_against_noise(commands)
+    if curves.confusion:
+        drawn["What commands were taken for"] = confusion(curves.confusion)
+    return drawn
+
+
+def roc(curve: Operating) -> str:
+    """Draw what is let through against what is obeyed, over all thresholds."""
+
+    def draw(axes: Axes) -> None:
+        axes.plot([0, 1], [0, 1], color="grey", linestyle=":", linewidth=1)
+        axes.step(
+            [0.0, *(point.false_alarms for point in curve.points)],
+            [0.0, *(point.hits for point in curve.points)],
+            where="post",
+        )
+        axes.set(
+            xlabel="near-misses let through",
+            ylabel="commands heard right that are accepted",
+            title=f"area under the curve {curve.area:.3f}",
+            xlim=(-0.01, 1.01),
+            ylim=(-0.01, 1.01),
+        )
+
+    return _svg(draw)
+
+
+def det(curve: Operating) -> str:
+    """Draw the same on axes where normally distributed confidences give a straight line.
+
+    What is beyond the axes, a rate of 0 too, is drawn at their ends.
+    """
+    scale = NormalDist().inv_cdf
+    lowest, highest = RATES[0], RATES[-1]
+
+    def at(rate: float) -> float:
+        return scale(min(max(rate, lowest), highest))
+
+    def draw(axes: Axes) -> None:
+        axes.plot(
+            [at(point.false_alarms) for point in curve.points],
+            [at(1 - point.hits) for point in curve.points],
+        )
+        ticks, labels = [scale(rate) for rate in RATES], [f"{rate:g}" for rate in RATES]
+        axes.set_xticks(ticks, labels, rotation=60)
+        axes.set_yticks(ticks, labels)
+        limits = (scale(lowest) - 0.1, scale(highest) + 0.1)
+        axes.set(
+            xlabel="near-misses let through",
+            ylabel="commands heard right that are refused",
+            title="nearer to the lower left corner is better",
+            xlim=limits,
+            ylim=limits,
+        )
+
+    return _svg(draw)
+
+
+def reliability(curve: Reliability) -> str:
+    """Draw how often utterances of each confidence are right, and how many they are."""
+
+    def draw(axes: Axes) -> None:
+        confidences = [b.confidence for b in curve.bins]
+        axes.plot([0, 1], [0, 1], color="grey", linestyle=":", linewidth=1)
+        axes.plot(confidences, [b.right for b in curve.bins], marker="o")
+        for b in curve.bins:
+            axes.annotate(
+                str(b.utterances),
+                (b.confidence, b.right),
+                xytext=(0, 6 if b.right > b.confidence else -12),  # away from the diagonal
+                textcoords="offset points",
+                ha="center",
+                fontsize=7,
+            )
+        axes.set(
+            xlabel="confidence",
+            ylabel="share right (with the number of utterances)",
+            title=f"expected calibration error {curve.expected_error:.3f}",
+            xlim=(-0.02, 1.04),
+            ylim=(-0.08, 1.08),
+        )
+
+    return _svg(draw)
+
+
+def accuracy_against_noise(commands: Sequence[CommandScores]) -> str:
+    """Draw the share of commands right and accepted at each ratio, and without noise."""
+    noisy = [s for s in commands if s.group.snr is not None]
+    ratios = sorted({s.group.snr for s in noisy if s.group.snr is not None}, reverse=True)
+
+    def draw(axes: Axes) -> None:
+        for name in dict.fromkeys(s.group.set for s in noisy):
+            at = {s.group.snr: s for s in commands if _is_in_curve(s, name)}
+            shown = [(place, at[snr]) for place, snr in enumerate([None, *ratios]) if snr in at]
+            values = [s.right_and_accepted for _, s in shown]
+            axes.errorbar(
+                [place for place, _ in shown],
+                [v.value for v in values],
+                yerr=([v.value - v.low for v in values], [v.high - v.value for v in values]),
+                marker="o",
+                capsize=3,
+                label=name,
+            )
+        axes.set_xticks(range(len(ratios) + 1), ["as recorded", *(f"{r:g}" for r in ratios)])
+        axes.set(
+            xlabel="signal-to-noise ratio, dB", ylabel="right and accepted", ylim=(-0.02, 1.02)
+        )
+        axes.legend(loc="lower left")
+
+    return _svg(draw)
+
+
+def confusion(matrix: Confusion) -> str:
+    """Draw how many clips of each command were taken for which."""
+    rows, columns = len(matrix.said), len(matrix.heard)
+
+    def draw(axes: Axes) -> None:
+        shares = [[count / sum(row) for count in row] for row in matrix.counts]
+        axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        axes.grid(visible=False)
+        axes.set_xticks(range(columns), matrix.heard, rotation=45, ha="right")
+        axes.set_yticks(range(rows), matrix.said)
+        axes.set(xlabel="taken for", ylabel="said")
+        for row, counts in enumerate(matrix.counts):
+            for column, count in enumerate(counts):
+                if count:
+                    colour = "white" if shares[row][column] > 0.5 else "black"
+                    axes.text(column, row, str(count), ha="center", va="center", color=colour)
+
+    return _svg(draw, width=2 + CELL * columns, height=1.7 + CELL * rows)
+
+
+def _is_in_curve(score: CommandScores, name: str) -> bool:
+    group = score.group
+    return (group.set, group.kind) == (name, "command") and group.by in ("all", "snr")
+
+
+def _svg(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> str:
+    """Let a function draw on a figure of so many inches; give the SVG element."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        draw(figure.subplots())
+        file = StringIO()
+        nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        figure.savefig(file, format="svg", metadata=nothing)
+    svg = file.getvalue()
+    # Without the XML declaration and the document type, which names an address.
+    return re.sub(r"<!--.*?-->\n?", "", svg[svg.index("<svg") :], flags=re.DOTALL)

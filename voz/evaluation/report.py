@@ -1,0 +1,175 @@
+"""An evaluation as JSON and as a page of its own. Writes and reads no file but to compare with."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import msgspec
+
+from voz import __version__
+from voz.errors import ConfigError
+from voz.evaluation.comparison import Difference, compare
+from voz.evaluation.curves import Curves, curves
+from voz.evaluation.results import Result
+from voz.evaluation.scores import Scores, score
+from voz.evaluation.tables import Table, as_text, main_tables, speaker_tables
+
+STYLE = """
+body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 72em; padding: 0 1em; }
+table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto; }
+th, td { border-bottom: 1px solid #ddd; padding: 0.2em 0.7em; text-align: right;
+  white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; white-space: pre; }
+figure { display: inline-block; margin: 1em; vertical-align: top; }
+figcaption { font-weight: bold; }
+svg { max-width: 100%; height: auto; }
+"""
+
+NOTES = """Right: exactly what was said was heard, one utterance for each command. Accepted: the
+robot would obey. In brackets: 95 % confidence interval, by bootstrap over the speakers; one
+without width says only that all clips agree. The curves and the matrix are of all sets together,
+without the clips in noise."""
+
+
+class Evaluation(msgspec.Struct, frozen=True):
+    """All that was found out, as `--json` writes it.
+
+    Attributes:
+        voz: the version.
+        settings: what was asked for, by the names of the options.
+        scores: figures of groups of clips.
+        curves: of all sets together.
+        comparison: with another evaluation; empty if there is none.
+        results: of each clip.
+    """
+
+    voz: str
+    settings: dict[str, str]
+    scores: Scores
+    curves: Curves
+    comparison: list[Difference]
+    results: list[Result]
+
+
+class _Saved(msgspec.Struct):
+    """What a comparison needs of an earlier evaluation."""
+
+    results: list[Result]
+
+
+def require_libraries(pictures: bool) -> None:
+    """Check that what counts and draws is installed, before the work and not after it.
+
+    Args:
+        pictures: whether there will be any.
+
+    Raises:
+        ConfigError: a library is missing; the message has the line that installs it.
+    """
+    for library in ["jiwer", *(["matplotlib"] if pictures else [])]:
+        if find_spec(library) is None:
+            raise ConfigError(f"{library} is not installed; run `pip install 'voz[report]'`")
+
+
+def read_results(path: Path) -> list[Result]:
+    """Read the results of an earlier evaluation.
+
+    Args:
+        path: what `--json` has written.
+
+    Raises:
+        ConfigError: it cannot be read or is something else.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=_Saved).results
+    except OSError as error:
+        raise ConfigError(
+            f"{path}: cannot be read ({error.strerror}); name what `voz eval --json` wrote"
+        ) from None
+    except msgspec.DecodeError as error:
+        raise ConfigError(f"{path}: is not what `voz eval --json` writes ({error})") from None
+
+
+def evaluate(
+    results: Sequence[Result], settings: dict[str, str], others: Sequence[Result] | None = None
+) -> Evaluation:
+    """Count everything.
+
+    Args:
+        results: of each clip.
+        settings: what was asked for, for the reader.
+        others: an earlier evaluation of the same clips.
+
+    Raises:
+        ConfigError: the two have no clip of a command in common.
+    """
+    differences = compare(results, others or [])
+    if others is not None and not differences:
+        raise ConfigError(
+            "the evaluation to compare with has none of these commands; "
+            "make it from the same manifests"
+        )
+    return Evaluation(
+        __version__, settings, score(results), curves(results), differences, list(results)
+    )
+
+
+def to_json(evaluation: Evaluation) -> str:
+    """Write an evaluation as one line of JSON."""
+    return msgspec.json.encode(evaluation).decode()
+
+
+def to_text(evaluation: Evaluation) -> str:
+    """Write the most important figures for the terminal."""
+    tables = [as_text(t) for t in main_tables(evaluation.scores, evaluation.comparison)]
+    lines = []
+    if operating := evaluation.curves.operating:
+        lines.append(f"area under the ROC curve    {operating.area:.3f}")
+    if reliability := evaluation.curves.reliability:
+        lines.append(f"expected calibration error  {reliability.expected_error:.3f}")
+    return "\n\n".join([*tables, "\n".join(lines)]).rstrip()
+
+
+def to_html(evaluation: Evaluation) -> str:
+    """Write a page that needs nothing else: no other file, no network, no script."""
+    from voz.evaluation.plots import pictures
+
+    drawn = pictures(evaluation.curves, evaluation.scores.commands)
+    failed = [(r.file, r.error) for r in evaluation.results if r.error is not None]
+    parts = [
+        "<h1>voz eval</h1>",
+        _table(Table(("asked for", ""), list(evaluation.settings.items()))),
+        f"<p>{NOTES}</p>",
+        *(_table(table) for table in main_tables(evaluation.scores, evaluation.comparison)),
+        *(_figure(title, svg) for title, svg in drawn.items()),
+        *(_folded("Speakers", table) for table in speaker_tables(evaluation.scores)),
+    ]
+    if failed:
+        parts.append(_table(Table(("not recognised", "because"), failed)))
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f"<title>voz eval</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        + "\n".join(parts)
+        + "\n</body>\n</html>\n"
+    )
+
+
+def _table(table: Table) -> str:
+    header = "".join(f"<th>{html.escape(name)}</th>" for name in table.header)
+    rows = "\n".join(
+        "<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>"
+        for row in table.rows
+    )
+    return f"<table>\n<tr>{header}</tr>\n{rows}\n</table>"
+
+
+def _folded(title: str, table: Table) -> str:
+    summary = html.escape(f"{title}: {table.header[0]}")
+    return f"<details><summary>{summary}</summary>\n{_table(table)}\n</details>"
+
+
+def _figure(title: str, svg: str) -> str:
+    return f"<figure><figcaption>{html.escape(title)}</figcaption>\n{svg}</figure>"

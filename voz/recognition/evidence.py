@@ -1,0 +1,177 @@
+"""What speaks for a command and against it: its own path, its rivals', and that of any phones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+from voz.audio import Samples
+from voz.language.files import LanguageFiles
+from voz.recognition.decoder import load_decoder, process
+
+FILLERS = FilePath(__file__).with_name("phone_loop.fillers")
+"""The phones of the acoustic model as words of their own; no command has an underscore."""
+
+SILENCE_WEIGHT = 0.005
+"""pocketsphinx's own `silprob`, which it uses for the silences that it adds itself."""
+
+UNPRUNED = 1e-300
+"""A beam so wide that a sentence much worse than the phone loop is still scored."""
+
+SCORE_UNIT = 1024 * math.log(1.0001)
+"""pocketsphinx counts acoustic scores in 1.0001-logarithms shifted right by 10 bits; this in nats.
+
+`logmath.h` has the base, `SENSCR_SHIFT` in `hmm.h` the shift.
+"""
+
+MOST_RIVALS = 60
+"""Commands searched side by side; of longer lists, those that share a word with what was heard."""
+
+
+class Span(NamedTuple):
+    """A word or phone of a path.
+
+    Attributes:
+        name: the word as the dictionary has it, with its variant: `stop`, `the(2)`.
+        start: its first frame, 10 ms each.
+        end: its last frame.
+        score: its log-likelihood relative to the best state of each frame, nats.
+    """
+
+    name: str
+    start: int
+    end: int
+    score: float
+
+    @property
+    def frames(self) -> int:
+        """How many frames it takes."""
+        return self.end - self.start + 1
+
+
+class Path(NamedTuple):
+    """The best way through one part of the search: its score in nats, and all but its silences."""
+
+    score: float
+    spans: tuple[Span, ...]
+
+
+class Evidence(NamedTuple):
+    """What is known about one utterance.
+
+    Attributes:
+        text: the command that it is about.
+        command: the path of that command.
+        rivals: the scores of other commands, nats.
+        phones: the path of any sequence of phones.
+    """
+
+    text: str
+    command: Path
+    rivals: dict[str, float]
+    phones: Path
+
+
+class Comparison:
+    """Searches the commands and a free loop of phones side by side.
+
+    All are scored against the same best state of each frame, and their results are read one after
+    the other. Separate searches with `compallsen`, which makes separate scores comparable, tell
+    commands from other speech no better and take four times as long.
+    """
+
+    def __init__(self, language: LanguageFiles, commands: Iterable[str]) -> None:
+        """Load the model.
+
+        Args:
+            language: its dictionary has the words of the commands.
+            commands: all sentences of the language.
+
+        Raises:
+            LanguageError: pocketsphinx cannot use the dictionary.
+        """
+        # As fillers the phones keep their context-independent models: a third of the time.
+        # The search then must not put them everywhere; the silences are in its arcs.
+        self._decoder = load_decoder(
+            language,
+            bestpath=False,
+            fdict=str(FILLERS),
+            fsgusefiller=False,
+            ds=2,  # every other frame's Gaussians in full: 0.6 of the time
+            beam=UNPRUNED,
+            pbeam=UNPRUNED,
+            wbeam=UNPRUNED,
+        )
+        lines = FILLERS.read_text(encoding="ascii").splitlines()
+        self._phones = [line.split()[0] for line in lines if line.startswith("_")]
+        self._commands = list(commands)
+        if len(self._commands) <= MOST_RIVALS:
+            self._search_for(self._commands)
+
+    def compare(self, samples: Samples, text: str) -> Evidence | None:
+        """Collect the evidence for a command.
+
+        Args:
+            samples: one utterance, 16 kHz.
+            text: the sentence that was heard; empty takes the command that fits best.
+
+        Returns:
+            The evidence; None if the sound is too short for any command.
+        """
+        if len(self._commands) > MOST_RIVALS or (text and text not in self._ends):
+            self._search_for(self._rivals_of(text))
+        process(self._decoder, samples)
+        scores = {command: self._score(end) for command, end in self._ends.items()}
+        found = {command: score for command, score in scores.items() if score is not None}
+        best = text if text in found else max(found, key=found.__getitem__, default="")
+        if not best or self._score(self._loop) is None:
+            return None
+        del found[best]
+        return Evidence(best, self._path(self._ends[best]), found, self._path(self._loop))
+
+    def _rivals_of(self, text: str) -> list[str]:
+        heard = set(text.split())
+        sharing = [c for c in self._commands if c != text and heard & set(c.split())]
+        return [*([text] if text else []), *sharing][:MOST_RIVALS]
+
+    def _search_for(self, commands: list[str]) -> None:
+        """A chain of states for each command, and beside them one state with a loop of phones."""
+        arcs: list[tuple[Any, ...]] = []
+        self._ends = {}
+        last = 0
+        for command in commands:
+            at = 0
+            for word in command.split():
+                last += 1
+                arcs.append((at, last, 1.0, word))
+                at = last
+            self._ends[command] = at
+        self._loop = last + 1
+        arcs.append((0, self._loop, 1.0))
+        weight = 1 / len(self._phones)
+        arcs += [(self._loop, self._loop, weight, phone) for phone in self._phones]
+        arcs += [(state, state, SILENCE_WEIGHT, "<sil>") for state in range(self._loop + 1)]
+        self._decoder.add_fsg("all", self._decoder.create_fsg("all", 0, self._loop, arcs))
+        self._decoder.activate_search("all")
+        self._search = self._decoder.get_fsg("all")
+
+    def _score(self, end: int) -> float | None:
+        self._search.set_final_state(end)
+        hypothesis = self._decoder.hyp()
+        return _nats(hypothesis.score) if hypothesis else None
+
+    def _path(self, end: int) -> Path:
+        score = self._score(end)
+        spans = (
+            Span(s.word, s.start_frame, s.end_frame, _nats(s.ascore))
+            for s in self._decoder.seg()
+            if s.word not in ("<sil>", "(NULL)")
+        )
+        return Path(-math.inf if score is None else score, tuple(spans))
+
+
+def _nats(score: float) -> float:
+    """Back from `logmath.exp(score)`, which is how pocketsphinx's Python hands scores out."""
+    return math.log(score) / math.log(1.0001) * SCORE_UNIT

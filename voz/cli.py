@@ -21,6 +21,9 @@ from voz.config import Config, load_config, overridden
 from voz.errors import ConfigError, SpeechError, VozError
 
 if TYPE_CHECKING:
+    from voz.evaluation.engines import EngineChoice
+    from voz.evaluation.knob import Position
+    from voz.evaluation.results import Result
     from voz.events import Event
     from voz.language.files import LanguageFiles
     from voz.recognition.batch import Heard, Unreadable
@@ -57,6 +60,14 @@ LmOption = Annotated[
 SearchOption = Annotated[
     str | None,
     typer.Option(metavar="grammar|lm", help="Whole commands only, or the trigram model."),
+]
+AlarmsOption = Annotated[
+    float | None,
+    typer.Option(
+        "--false-alarms-per-hour",
+        metavar="X",
+        help="How many commands may be heard in an hour of talk; else 0.5.",
+    ),
 ]
 ThresholdOption = Annotated[
     float | None, typer.Option(metavar="X", help="Confidence that is needed, 0 to 1.")
@@ -121,6 +132,7 @@ def decode(
         bool, typer.Option("--json", help="One line of JSON for each utterance.")
     ] = False,
     search: SearchOption = None,
+    false_alarms: AlarmsOption = None,
     threshold: ThresholdOption = None,
     lm: LmOption = None,
     config: ConfigOption = None,
@@ -135,12 +147,12 @@ def decode(
     from voz.recognition.batch import Unreadable, decode_recordings
     from voz.recognition.recognizer import Recognizer
 
-    recognition = {"search": search, "threshold": threshold}
+    recognition = _asked(search, false_alarms, threshold)
     settings = _settings(config, lm=lm, recognition=recognition)
     recognizer = Recognizer(_language(settings, verbose), settings.recognition)
     show = _show_json if as_json else _show_row
     if not as_json:
-        print("   start      end  sure  obeyed  text                      file")
+        print(f"   start      end  sure  obeyed  {'text':32}  file")
     unreadable = 0
     for result in decode_recordings(recognizer, _with_progress(files)):
         show(result)
@@ -183,6 +195,7 @@ def evaluate(
         int | None, typer.Option(metavar="N", min=1, help="Processes; else one for each core.")
     ] = None,
     search: SearchOption = None,
+    false_alarms: AlarmsOption = None,
     threshold: ThresholdOption = None,
     lm: LmOption = None,
     config: ConfigOption = None,
@@ -206,7 +219,7 @@ def evaluate(
     from voz.evaluation.recognise import recognise_all, tasks_for
 
     report.require_libraries(pictures=html is not None)
-    settings = _settings(config, lm=lm, recognition={"search": search, "threshold": threshold})
+    settings = _settings(config, lm=lm, recognition=_asked(search, false_alarms, threshold))
     choice = EngineChoice(engine, _language(settings, verbose), settings.recognition)
     others = report.read_results(compare) if compare else None
     ratios, noises = noise_options(snr, noise)
@@ -215,7 +228,8 @@ def evaluate(
         "manifests": ", ".join(map(str, manifests)),
         "engine": engine,
         "search": settings.recognition.search,
-        "threshold": f"{settings.recognition.threshold:g}",
+        "threshold": _number(settings.recognition.threshold),
+        "false alarms per hour": _number(settings.recognition.false_alarms_per_hour),
         "snr": snr or "",
         "noise": str(noise or ""),
         "reverb": "yes" if reverb else "no",
@@ -225,7 +239,8 @@ def evaluate(
         page = _open(html, "w", files) if html else None
         data = _open(as_json, "w", files) if as_json else None
         results = list(_with_bar(recognise_all(tasks, choice, jobs), len(tasks)))
-        evaluation = report.evaluate(results, asked, others)
+        knob = _knob(results, choice) if engine == "voz" else []
+        evaluation = report.evaluate(results, asked, others, knob)
         if page:
             page.write(report.to_html(evaluation))
         if data:
@@ -255,21 +270,30 @@ def fit_confidence(
 ) -> None:
     """Make the model of the confidence anew from recordings whose texts are known.
 
-    Prints what it accepts at 0.5, judged by models that never heard the speaker.
+    Prints what would be accepted, judged by models that never heard the speaker. There must be
+    half an hour of talk among the recordings, to tell how often it sounds like a command.
 
     Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
     """
+    from voz.config import Recognition
     from voz.evaluation import fit_confidence as fitting
     from voz.evaluation.manifest import read_manifests
-    from voz.recognition.confidence import MODEL, save_model
+    from voz.recognition.confidence import MODEL, save_model, threshold_for
 
     clips = read_manifests(manifests)
-    found = _with_bar(fitting.collect(clips, lm, jobs), len(clips))
-    examples = [example for of_clip in found for example in of_clip]
+    found = list(_with_bar(fitting.collect(clips, lm, jobs), len(clips)))
+    examples = [example for of_clip in found for example in of_clip.examples]
+    talk = sum(f.seconds for c, f in zip(clips, found, strict=True) if c.kind == "talk")
     fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
-    model = fitting.fit(examples, fitted_on)
-    print("accepted    of  set, kind, condition and whether it is right")
-    counts = fitting.acceptance(examples, fitting.cross_validated(examples), threshold=0.5)
+    likely = fitting.cross_validated(examples)
+    model = fitting.with_alarms(
+        fitting.fit(examples, fitted_on), examples, likely, hours=talk / 3600
+    )
+    threshold = threshold_for(model, Recognition().false_alarms_per_hour)
+    print(
+        f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
+    )
+    counts = fitting.acceptance(examples, likely, threshold)
     for name, (share, number) in counts.items():
         print(f"{share:8.3f} {number:5}  {name}")
     save_model(model, out or MODEL)
@@ -295,6 +319,7 @@ def run(
         bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
     ] = False,
     search: SearchOption = None,
+    false_alarms: AlarmsOption = None,
     threshold: ThresholdOption = None,
     lm: LmOption = None,
     config: ConfigOption = None,
@@ -317,7 +342,7 @@ def run(
     settings = _settings(
         config,
         lm=lm,
-        recognition={"search": search, "threshold": threshold},
+        recognition=_asked(search, false_alarms, threshold),
         safety={"enabled": False if no_safety else None},
         speech={"enabled": False if no_sound else None},
     )
@@ -425,6 +450,12 @@ def _settings(path: Path | None, **options: Any) -> Config:
     return overridden(load_config(path) if path else Config(), options)
 
 
+def _asked(
+    search: str | None, false_alarms: float | None, threshold: float | None
+) -> dict[str, Any]:
+    return {"search": search, "false_alarms_per_hour": false_alarms, "threshold": threshold}
+
+
 def _language(settings: Config, verbose: bool) -> LanguageFiles:
     """Find the language files; tell which, and whether their list has changed since."""
     from voz.language.files import find_language, stale_warning
@@ -475,6 +506,18 @@ def _with_bar(results: Iterable[Item], total: int) -> Iterable[Item]:
     return track(results, "Recognising", total, console=console, transient=True, disable=hidden)
 
 
+def _knob(results: Iterable[Result], choice: EngineChoice) -> list[Position]:
+    from voz.evaluation.knob import positions
+    from voz.language.files import read_sentences
+    from voz.recognition.confidence import load_model
+
+    return positions(results, load_model(), choice.settings, read_sentences(choice.language))
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:g}"
+
+
 def _show_json(result: Heard | Unreadable) -> None:
     from voz.events import to_json
 
@@ -482,14 +525,17 @@ def _show_json(result: Heard | Unreadable) -> None:
 
 
 def _show_row(result: Heard | Unreadable) -> None:
+    from voz.events import explain
     from voz.recognition.batch import Unreadable
 
     if isinstance(result, Unreadable):
         print(f"{'':>26} error {result.error}", flush=True)
         return
     obeyed = "yes" if result.accepted else "no"
+    why = f"({explain(result.reason, result.between)})" if result.reason else ""
+    text = " ".join(part for part in (result.text, why) if part)
     print(
         f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {obeyed:6}  "
-        f"{result.text or '(no command)':24}  {result.file}",
+        f"{text:32}  {result.file}",
         flush=True,
     )

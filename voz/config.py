@@ -18,6 +18,8 @@ else:
 Search = Literal["grammar", "lm"]
 Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
+Alarms = Annotated[float, msgspec.Meta(gt=0, le=1e4)]
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -29,11 +31,19 @@ class Recognition(Section, frozen=True, kw_only=True):
 
     Attributes:
         search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
-        threshold: an utterance below this confidence (0 to 1) is not obeyed.
+        false_alarms_per_hour: how many commands may be heard in an hour of people's talk near the
+            robot; fewer cost more commands that have to be said again.
+        never_missed: commands that stop the robot, so that missing one is worse than obeying one
+            that was not said. In doubt they are taken rather than another command.
+        missed_cost: how many times worse it is; by so much lower odds are enough for them.
+        threshold: the confidence (0 to 1) that every command needs, in place of the three above.
     """
 
     search: Search = "grammar"
-    threshold: Fraction = 0.5
+    false_alarms_per_hour: Alarms = 0.5
+    never_missed: tuple[str, ...] = ("stop",)
+    missed_cost: AtLeastOne = 1.25
+    threshold: Fraction | None = None
 
 
 class Safety(Section, frozen=True, kw_only=True):

@@ -6,12 +6,22 @@ run began, for instance `{"type":"cmd_vel","t":1.2,"linear":0.1,"angular":0.0}`.
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import msgspec
 
+Reason = Literal[
+    "not_a_command",
+    "part_of_a_command",
+    "unsure_between",
+    "too_short",
+    "too_quiet",
+    "no_speech",
+]
+"""Why an utterance is not obeyed; `unsure_between` comes with two commands."""
 
-class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance"):
+
+class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
     """A stretch of speech, or a typed line, and what was understood of it.
 
     Attributes:
@@ -23,6 +33,8 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance"):
         start: where the speech begins in its source, s.
         end: where the speech ends in its source, s.
         source: the recording's path, or "text".
+        reason: why it is not accepted, if it is not.
+        between: the two commands that it may be, if that is the reason.
     """
 
     t: float
@@ -32,6 +44,8 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance"):
     start: float
     end: float
     source: str
+    reason: Reason | None = None
+    between: tuple[str, str] | None = None
 
 
 class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
@@ -75,3 +89,10 @@ Event: TypeAlias = Utterance | Twist | SelectedObject | Reply | Warning
 def to_json(event: msgspec.Struct) -> str:
     """Write an event as one line of JSON, without the newline."""
     return msgspec.json.encode(event).decode()
+
+
+def explain(reason: Reason, between: tuple[str, str] | None) -> str:
+    """Say in words why an utterance is not obeyed."""
+    if between:
+        return f'unsure between "{between[0]}" and "{between[1]}"'
+    return reason.replace("_", " ")

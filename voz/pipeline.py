@@ -18,7 +18,7 @@ from voz.config import Safety
 from voz.control.controller import State, halt
 from voz.control.safety import motion_has_expired, obey_safely, zero_at_the_end
 from voz.errors import AudioError
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Reason, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
@@ -122,7 +122,7 @@ def drive_by_text(pipeline: Pipeline, lines: Iterable[str], commands: Collection
         if text not in NO_COMMAND:
             known = text in commands
             now = pipeline.now
-            pipeline.hear(Utterance(now, text, float(known), known, now, now, "text"))
+            pipeline.hear(_typed(text, known, now))
         pipeline.cycle()
 
 
@@ -160,6 +160,11 @@ def drive_by_recordings(
             pipeline.cycle()
     pipeline.cycle()  # the last command takes effect
     return errors
+
+
+def _typed(text: str, known: bool, now: float) -> Utterance:
+    reason: Reason | None = None if known else "not_a_command"
+    return Utterance(now, text, float(known), known, now, now, "text", reason)
 
 
 def _later(utterance: Utterance, seconds: float) -> Utterance:

@@ -9,15 +9,27 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import LONGEST, Segment, Segmenter
+from voz.audio.endpoint import (
+    LONGEST,
+    Quiet,
+    Segment,
+    Segmenter,
+    Sound,
+    follow_closely,
+    sounds,
+)
 
 
-def segments_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Segment]:
+def sounds_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Sound]:
     segmenter = Segmenter()
-    found = []
+    found: list[Sound] = []
     for at in range(0, len(samples), block):
         found += segmenter.feed(samples[at : at + block])
     return found + list(segmenter.finish())
+
+
+def segments_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Segment]:
+    return [sound for sound in sounds_of(samples, block) if isinstance(sound, Segment)]
 
 
 def murmur(seconds: float) -> Samples:
@@ -82,3 +94,37 @@ def test_speech_that_does_not_end_is_cut(session: Recording) -> None:
     assert len(segments) >= 3
     assert max(len(s.samples) for s in segments) <= LONGEST + 480
     assert all(b.start >= a.end for a, b in itertools.pairwise(segments))
+
+
+def test_after_each_command_of_a_long_recording_it_is_quiet(session: Recording) -> None:
+    found = list(sounds([session.samples()]))
+    times = [sound.decided for sound in found]
+    assert times == sorted(times)
+    for one, other in itertools.pairwise(found):
+        if isinstance(one, Segment) and isinstance(other, Segment):
+            assert other.start - one.end < 1.1  # too soon to know that it stays quiet
+    assert sum(isinstance(sound, Quiet) for sound in found) >= len(session.commands) - 2
+    assert isinstance(found[-1], Quiet)
+
+
+@pytest.mark.parametrize(("pause", "close"), [(0.3, True), (0.5, True), (1.2, False)])
+def test_what_follows_closely_has_no_quiet_in_between(
+    pause: float, close: bool, recordings: list[Recording]
+) -> None:
+    clips = [r.samples() for r in recordings if r.voice == "flite_slt" and r.kind == "command"]
+    spoken = [clip[np.flatnonzero(np.abs(clip) > 300)[0] :] for clip in clips[:2]]
+    first = spoken[0][: np.flatnonzero(np.abs(spoken[0]) > 300)[-1]]
+    found = sounds_of(np.concatenate([first, murmur(pause), spoken[1]]))
+    one, other = (sound for sound in found if isinstance(sound, Segment))
+    assert follow_closely(one, other) == close
+    assert isinstance(found[1], Quiet) != close
+
+
+@pytest.mark.parametrize("block", [333, 10**9])
+def test_when_it_is_known_to_be_quiet_does_not_hang_on_the_blocks(
+    block: int, session: Recording
+) -> None:
+    samples = session.samples()[: 6 * SAMPLE_RATE]
+    quiet = [s.decided for s in sounds_of(samples, block) if isinstance(s, Quiet)]
+    assert quiet == [s.decided for s in sounds_of(samples) if isinstance(s, Quiet)]
+    assert quiet

@@ -60,7 +60,10 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     assert len(first["results"]) == 21
     assert first["scores"]["commands"][0]["clips"] == 7
     assert first["scores"]["commands"][0]["right"]["value"] > 0.9
-    assert first["settings"]["threshold"] == "0.5"
+    assert first["settings"]["false alarms per hour"] == "0.5"
+    rates = [position["false_alarms_per_hour"] for position in first["knob"]]
+    assert rates == sorted(rates)
+    assert 0.5 in rates
     assert "bad.wav" in page.read_text()
 
     plain = ("--engine", "plain-pocketsphinx", "--reverb", "--jobs", 2)

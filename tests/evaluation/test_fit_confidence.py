@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +19,13 @@ from voz.evaluation.fit_confidence import (
     cross_validated,
     description,
     fit,
+    with_alarms,
 )
 from voz.evaluation.manifest import read_manifest
 from voz.evaluation.results import Clip
 from voz.recognition.confidence import load_model, probability, save_model
+
+MODEL = load_model()
 
 
 def clip(number: int, kind: str = "command") -> Clip:
@@ -34,13 +40,19 @@ def clip(number: int, kind: str = "command") -> Clip:
     )
 
 
+def example(
+    clip: Clip, values: dict[str, float], right: bool, trust: float = 1.0, among: bool = False
+) -> Example:
+    return Example(clip, "go back", values, trust, among, right)
+
+
 def examples(count: int = 600) -> list[Example]:
     """Right with the probability that a match of so much has: 1 / (1 + exp(-2 match))."""
     chance = np.random.default_rng(0)
     match = chance.normal(0, 1.5, count)
     right = chance.random(count) < 1 / (1 + np.exp(-2 * match))
     return [
-        Example(clip(i), {"match": float(m), "nothing": float(chance.normal())}, 1.0, bool(r))
+        example(clip(i), {"match": float(m), "nothing": float(chance.normal())}, bool(r))
         for i, (m, r) in enumerate(zip(match, right, strict=True))
     ]
 
@@ -64,17 +76,56 @@ def test_the_share_of_near_misses_among_the_examples_does_not_matter() -> None:
 def test_what_is_no_speech_is_not_fitted_on_and_never_likely() -> None:
     some = examples()
     noise = [
-        Example(clip(i, "noise"), {"match": 9.0, "nothing": 0.0}, 0.0, False) for i in range(99)
+        example(clip(i, "noise"), {"match": 9.0, "nothing": 0.0}, False, trust=0.0)
+        for i in range(99)
     ]
     assert fit(some + noise, []) == fit(some, [])
     assert cross_validated(some + noise)[-99:] == [0.0] * 99
 
 
+def talk(odds: Iterable[float], text: str = "go back") -> tuple[list[Example], list[float]]:
+    heard = [
+        dataclasses.replace(example(clip(i, "talk"), {}, False), text=text)
+        for i, _ in enumerate(odds)
+    ]
+    return heard, [1 / (1 + math.exp(-one)) for one in odds]
+
+
+def test_talk_tells_how_many_false_alarms_there_are() -> None:
+    """Of an hour's talk, the k likeliest has odds of at least 1 / k."""
+    odds = [-math.log(rank) for rank in range(1, 200)]  # one alarm at even odds, two at half
+    model = with_alarms(MODEL, *talk(odds), hours=1.0)
+    assert model.alarms_fall == pytest.approx(1, rel=0.35)
+    assert model.alarms == pytest.approx(1, rel=0.5)
+    twice = with_alarms(MODEL, *talk(odds), hours=2.0)
+    assert twice.alarms == pytest.approx(model.alarms / 2, rel=1e-3)
+
+
+def test_what_must_not_be_missed_raises_more_alarms() -> None:
+    odds = [-math.log(rank) for rank in range(1, 200)]
+    moving, stopping = (
+        with_alarms(MODEL, *talk(odds, text), hours=1.0).alarms for text in ("go back", "stop")
+    )
+    assert stopping > moving
+
+
+def test_too_little_talk_is_one_clear_line() -> None:
+    with pytest.raises(ConfigError, match="more recordings of the kind talk"):
+        with_alarms(MODEL, examples(), [0.9] * 600, hours=1.0)
+
+
+def test_other_speech_around_it_makes_an_utterance_unlikely() -> None:
+    some = examples()
+    around = [dataclasses.replace(e, among=True) for e in some]
+    pairs = zip(cross_validated(some), cross_validated(around), strict=True)
+    assert all(other < one for one, other in pairs)
+
+
 def test_acceptance_counts_by_set_kind_condition_and_outcome() -> None:
     some = [
-        Example(clip(0), {}, 1.0, True),
-        Example(clip(1), {}, 1.0, True),
-        Example(clip(2, "near-miss"), {}, 1.0, False),
+        example(clip(0), {}, True),
+        example(clip(1), {}, True),
+        example(clip(2, "near-miss"), {}, False),
     ]
     assert acceptance(some, [0.9, 0.1, 0.6], threshold=0.5) == {
         "lab command all right": (0.5, 2),
@@ -89,7 +140,9 @@ def test_examples_of_one_kind_alone_are_refused() -> None:
 
 def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) -> None:
     clips = read_manifest(FIXTURES / "manifest.tsv")[::6]
-    found = [e for of_clip in collect(clips, None, 2) for e in of_clip]
+    collected = list(collect(clips, None, 2))
+    assert all(0.3 < c.seconds < 41 for c in collected)
+    found = [e for c in collected for e in c.examples]
     assert any(e.right for e in found)
     assert any(not e.right for e in found)
     assert all(set(e.values) == set(load_model().weights) for e in found)

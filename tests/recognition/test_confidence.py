@@ -8,46 +8,47 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from voz.language.confusion import read_distances
+from voz.recognition.alignment import distance
 from voz.recognition.confidence import (
-    CLEAR_MARGIN,
+    A_BREATH,
+    HURRIED,
     NO_SPEECH,
     SURE_SPEECH,
     Model,
+    among_speech,
     features,
     load_model,
     probability,
+    threshold_for,
     trust_in_speech,
+    with_odds,
 )
 from voz.recognition.evidence import Evidence, Path, Span
 
-PHONES_IN = {"go": 2, "back(2)": 3}
+PHONES_OF = {"go": ("G", "OW"), "back(2)": ("B", "AE", "K")}
 SAID = Evidence(
     "go back",
     Path(-30.0, (Span("go", 10, 19, -8.0), Span("back(2)", 20, 49, -20.0))),
     {"go forward": -70.0, "stop": -90.0},
-    Path(-25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 54, -4.0))),
+    Path(-25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 59, -4.0))),
 )
 
 
 def test_the_features_are_what_they_say() -> None:
-    assert features(SAID, PHONES_IN) == pytest.approx(
+    usual = read_distances().frames
+    pace = math.log(10 / (usual["G"] + usual["OW"]))
+    assert features(SAID, PHONES_OF) == pytest.approx(
         {
-            "phones": (-30 + 25) / 40,
+            "phones": (-30 + 25) / 45,
             # go: -8 against 5 frames of _G at -1 and 5 of _B at -0.5; back: 25 frames of _B
             "worst word": min((-8 + 7.5) / 10, (-20 + 12.5) / 30),
-            "rival": (-30 + 70) / 40,
-            "not covered": 5 / 40,
-            "frames outside": math.log1p(5),
-            "quickest word": math.log(5),
-            "slowest word": math.log(10),
+            "hurried": -pace - HURRIED,
+            "phones differ": distance(["G", "OW", "B", "AE", "K"], [("G", 5), ("B", 30)]) / 40,
+            "not covered": 10 / 45,
+            "sound after": math.log1p(10 - A_BREATH),
         }
     )
-
-
-def test_a_rival_that_is_far_behind_is_like_none() -> None:
-    alone = features(SAID._replace(rivals={}), PHONES_IN)
-    far = features(SAID._replace(rivals={"stop": -30 - 40 * CLEAR_MARGIN - 1}), PHONES_IN)
-    assert alone["rival"] == far["rival"] == CLEAR_MARGIN
 
 
 def test_what_is_surely_no_speech_is_not_trusted_at_all() -> None:
@@ -55,9 +56,12 @@ def test_what_is_surely_no_speech_is_not_trusted_at_all() -> None:
     assert 0 < trust_in_speech((NO_SPEECH + SURE_SPEECH) / 2) < 1
 
 
+MADE_UP = Model(fitted_on=[], intercept=1.0, weights={"phones": 2.0}, alarms=2.0, alarms_fall=0.5)
+
+
 @given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
 def test_a_probability_is_between_0_and_1_and_follows_its_features(one: float, two: float) -> None:
-    model = Model(fitted_on=[], intercept=1.0, weights={"phones": 2.0})
+    model = MADE_UP
     low, high = (probability(model, {"phones": value}) for value in sorted([one, two]))
     assert 0 <= low <= high <= 1
 
@@ -65,6 +69,29 @@ def test_a_probability_is_between_0_and_1_and_follows_its_features(one: float, t
 def test_the_model_of_the_package_trusts_a_better_match_and_speech_more() -> None:
     model = load_model()
     assert model.fitted_on
-    assert set(model.weights) == set(features(SAID, PHONES_IN))
-    for name in ("phones", "worst word", "rival", "quickest word"):
+    assert set(model.weights) == set(features(SAID, PHONES_OF))
+    for name in ("phones", "worst word"):
         assert model.weights[name] > 0
+    for name in ("hurried", "not covered"):
+        assert model.weights[name] < 0
+
+
+def test_fewer_false_alarms_need_a_higher_threshold() -> None:
+    asked = (0.1, 0.5, 2.0, 10.0)
+    found = [threshold_for(MADE_UP, alarms) for alarms in asked]
+    assert found == sorted(found, reverse=True)
+    assert found[asked.index(2.0)] == 0.5  # as many as there are at even odds
+    # The alarms fall with the root of the odds here: four times fewer at 16 times the odds.
+    assert found[asked.index(0.5)] == pytest.approx(16 / 17)
+
+
+@given(st.floats(0, 1), st.floats(0.01, 100))
+def test_odds_keep_a_probability_between_0_and_1(share: float, factor: float) -> None:
+    changed = with_odds(share, factor)
+    assert 0 <= changed <= 1
+    assert (changed >= share) == (factor >= 1) or changed == pytest.approx(share)
+
+
+def test_speech_around_it_makes_a_command_unlikely_but_not_impossible() -> None:
+    assert among_speech(0.5) < 0.1
+    assert among_speech(0.99) > 0.85

@@ -10,7 +10,7 @@ from recordings import Recording
 
 from voz.errors import LanguageError
 from voz.language.files import LanguageFiles
-from voz.recognition.decoder import Decoder
+from voz.recognition.decoder import Decoder, mean_start
 
 NOTHING = np.zeros(0, np.int16)
 
@@ -26,19 +26,21 @@ def commands(recordings: list[Recording]) -> list[Recording]:
 
 
 def test_a_command_is_understood(decoder: Decoder, commands: list[Recording]) -> None:
-    assert [decoder.decode(r.samples()) for r in commands] == [r.text for r in commands]
+    assert [decoder.decode(r.samples(), mean_start(r.samples())) for r in commands] == [
+        r.text for r in commands
+    ]
 
 
 def test_the_trigram_model_understands_commands_too(
     language: LanguageFiles, commands: list[Recording]
 ) -> None:
     trigrams = Decoder(language, "lm")
-    right = [trigrams.decode(r.samples()) == r.text for r in commands]
+    right = [trigrams.decode(r.samples(), mean_start(r.samples())) == r.text for r in commands]
     assert np.mean(right) >= 0.8
 
 
 def test_no_sound_is_no_sentence(decoder: Decoder) -> None:
-    assert decoder.decode(NOTHING) == ""
+    assert decoder.decode(NOTHING, mean_start(NOTHING)) == ""
 
 
 def test_the_same_audio_gives_the_same_answer_whatever_came_before(
@@ -46,7 +48,20 @@ def test_the_same_audio_gives_the_same_answer_whatever_came_before(
 ) -> None:
     clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::4]
     there, back = Decoder(language), Decoder(language)
-    assert [there.decode(c) for c in clips] == [back.decode(c) for c in clips[::-1]][::-1]
+    forward = [there.decode(c, mean_start(c)) for c in clips]
+    assert forward == [back.decode(c, mean_start(c)) for c in clips[::-1]][::-1]
+
+
+def test_the_mean_starts_higher_for_louder_speech(commands: list[Recording]) -> None:
+    samples = commands[0].samples()
+    first, quieter = (float(mean_start(s).split(",")[0]) for s in (samples, samples // 10))
+    assert 10 < first - quieter < 15  # 20 dB at 0.66
+
+
+def test_a_command_is_understood_at_any_level(decoder: Decoder, commands: list[Recording]) -> None:
+    for gain in (0.05, 0.3, 1.0):
+        clips = [((r.samples() * gain).astype(np.int16), r.text) for r in commands]
+        assert [decoder.decode(c, mean_start(c)) for c, _ in clips] == [text for _, text in clips]
 
 
 def test_missing_and_broken_language_files_are_one_clear_line(

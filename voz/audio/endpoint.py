@@ -31,6 +31,13 @@ LOOK_BACK = int(WINDOW * SAMPLE_RATE) + MARGIN + FRAME
 """Speech that begins now may have begun so long ago."""
 
 
+PAUSE = int(0.6 * SAMPLE_RATE)
+"""Between two segments, with their margins: in a sentence people pause for less."""
+
+QUIET_KNOWN = PAUSE + LOOK_BACK
+"""After a segment, until speech that began within the pause would have been noticed."""
+
+
 class Segment(NamedTuple):
     """A stretch of speech.
 
@@ -47,6 +54,19 @@ class Segment(NamedTuple):
     samples: Samples
 
 
+class Quiet(NamedTuple):
+    """After a segment there was no other for a while.
+
+    Attributes:
+        decided: how much of the stream had been heard when that was known, s.
+    """
+
+    decided: float
+
+
+Sound = Segment | Quiet
+
+
 class Segmenter:
     """Cuts one stream of samples, fed block by block, into stretches of speech."""
 
@@ -57,15 +77,16 @@ class Segmenter:
         self._heard = 0  # samples that the end-pointer has seen
         self._start: int | None = None  # of the segment under way, in samples
         self._last_end = 0
+        self._quiet_told = True  # about the silence after the last segment
 
-    def feed(self, block: Samples) -> Iterator[Segment]:
+    def feed(self, block: Samples) -> Iterator[Sound]:
         """Take the next samples of the stream.
 
         Args:
             block: any number of samples, 16 kHz.
 
         Yields:
-            The segments whose end is known by now.
+            The segments whose end is known by now, and once after each that it stayed quiet.
         """
         self._kept = np.concatenate([self._kept, block])
         while len(rest := self._unheard()) >= FRAME:
@@ -74,18 +95,19 @@ class Segmenter:
             yield from self._progress()
         self._forget()
 
-    def finish(self) -> Iterator[Segment]:
-        """End the stream; yields the segment under way, if any."""
+    def finish(self) -> Iterator[Sound]:
+        """End the stream; yields the segment under way, if any, and that nothing follows."""
         rest = self._unheard()
         # The end-pointer refuses an empty frame.
         self._endpointer.end_stream(rest.tobytes() or b"\0\0")
         self._heard += len(rest)
         yield from self._progress()
+        yield from self._quiet()
 
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
-    def _progress(self) -> Iterator[Segment]:
+    def _progress(self) -> Iterator[Sound]:
         """Follow the end-pointer after it has seen a frame."""
         if self._start is None and self._endpointer.in_speech:
             begun = int(self._endpointer.speech_start * SAMPLE_RATE)
@@ -97,9 +119,17 @@ class Segmenter:
         elif self._start is not None and self._heard - self._start >= LONGEST:
             yield self._cut(self._start, self._heard)
             self._start = self._heard
+        elif self._start is None and self._heard - self._last_end > QUIET_KNOWN:
+            yield from self._quiet()
+
+    def _quiet(self) -> Iterator[Quiet]:
+        if not self._quiet_told:
+            self._quiet_told = True
+            yield Quiet(self._heard / SAMPLE_RATE)
 
     def _cut(self, start: int, end: int) -> Segment:
         self._last_end = end
+        self._quiet_told = False
         samples = self._kept[start - self._kept_from : end - self._kept_from]
         return Segment(
             start / SAMPLE_RATE, end / SAMPLE_RATE, self._heard / SAMPLE_RATE, samples.copy()
@@ -113,14 +143,24 @@ class Segmenter:
             self._kept_from = needed
 
 
+def follow_closely(one: Segment, other: Segment) -> bool:
+    """Tell whether the second segment belongs to the same speech as the first."""
+    return other.start - one.end < PAUSE / SAMPLE_RATE
+
+
 def segments(blocks: Iterable[Samples]) -> Iterator[Segment]:
-    """Cut a whole recording into stretches of speech.
+    """Cut a whole recording into stretches of speech; else as `sounds`."""
+    return (sound for sound in sounds(blocks) if isinstance(sound, Segment))
+
+
+def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
+    """Cut a whole recording into stretches of speech, and tell after which it stays quiet.
 
     Args:
         blocks: its samples, 16 kHz, in blocks of any size.
 
     Yields:
-        Each segment as soon as its end is known.
+        Each segment as soon as its end is known, and the quiet after it as soon as it is sure.
 
     Raises:
         AudioError: the blocks end in one; what was heard up to there is yielded first.

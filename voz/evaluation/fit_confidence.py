@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace
 
+from voz.audio import SAMPLE_RATE
 from voz.audio.files import read_blocks
 from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.recognise import in_processes
 from voz.evaluation.results import Clip
 from voz.language.files import find_language
-from voz.recognition.confidence import Model, probability
+from voz.recognition.confidence import Model, among_speech, probability, with_odds
 from voz.recognition.recognizer import Recognizer
 
 RIDGE = 1.0
@@ -24,10 +28,23 @@ RIDGE = 1.0
 
 FOLDS = 5
 
-COMMAND_SHARE = 2 / 3
-"""Of three utterances near someone who drives a robot, two are commands: the prior."""
+LIKELIEST = 8
+"""Stretches of talk that sound most like a command, from which the false alarms are estimated.
+
+A few more or fewer move the threshold for one alarm in two hours by 0.04.
+"""
+
+COMMAND_SHARE = 1 / 2
+"""Of what is said near someone who drives a robot, so much are commands: the prior."""
 
 Matrix = npt.NDArray[np.float64]
+
+
+class Collected(NamedTuple):
+    """The utterances of a recording, and how long it is, s; nothing if it cannot be read."""
+
+    examples: list[Example]
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -36,20 +53,22 @@ class Example:
 
     Attributes:
         clip: the recording it is in.
+        text: the command that was heard.
         values: its features.
         trust: how far it is to be trusted to be speech, 0 to 1.
+        among: whether there is other speech around it.
         right: whether it is the command that was said.
     """
 
     clip: Clip
+    text: str
     values: dict[str, float]
     trust: float
+    among: bool
     right: bool
 
 
-def collect(
-    clips: Sequence[Clip], lm: str | None, processes: int | None
-) -> Iterator[list[Example]]:
+def collect(clips: Sequence[Clip], lm: str | None, processes: int | None) -> Iterator[Collected]:
     """Recognise labelled recordings and keep what the confidence is computed from.
 
     Args:
@@ -58,7 +77,7 @@ def collect(
         processes: how many work at the same time; None for one on each core.
 
     Returns:
-        The examples of each clip, in their order; none for one that cannot be read.
+        What is in each clip, in their order.
     """
     return in_processes(partial(_examples, lm=lm), clips, processes)
 
@@ -72,7 +91,7 @@ def description(clips: Iterable[Clip], name: str) -> str:
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
-    """Fit the model.
+    """Fit the model but for its false alarms.
 
     How many near-misses there are among recordings says nothing about life, so both classes are
     weighed as if `COMMAND_SHARE` of all utterances were commands.
@@ -101,7 +120,44 @@ def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
         fitted_on=fitted_on,
         intercept=round(intercept, 4),
         weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
+        alarms=0.0,
+        alarms_fall=0.0,
     )
+
+
+def with_alarms(
+    model: Model, examples: Iterable[Example], probabilities: Iterable[float], hours: float
+) -> Model:
+    """Add to a model how often talk sounds like a command.
+
+    Log-odds fall off exponentially at their upper end; the fall is estimated as Hill does it
+    (1975, doi:10.1214/aos/1176343247).
+
+    Args:
+        model: what `fit` gave.
+        examples: utterances, those in talk among them.
+        probabilities: how likely each is right, by models that did not hear its speaker.
+        hours: how long the talk is.
+
+    Raises:
+        ConfigError: there is too little talk.
+    """
+    usual = Recognition()
+    odds = []
+    for example, likely in zip(examples, probabilities, strict=True):
+        if example.clip.kind == "talk" and likely > 0:
+            factor = usual.missed_cost if example.text in usual.never_missed else 1.0
+            odds.append(math.log(with_odds(likely, factor) / (1 - with_odds(likely, factor))))
+    odds.sort(reverse=True)
+    if len(odds) <= LIKELIEST:
+        raise ConfigError(
+            "the manifests need more recordings of the kind talk, half an hour or so, to tell "
+            "how often it sounds like a command"
+        )
+    tail = odds[LIKELIEST]
+    fall = LIKELIEST / sum(one - tail for one in odds[:LIKELIEST])
+    alarms = LIKELIEST / hours * math.exp(fall * tail)
+    return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
 
 
 def cross_validated(examples: Sequence[Example]) -> list[float]:
@@ -122,10 +178,7 @@ def cross_validated(examples: Sequence[Example]) -> list[float]:
         fit([e for e, f in zip(examples, folds, strict=True) if f != fold], [])
         for fold in range(FOLDS)
     ]
-    return [
-        e.trust * probability(models[fold], e.values)
-        for e, fold in zip(examples, folds, strict=True)
-    ]
+    return [_likely(models[fold], e) for e, fold in zip(examples, folds, strict=True)]
 
 
 def acceptance(
@@ -167,10 +220,17 @@ def _recognizer(lm: str | None) -> Recognizer:
     return Recognizer(find_language(lm), Recognition())
 
 
-def _examples(clip: Clip, lm: str | None) -> list[Example]:
+def _likely(model: Model, example: Example) -> float:
+    sure = example.trust * probability(model, example.values)
+    return among_speech(sure) if example.among else sure
+
+
+def _examples(clip: Clip, lm: str | None) -> Collected:
     said = clip.text if clip.kind == "command" else None
     try:
-        found = list(_recognizer(lm).observations(read_blocks(clip.path)))
+        blocks = list(read_blocks(clip.path))
     except AudioError:
-        return []
-    return [Example(clip, o.values, o.trust, o.text == said) for o in found]
+        return Collected([], 0.0)
+    found = _recognizer(lm).observations(blocks)
+    examples = [Example(clip, o.text, o.values, o.trust, o.among, o.text == said) for o in found]
+    return Collected(examples, sum(map(len, blocks)) / SAMPLE_RATE)

@@ -13,6 +13,7 @@ from voz import __version__
 from voz.errors import ConfigError
 from voz.evaluation.comparison import Difference, compare
 from voz.evaluation.curves import Curves, curves
+from voz.evaluation.knob import Position
 from voz.evaluation.results import Result
 from voz.evaluation.scores import Scores, score
 from voz.evaluation.tables import Table, as_text, main_tables, speaker_tables
@@ -43,6 +44,7 @@ class Evaluation(msgspec.Struct, frozen=True):
         scores: figures of groups of clips.
         curves: of all sets together.
         comparison: with another evaluation; empty if there is none.
+        knob: what other false alarm rates would cost; empty for other engines.
         results: of each clip.
     """
 
@@ -51,6 +53,7 @@ class Evaluation(msgspec.Struct, frozen=True):
     scores: Scores
     curves: Curves
     comparison: list[Difference]
+    knob: list[Position]
     results: list[Result]
 
 
@@ -94,7 +97,10 @@ def read_results(path: Path) -> list[Result]:
 
 
 def evaluate(
-    results: Sequence[Result], settings: dict[str, str], others: Sequence[Result] | None = None
+    results: Sequence[Result],
+    settings: dict[str, str],
+    others: Sequence[Result] | None = None,
+    knob: Sequence[Position] = (),
 ) -> Evaluation:
     """Count everything.
 
@@ -102,6 +108,7 @@ def evaluate(
         results: of each clip.
         settings: what was asked for, for the reader.
         others: an earlier evaluation of the same clips.
+        knob: what other false alarm rates would cost.
 
     Raises:
         ConfigError: the two have no clip of a command in common.
@@ -113,7 +120,13 @@ def evaluate(
             "make it from the same manifests"
         )
     return Evaluation(
-        __version__, settings, score(results), curves(results), differences, list(results)
+        voz=__version__,
+        settings=settings,
+        scores=score(results),
+        curves=curves(results),
+        comparison=differences,
+        knob=list(knob),
+        results=list(results),
     )
 
 
@@ -124,7 +137,7 @@ def to_json(evaluation: Evaluation) -> str:
 
 def to_text(evaluation: Evaluation) -> str:
     """Write the most important figures for the terminal."""
-    tables = [as_text(t) for t in main_tables(evaluation.scores, evaluation.comparison)]
+    tables = [as_text(table) for table in _tables(evaluation)]
     lines = []
     if operating := evaluation.curves.operating:
         lines.append(f"area under the ROC curve    {operating.area:.3f}")
@@ -143,7 +156,7 @@ def to_html(evaluation: Evaluation) -> str:
         "<h1>voz eval</h1>",
         _table(Table(("asked for", ""), list(evaluation.settings.items()))),
         f"<p>{NOTES}</p>",
-        *(_table(table) for table in main_tables(evaluation.scores, evaluation.comparison)),
+        *(_table(table) for table in _tables(evaluation)),
         *(_figure(title, svg) for title, svg in drawn.items()),
         *(_folded("Speakers", table) for table in speaker_tables(evaluation.scores)),
     ]
@@ -155,6 +168,10 @@ def to_html(evaluation: Evaluation) -> str:
         + "\n".join(parts)
         + "\n</body>\n</html>\n"
     )
+
+
+def _tables(evaluation: Evaluation) -> list[Table]:
+    return main_tables(evaluation.scores, evaluation.comparison, evaluation.knob)
 
 
 def _table(table: Table) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from voz.evaluation.comparison import Difference
+from voz.evaluation.knob import Position
 from voz.evaluation.scores import AlarmScores, CommandScores, Group, NearMissScores, Scores
 from voz.evaluation.statistics import Estimate
 
@@ -26,13 +27,16 @@ class Table:
     rows: Sequence[tuple[str, ...]]
 
 
-def main_tables(scores: Scores, differences: Sequence[Difference]) -> list[Table]:
-    """Make the tables of what matters most: each set, its conditions and the noise."""
+def main_tables(
+    scores: Scores, differences: Sequence[Difference], knob: Sequence[Position] = ()
+) -> list[Table]:
+    """Make the tables of what matters most: each set, its conditions, the noise, the knob."""
     by = ("all", "condition", "snr")
     tables = [
         commands_table([s for s in scores.commands if s.group.by in by]),
         near_miss_table([s for s in scores.near_misses if s.group.by in by]),
         alarm_table([s for s in scores.alarms if s.group.by in by]),
+        knob_table(knob),
         comparison_table(differences),
     ]
     return [table for table in tables if table.rows]
@@ -91,6 +95,21 @@ def alarm_table(scores: Sequence[AlarmScores]) -> Table:
         for s in scores
     ]
     return Table(("talk and noise", "hours", "false alarms", "for each hour"), rows)
+
+
+def knob_table(knob: Sequence[Position]) -> Table:
+    """Show what fewer or more false alarms would cost."""
+    header = ("false_alarms_per_hour", "threshold", "missed", "near-misses", "alarms in talk")
+    rows = [
+        (
+            f"{p.false_alarms_per_hour:g}",
+            f"{p.threshold:.3f}",
+            *("" if v is None else f"{v:.3f}" for v in (p.missed, p.let_through)),
+            "" if p.talk_alarms_per_hour is None else f"{p.talk_alarms_per_hour:.1f} an hour",
+        )
+        for p in knob
+    ]
+    return Table(header, rows)
 
 
 def comparison_table(differences: Sequence[Difference]) -> Table:

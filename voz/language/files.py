@@ -105,8 +105,8 @@ def read_sentences(files: LanguageFiles) -> list[str]:
     return sentences
 
 
-def count_phones(files: LanguageFiles) -> dict[str, int]:
-    """Count the phones of each word of the dictionary; variants are words, as `the(2)`.
+def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
+    """Read the phones of each word of the dictionary; variants are words, as `the(2)`.
 
     Raises:
         LanguageError: the dictionary cannot be read.
@@ -117,7 +117,7 @@ def count_phones(files: LanguageFiles) -> dict[str, int]:
         raise LanguageError(
             f"{files.dictionary}: cannot be read; make it again with `voz build-lm`"
         ) from error
-    return {word: len(phones) for word, *phones in map(str.split, lines) if phones}
+    return {word: tuple(phones) for word, *phones in map(str.split, lines) if phones}
 
 
 def stale_warning(files: LanguageFiles) -> str | None:

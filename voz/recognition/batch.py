@@ -9,11 +9,11 @@ import msgspec
 
 from voz.audio.files import printable, read_blocks
 from voz.errors import AudioError
-from voz.events import Utterance
+from voz.events import Reason, Utterance
 from voz.recognition.recognizer import Recognizer
 
 
-class Heard(msgspec.Struct, frozen=True):
+class Heard(msgspec.Struct, frozen=True, omit_defaults=True):
     """An utterance in a recording.
 
     Attributes:
@@ -23,6 +23,8 @@ class Heard(msgspec.Struct, frozen=True):
         text: the sentence heard; empty if none fits.
         confidence: how sure it is, 0 to 1.
         accepted: whether it would be obeyed.
+        reason: why not, if it would not.
+        between: the two commands that it may be, if that is the reason.
     """
 
     file: str
@@ -31,6 +33,8 @@ class Heard(msgspec.Struct, frozen=True):
     text: str
     confidence: float
     accepted: bool
+    reason: Reason | None = None
+    between: tuple[str, str] | None = None
 
 
 class Unreadable(msgspec.Struct, frozen=True):
@@ -63,4 +67,13 @@ def decode_recordings(
 
 
 def _in_file(heard: Utterance, file: str) -> Heard:
-    return Heard(file, heard.start, heard.end, heard.text, heard.confidence, heard.accepted)
+    return Heard(
+        file,
+        heard.start,
+        heard.end,
+        heard.text,
+        heard.confidence,
+        heard.accepted,
+        heard.reason,
+        heard.between,
+    )

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 
 import msgspec
 
 from voz.errors import ConfigError
+from voz.language.confusion import read_distances
+from voz.recognition.alignment import distance
 from voz.recognition.evidence import Evidence, Path, Span
 
 MODEL = FilePath(__file__).with_name("confidence.json")
 
-CLEAR_MARGIN = 2.0  # nats for each frame; a rival further behind is none
-NO_SPEECH, SURE_SPEECH = 0.4, 0.6
-"""Between these the voice detector is not sure: of what the end-pointer takes for speech, nine of
-ten noises are below the first, and 99 of 100 commands above the second."""
+NO_SPEECH, SURE_SPEECH = 0.5, 0.65
+"""Between these the voice detector is not sure: of what the end-pointer takes for speech, 97 of 100
+noises are below the first, and 95 of 100 commands by people above the second."""
+
+AMONG_SPEECH = 12.0
+"""By so much the odds fall if there is other speech within 0.6 s: a sentence is going on.
+
+Of 21 stretches of people's talk that sound like a command, 18 have such neighbours; hardly anyone
+says a command in the middle of a sentence. It is no certainty, so a command that sounds right is
+obeyed all the same.
+"""
+
+A_BREATH = 5
+"""Frames of other sound after a command that mean nothing."""
+
+HURRIED = 0.3
+"""In log durations: a word in less than three quarters of its usual time is said in haste."""
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,11 +41,16 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         fitted_on: what it was made from, for the reader.
         intercept: the log-odds when all features are 0.
         weights: what one unit of each feature adds to the log-odds.
+        alarms: how many false alarms there are in an hour of talk when everything above even odds
+            is accepted.
+        alarms_fall: the power of the odds with which they become fewer.
     """
 
     fitted_on: list[str]
     intercept: float
     weights: dict[str, float]
+    alarms: float
+    alarms_fall: float
 
 
 def load_model(path: FilePath = MODEL) -> Model:
@@ -51,30 +71,32 @@ def save_model(model: Model, path: FilePath) -> None:
         raise ConfigError(f"{path}: cannot be written ({error.strerror})") from error
 
 
-def features(evidence: Evidence, phones_in: Mapping[str, int]) -> dict[str, float]:
+def features(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> dict[str, float]:
     """Bring the evidence to a few numbers that mean the same for any list of commands.
 
     Args:
         evidence: what speaks for the command and against it.
-        phones_in: how many phones each word of the dictionary has.
+        phones_of: the phones of each word of the dictionary.
 
     Returns:
         The features by name; likelihood ratios are in nats for each frame of speech.
     """
     command, phones = evidence.command, evidence.phones
-    frames = max(1, sum(span.frames for span in phones.spans))
-    covered = _covered(command, phones)
-    pace = [span.frames / phones_in[span.name] for span in command.spans]
-    rival = max(evidence.rivals.values(), default=-math.inf)
+    after = sum(max(0, p.end - max(p.start - 1, command.spans[-1].end)) for p in phones.spans)
     return {
-        "phones": (command.score - phones.score) / frames,
-        "worst word": min(_ratio(span, phones) for span in command.spans),
-        "rival": min(CLEAR_MARGIN, (command.score - rival) / frames),
-        "not covered": 1 - covered / frames,
-        "frames outside": math.log1p(frames - covered),
-        "quickest word": math.log(min(pace)),
-        "slowest word": math.log(max(pace)),
+        "phones": (command.score - phones.score) / phones.frames,
+        "worst word": min(word_ratio(span, phones) for span in command.spans),
+        "hurried": max(0.0, -min(_pace(w, phones_of[w.name]) for w in command.spans) - HURRIED),
+        "phones differ": _difference(evidence, phones_of),
+        "not covered": 1 - _covered(command, phones) / phones.frames,
+        "sound after": math.log1p(max(0, after - A_BREATH)),
     }
+
+
+def word_ratio(word: Span, phones: Path) -> float:
+    """A word's log-likelihood ratio to the phones in its frames, nats for each frame."""
+    against = sum(_overlap(word, span) * span.score / span.frames for span in phones.spans)
+    return (word.score - against) / word.frames
 
 
 def probability(model: Model, values: Mapping[str, float]) -> float:
@@ -87,8 +109,7 @@ def probability(model: Model, values: Mapping[str, float]) -> float:
     Returns:
         Of so many utterances with such features this share is right.
     """
-    log_odds = model.intercept + sum(w * values[name] for name, w in model.weights.items())
-    return 1 / (1 + math.exp(-max(-700.0, log_odds)))
+    return _chance(model.intercept + sum(w * values[name] for name, w in model.weights.items()))
 
 
 def trust_in_speech(voice: float) -> float:
@@ -105,10 +126,47 @@ def trust_in_speech(voice: float) -> float:
     return min(1.0, max(0.0, (voice - NO_SPEECH) / (SURE_SPEECH - NO_SPEECH)))
 
 
-def _ratio(word: Span, phones: Path) -> float:
-    """A word's log-likelihood ratio to the phones in its frames, nats for each frame."""
-    against = sum(_overlap(word, span) * span.score / span.frames for span in phones.spans)
-    return (word.score - against) / word.frames
+def among_speech(sure: float) -> float:
+    """Tell how likely a command is, 0 to 1, if there is other speech around it."""
+    return with_odds(sure, 1 / AMONG_SPEECH)
+
+
+def with_odds(share: float, factor: float) -> float:
+    """Multiply the odds of a probability."""
+    return share * factor / (share * factor + 1 - share)
+
+
+def threshold_for(model: Model, alarms: float) -> float:
+    """Find the confidence that is needed for so few false alarms.
+
+    Args:
+        model: knows how many there are at each threshold.
+        alarms: false alarms in an hour of people's talk, above 0.
+
+    Returns:
+        A threshold, 0 to 1.
+    """
+    return _chance(math.log(model.alarms / alarms) / model.alarms_fall)
+
+
+def _chance(log_odds: float) -> float:
+    return 1 / (1 + math.exp(-min(700.0, max(-700.0, log_odds))))
+
+
+def _pace(word: Span, phones: Sequence[str]) -> float:
+    """How slowly a word is said: the logarithm of its time over what its phones usually take."""
+    usual = read_distances().frames
+    return math.log(word.frames / sum(usual[phone] for phone in phones))
+
+
+def _difference(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> float:
+    """How far the phones heard are from those of the command, nats for each of its frames."""
+    words = evidence.command.spans
+    whole = Span("", words[0].start, words[-1].end, 0.0)
+    said = [phone for word in words for phone in phones_of[word.name]]
+    heard = [(p.name.removeprefix("_"), _overlap(whole, p)) for p in evidence.phones.spans]
+    # What overlaps by less than a phone's three states belongs to the neighbours.
+    return distance(said, [part for part in heard if part[1] > 2]) / whole.frames
 
 
 def _covered(command: Path, phones: Path) -> int:

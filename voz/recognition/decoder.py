@@ -7,15 +7,27 @@ from typing import Any
 import pocketsphinx
 
 from voz.audio import Samples
+from voz.audio.denoise import energies
 from voz.config import Search
 from voz.errors import LanguageError
-from voz.language.files import LanguageFiles
+from voz.language.files import LanguageFiles, read_pronunciations
+from voz.recognition.accents import added, with_accents
 
-CMN_START = "45,3,-1"
-"""Where the cepstral mean starts.
+CMN_START = (45.0, 3.0, -1.0)
+"""Where the cepstral mean starts for speech of the usual level; further coefficients are 0.
 
 A command is too short to estimate it from. Commands by synthetic foreign accents are right in .905
 from pocketsphinx's own 40, .943 from 45 and .933 from 50; `stop` by people in .843, .867, .867.
+"""
+
+USUAL_LEVEL = 47.2
+"""The mean energy of a command with its margins, in the recordings that the start is right for."""
+
+LEVEL_WEIGHT = 0.66
+"""How far the mean's first coefficient follows the level, for each dB.
+
+It is 1.1 dB on average, and the words account for a part of the differences. Half of 210 commands
+at 10 dB over kitchen noise are right with the fixed start, four of five with this.
 """
 
 ACOUSTIC_MODEL = "en-us/en-us"
@@ -44,22 +56,23 @@ class Decoder:
         except (RuntimeError, ValueError, KeyError) as error:
             raise LanguageError(_unusable(source)) from error
 
-    def decode(self, samples: Samples) -> str:
+    def decode(self, samples: Samples, start: str) -> str:
         """Find the sentence.
 
         Args:
             samples: one utterance, 16 kHz.
+            start: where the cepstral mean starts, as `mean_start` gives it.
 
         Returns:
             Its words in lower case; empty if no sentence fits.
         """
-        process(self._decoder, samples)
+        process(self._decoder, samples, start)
         hypothesis = self._decoder.hyp()
         return str(hypothesis.hypstr) if hypothesis else ""
 
 
 def load_decoder(language: LanguageFiles, **settings: Any) -> Any:
-    """Load the acoustic model with the dictionary of a language and no search yet.
+    """Load the acoustic model with the dictionary of a language, accents too, and no search yet.
 
     Args:
         language: the language files.
@@ -77,24 +90,43 @@ def load_decoder(language: LanguageFiles, **settings: Any) -> Any:
         loglevel="FATAL",  # its own messages are about its insides; ours say what to do
         **settings,
     )
+    words = read_pronunciations(language)
     try:
-        return pocketsphinx.Decoder(config)
+        decoder = pocketsphinx.Decoder(config)
+        for word, phones in added(words, with_accents(words)).items():
+            decoder.add_word(word, " ".join(phones), False)
     except (RuntimeError, ValueError) as error:
         raise LanguageError(_unusable(language.dictionary)) from error
+    return decoder
 
 
 def _unusable(path: object) -> str:
     return f"{path}: cannot be used; make the language files again with `voz build-lm`"
 
 
-def process(decoder: Any, samples: Samples) -> None:
+def mean_start(samples: Samples) -> str:
+    """Tell where the cepstral mean starts for an utterance: it hangs on the level, and so on noise.
+
+    Args:
+        samples: the utterance with its margins, 16 kHz.
+
+    Returns:
+        The mean's coefficients as pocketsphinx reads them.
+    """
+    found = energies(samples)
+    louder = float(found.mean()) - USUAL_LEVEL if len(found) else 0.0
+    first, *others = CMN_START
+    return ",".join(f"{value:.2f}" for value in (first + LEVEL_WEIGHT * louder, *others))
+
+
+def process(decoder: Any, samples: Samples, start: str) -> None:
     """Decode one utterance, with nothing left in the front end of the one before.
 
     `reinit_feat` and `set_cmn` make a used decoder equal to a fresh one. The mean then follows the
     utterance as it would live: the mean of a whole short utterance (`full_utt`) is worse.
     """
     decoder.reinit_feat()
-    decoder.set_cmn(CMN_START)
+    decoder.set_cmn(start)
     decoder.start_utt()
     if len(samples):  # pocketsphinx refuses nothing at all
         decoder.process_raw(samples.tobytes())

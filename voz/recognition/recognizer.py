@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 from voz.audio import Samples
-from voz.audio.endpoint import Segment, segments
-from voz.audio.voice import VoiceDetector
+from voz.audio.denoise import cleaned
+from voz.audio.endpoint import Quiet, Segment, follow_closely, segments, sounds
+from voz.audio.voice import RUN_UP, VoiceDetector
 from voz.config import Recognition
 from voz.events import Utterance
-from voz.language.files import LanguageFiles, count_phones, read_sentences
-from voz.recognition.confidence import features, load_model, probability, trust_in_speech
-from voz.recognition.decoder import Decoder
+from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
+from voz.recognition.accents import with_accents
+from voz.recognition.confidence import (
+    Model,
+    among_speech,
+    features,
+    load_model,
+    probability,
+    threshold_for,
+    trust_in_speech,
+    with_odds,
+)
+from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.refusal import why_refused
 
 FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
@@ -26,11 +39,23 @@ class Observation(NamedTuple):
         text: the sentence heard.
         values: its features.
         trust: how far the sound is to be trusted to be speech, 0 to 1.
+        among: whether there is other speech around it.
     """
 
     text: str
     values: dict[str, float]
     trust: float
+    among: bool
+
+
+class _Heard(NamedTuple):
+    """What was understood of a segment, before it is known what follows."""
+
+    segment: Segment
+    text: str
+    evidence: Evidence | None
+    trust: float
+    sure: float  # if there is no other speech around it
 
 
 class Recognizer:
@@ -41,17 +66,18 @@ class Recognizer:
 
         Args:
             language: the language files.
-            settings: which search, and the confidence that is needed.
+            settings: which search, and how sure it must be.
 
         Raises:
             LanguageError: the language files cannot be used.
         """
-        self._decoder = Decoder(language, settings.search)
-        self._threshold = settings.threshold
         self._commands = read_sentences(language)
-        self._comparison = Comparison(language, self._commands)
-        self._phones_in = count_phones(language)
+        self._comparison = Comparison(language, self._commands, settings.never_missed)
+        alone = settings.search == "grammar" and self._comparison.finds_alone
+        self._decoder = None if alone else Decoder(language, settings.search)
+        self._phones_of = with_accents(read_pronunciations(language))
         self._model = load_model()
+        self._needed = thresholds(self._model, settings, self._commands)
         self._voice = VoiceDetector()
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
@@ -62,13 +88,33 @@ class Recognizer:
             source: its name for the utterances.
 
         Yields:
-            Each stretch of speech as soon as its end is known; times are within the recording.
+            Each stretch of speech as soon as its end is known, or if it hangs on that, what
+            follows; times are within the recording.
 
         Raises:
             AudioError: the blocks end in one; what was heard up to there is yielded first.
         """
-        for segment in segments(blocks):
-            yield self._recognize(segment, source)
+        waiting: _Heard | None = None
+        other: Segment | None = None  # speech just before that was no command
+        for sound in sounds(blocks):
+            if waiting:
+                among = isinstance(sound, Segment) and follow_closely(waiting.segment, sound)
+                utterance = self._utterance(waiting, among, sound.decided, source)
+                other = None if utterance.accepted else waiting.segment
+                waiting = None
+                yield utterance
+            if isinstance(sound, Quiet):
+                continue
+            heard = self._understand(sound)
+            among = other is not None and follow_closely(other, sound)
+            if not among and self._hangs_on_what_follows(heard):
+                waiting = heard
+                continue
+            utterance = self._utterance(heard, among, sound.decided, source)
+            # What is too long for any command has not been asked about; it is hardly noise.
+            is_speech = heard.evidence is None or heard.trust > 0
+            other = sound if is_speech and not utterance.accepted else None
+            yield utterance
 
     def observations(self, blocks: Iterable[Samples]) -> Iterator[Observation]:
         """Find what the confidence is computed from, for those who fit it.
@@ -79,45 +125,77 @@ class Recognizer:
         Yields:
             What is known of each utterance that may be a command.
         """
-        for segment in segments(blocks):
-            text, evidence = self._evidence(segment.samples)
-            if evidence:
-                voice = self._voice_in(segment.samples, evidence)
-                yield Observation(text, features(evidence, self._phones_in), trust_in_speech(voice))
+        found = list(segments(blocks))
+        after = [follow_closely(one, other) for one, other in pairwise(found)]
+        for number, segment in enumerate(found):
+            heard = self._understand(segment)
+            if heard.evidence:
+                values = features(heard.evidence, self._phones_of)
+                among = any(after[max(0, number - 1) : number + 1])
+                yield Observation(heard.text, values, heard.trust, among)
 
-    def _recognize(self, segment: Segment, source: str) -> Utterance:
-        text, sure = self._understand(segment.samples)
-        return Utterance(
-            t=round(segment.decided, 3),
-            text=text,
-            confidence=round(sure, 3),
-            accepted=text in self._commands and sure >= self._threshold,
-            start=round(segment.start, 3),
-            end=round(segment.end, 3),
-            source=source,
-        )
-
-    def _understand(self, samples: Samples) -> tuple[str, float]:
-        """Find the sentence of an utterance, and how likely it is that it was said."""
-        text, evidence = self._evidence(samples)
+    def _understand(self, segment: Segment) -> _Heard:
+        """Find the sentence of a segment, and how likely it is that it was said."""
+        sound = cleaned(segment.samples)
+        start = mean_start(sound)
+        text = self._decoder.decode(sound, start) if self._decoder else ""
+        if text and text not in self._commands:  # words of the trigram model that are no command
+            return _Heard(segment, text, None, 0.0, 0.0)
+        evidence = self._comparison.compare(sound, text, start)
         if evidence is None:
-            return text, 0.0
-        sure = probability(self._model, features(evidence, self._phones_in))
-        # Whether it is speech takes as long as all the rest, so it is asked last.
-        if sure >= self._threshold:
-            sure *= trust_in_speech(self._voice_in(samples, evidence))
-        return text, sure
-
-    def _evidence(self, samples: Samples) -> tuple[str, Evidence | None]:
-        """Find the sentence, and what speaks for it if it is a command."""
-        text = self._decoder.decode(samples)
-        if text and text not in self._commands:
-            return text, None  # words of the trigram model that are no command
-        # Without a result, the comparison is the second try: nothing is pruned in it.
-        evidence = self._comparison.compare(samples, text)
-        return (evidence.text if evidence else text), evidence
+            return _Heard(segment, text, None, 0.0, 0.0)
+        trust = trust_in_speech(self._voice_in(segment.samples, evidence))
+        sure = trust * probability(self._model, features(evidence, self._phones_of))
+        return _Heard(segment, evidence.text, evidence, trust, sure)
 
     def _voice_in(self, samples: Samples, evidence: Evidence) -> float:
         """How sure it is that what was taken for the words is speech."""
         words = evidence.command.spans
-        return self._voice.probability(samples[words[0].start * FRAME : words[-1].end * FRAME])
+        begin = max(0, words[0].start * FRAME - RUN_UP)
+        return self._voice.probability(samples[begin : words[-1].end * FRAME])
+
+    def _hangs_on_what_follows(self, heard: _Heard) -> bool:
+        return self._accepts(heard.text, heard.sure) and not self._accepts(
+            heard.text, among_speech(heard.sure)
+        )
+
+    def _accepts(self, text: str, sure: float) -> bool:
+        return text in self._needed and sure >= self._needed[text]
+
+    def _utterance(self, heard: _Heard, among: bool, decided: float, source: str) -> Utterance:
+        """Judge what was heard by what is around it."""
+        segment, text, evidence, trust, sure = heard
+        sure = among_speech(sure) if among else sure
+        accepted = self._accepts(text, sure)
+        refusal = None if accepted else why_refused(segment.samples, evidence, trust)
+        reason, between = refusal or (None, None)
+        return Utterance(
+            t=round(decided, 3),
+            text=text,
+            confidence=round(sure, 3),
+            accepted=accepted,
+            start=round(segment.start, 3),
+            end=round(segment.end, 3),
+            source=source,
+            reason=reason,
+            between=between,
+        )
+
+
+def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
+    """Tell how sure each command must be: the less, the worse it is to miss it.
+
+    Args:
+        model: knows how many false alarms there are at each threshold.
+        settings: how many there may be, and which commands must not be missed.
+        commands: all sentences.
+
+    Returns:
+        A threshold from 0 to 1 for each command.
+    """
+    usual = settings.threshold
+    if usual is not None:
+        return dict.fromkeys(commands, usual)
+    usual = threshold_for(model, settings.false_alarms_per_hour)
+    lower = with_odds(usual, 1 / settings.missed_cost)
+    return {c: lower if c in settings.never_missed else usual for c in commands}

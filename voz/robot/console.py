@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance
+from voz.events import Event, Reply, SelectedObject, Twist, Utterance, explain
 
 
 class ConsoleRobot:
@@ -39,9 +39,10 @@ def _in_words(event: Event) -> str:
 def _heard(event: Utterance) -> str:
     if event.accepted:
         return f'heard    "{event.text}" ({event.confidence:.2f})'
+    why = explain(event.reason, event.between) if event.reason else "not a command"
     if event.text:
-        return f'ignored  "{event.text}" ({event.confidence:.2f})'
-    return "ignored  something that is no command"
+        return f'ignored  "{event.text}" ({event.confidence:.2f}), {why}'
+    return f"ignored  something, {why}"
 
 
 def _motion(linear: float, angular: float) -> str:

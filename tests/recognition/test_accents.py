@@ -1,0 +1,28 @@
+"""Pronunciations of other accents."""
+
+from __future__ import annotations
+
+from voz.recognition.accents import added, with_accents
+
+
+def test_the_open_o_is_also_said_rounded() -> None:
+    words = {"stop": ("S", "T", "AA", "P"), "go": ("G", "OW")}
+    assert added(words, with_accents(words)) == {"stop(2)": ("S", "T", "AO", "P")}
+
+
+def test_it_is_an_o_that_is_written_and_no_r_that_follows() -> None:
+    words = {"father": ("F", "AA", "DH", "ER"), "sorry": ("S", "AA", "R", "IY")}
+    assert with_accents(words) == words
+
+
+def test_what_is_known_is_not_added_again_and_numbers_go_on() -> None:
+    words = {
+        "on": ("AA", "N"),
+        "on(2)": ("AO", "N"),
+        "rocks": ("R", "AA", "K", "S"),
+        "rocks(2)": ("R", "AA", "K"),
+    }
+    assert added(words, with_accents(words)) == {
+        "rocks(3)": ("R", "AO", "K", "S"),
+        "rocks(4)": ("R", "AO", "K"),
+    }

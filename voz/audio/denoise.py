@@ -1,0 +1,105 @@
+"""Speech out of noise: a Wiener filter for stretches that are noisy, and only for those."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import SAMPLE_RATE, Samples
+
+Floats = npt.NDArray[np.float64]
+
+FRAME = SAMPLE_RATE // 100
+"""Samples of 10 ms, over which the energy is taken."""
+
+NOISY = 25.0
+"""Below this range of energies there is noise to take away, dB.
+
+Speech at 10 dB over kitchen noise has 13 to 31, recordings in quiet rooms over 40, phones 25 to 80.
+A filter that is always on costs foreign accents 2 of 53 commands and phones as many of 105.
+"""
+
+WINDOW, HOP = 512, 128  # samples, 32 and 8 ms
+NOISE_QUANTILE = 0.4  # of the time there is only noise in a band
+MEMORY = 0.7  # of the power from which the noise is taken, a frame
+TRUST_IN_PAST = 0.92  # of the decision-directed signal-to-noise ratio
+LEAST_GAIN = 0.2
+"""Leaves some noise: with less, what is left of the speech sounds like nothing the model knows."""
+
+
+def energies(samples: Samples) -> Floats:
+    """Measure the energy of each 10 ms.
+
+    Args:
+        samples: 16 kHz.
+
+    Returns:
+        The mean squares, dB over one unit of the 16 bits; a rest at the end is left out.
+    """
+    frames = samples[: len(samples) // FRAME * FRAME].astype(np.float64).reshape(-1, FRAME)
+    return np.asarray(10 * np.log10((frames**2).mean(axis=1) + 1))
+
+
+def is_noisy(samples: Samples) -> bool:
+    """Tell whether a stretch of speech, with a margin on either side, has noise in it."""
+    found = energies(samples)
+    return len(found) > 0 and bool(np.ptp(np.percentile(found, (10, 95))) < NOISY)
+
+
+def cleaned(samples: Samples) -> Samples:
+    """Take noise away where there is much of it.
+
+    Args:
+        samples: a stretch of speech, 16 kHz.
+
+    Returns:
+        The same samples if they are not noisy, else as many that are filtered.
+    """
+    return denoised(samples) if is_noisy(samples) else samples
+
+
+def denoised(samples: Samples) -> Samples:
+    """Filter out noise that is there all the time.
+
+    The noise of each band is a low quantile of its smoothed power. Each frame's signal-to-noise
+    ratio leans on the one before (the decision-directed estimate of Ephraim and Malah 1984,
+    doi:10.1109/TASSP.1984.1164453), which keeps the filter from flickering.
+
+    Args:
+        samples: 16 kHz.
+
+    Returns:
+        As many samples.
+    """
+    # A periodic window, whose square adds up to the same everywhere.
+    window = np.sqrt(np.hanning(WINDOW + 1)[:-1])
+    padded = np.pad(samples.astype(np.float64), (WINDOW, WINDOW + HOP))
+    frames = np.lib.stride_tricks.sliding_window_view(padded, WINDOW)[::HOP]
+    spectra = np.fft.rfft(frames * window, axis=1)
+    filtered = np.fft.irfft(spectra * _gains(np.abs(spectra) ** 2), axis=1) * window
+    sound = np.zeros(len(padded))
+    for number, frame in enumerate(filtered):
+        sound[number * HOP : number * HOP + WINDOW] += frame
+    sound /= np.sum(window**2) / HOP
+    kept = sound[WINDOW : WINDOW + len(samples)]
+    return np.clip(np.round(kept), -32768, 32767).astype(np.int16)
+
+
+def _gains(power: Floats) -> Floats:
+    """Find how much of each band of each frame is speech, from their power, shape (n, bands)."""
+    noise = np.quantile(_smoothed(power), NOISE_QUANTILE, axis=0) + 1e-9
+    above = power / noise
+    before = np.maximum(above[0] - 1, 0)
+    gains: Floats = np.empty_like(power)
+    for number, ratio in enumerate(above):
+        speech = TRUST_IN_PAST * before + (1 - TRUST_IN_PAST) * np.maximum(ratio - 1, 0)
+        gains[number] = np.maximum(speech / (1 + speech), LEAST_GAIN)
+        before = gains[number] ** 2 * ratio
+    return gains
+
+
+def _smoothed(power: Floats) -> Floats:
+    smooth: Floats = power.copy()
+    for number in range(1, len(power)):
+        smooth[number] = MEMORY * smooth[number - 1] + (1 - MEMORY) * power[number]
+    return smooth

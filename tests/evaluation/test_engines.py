@@ -28,12 +28,27 @@ def clip(recordings: list[Recording]) -> Recording:
     return next(r for r in recordings if r.path.stem == "festival_slt__go_back")
 
 
-@pytest.mark.parametrize("name", ["voz", "plain-pocketsphinx"])
+@pytest.mark.parametrize("name", ["voz", "plain-pocketsphinx", "pocketsphinx-phone-loop"])
 def test_engines_of_pocketsphinx(name: str, clip: Recording, language: LanguageFiles) -> None:
     engine = load_engine(EngineChoice(name, language, Recognition()))
     (heard,) = engine(clip.samples())
     assert (heard.text, heard.accepted) == ("go back", True)
     assert heard.confidence == 1 or name == "voz"
+
+
+def test_the_phone_loop_refuses_other_speech(
+    recordings: list[Recording], language: LanguageFiles
+) -> None:
+    engine = load_engine(EngineChoice("pocketsphinx-phone-loop", language, Recognition()))
+    other = next(r for r in recordings if r.text == "the weather is nice today")
+    assert [(heard.confidence, heard.accepted) for heard in engine(other.samples())] == [(0, False)]
+
+
+def test_the_phone_loop_hears_all_commands_of_a_long_recording(
+    session: Recording, language: LanguageFiles
+) -> None:
+    engine = load_engine(EngineChoice("pocketsphinx-phone-loop", language, Recognition()))
+    assert [heard.text for heard in engine(session.samples())] == session.commands
 
 
 def test_a_program_gets_a_wav_and_writes_the_transcript(tmp_path: Path, clip: Recording) -> None:

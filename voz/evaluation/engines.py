@@ -6,15 +6,16 @@ write such a function and give it a name in `load_engine`, or call a program by 
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.config import Recognition
@@ -28,6 +29,15 @@ Engine: TypeAlias = Callable[[Samples], list[Understood]]
 Raises AudioError, one line with the reason, if it cannot make anything of this recording.
 """
 
+PHONE_LOOP_THRESHOLD = -21.2
+"""Refuses 5 % of the right commands by American and British synthetic voices.
+
+In pocketsphinx's own logarithms to the base 1.0001, for each frame of 10 ms.
+"""
+
+LONGEST_WHOLE = 3.0
+"""A recording of one command is shorter; what is longer may hold several utterances, s."""
+
 PROGRAM = "command:"
 """Begins the name of an engine that is a program."""
 
@@ -40,7 +50,8 @@ class EngineChoice:
     """An engine that is not loaded yet: what a process is told to load it by.
 
     Attributes:
-        name: `voz`, `plain-pocketsphinx` or `command:PROGRAM ARGUMENTS`.
+        name: `voz`, `plain-pocketsphinx`, `pocketsphinx-phone-loop` or
+            `command:PROGRAM ARGUMENTS`.
         language: the language files.
         settings: of voz's own recogniser.
     """
@@ -61,12 +72,14 @@ def load_engine(choice: EngineChoice) -> Engine:
         return voz_engine(choice.language, choice.settings)
     if choice.name == "plain-pocketsphinx":
         return plain_pocketsphinx(choice.language)
+    if choice.name == "pocketsphinx-phone-loop":
+        return pocketsphinx_with_phone_loop(choice.language)
     if choice.name.startswith(PROGRAM):
         commands = frozenset(read_sentences(choice.language))
         return program_engine(choice.name.removeprefix(PROGRAM), commands)
     raise ConfigError(
-        f'there is no engine "{choice.name}"; use voz, plain-pocketsphinx or '
-        f'"{PROGRAM}PROGRAM ARGUMENTS"'
+        f'there is no engine "{choice.name}"; use voz, plain-pocketsphinx, '
+        f'pocketsphinx-phone-loop or "{PROGRAM}PROGRAM ARGUMENTS"'
     )
 
 
@@ -105,6 +118,73 @@ def plain_pocketsphinx(language: LanguageFiles) -> Engine:
         return [Understood(text, 1.0, accepted=True)] if text else []
 
     return recognise
+
+
+def pocketsphinx_with_phone_loop(language: LanguageFiles) -> Engine:
+    """Load pocketsphinx with what it has to refuse other speech by: a free loop of phones.
+
+    A command is obeyed if it explains the speech nearly as well as any phones would. A recording
+    that is too long for one command is cut by pocketsphinx's end-pointer with its own settings.
+    """
+    from pocketsphinx import Decoder, get_model_path
+
+    # Only if both score all states of each frame are their scores comparable.
+    model = {"dict": str(language.dictionary), "lm": None, "loglevel": "FATAL", "compallsen": True}
+    grammar = Decoder(jsgf=str(language.grammar), bestpath=False, **model)
+    phones = Decoder(allphone=get_model_path("en-us/en-us-phone.lm.bin"), lw=2.0, **model)
+
+    def recognise(samples: Samples) -> list[Understood]:
+        heard = []
+        for data in _parts(samples):
+            text, score = _searched(grammar, data)
+            if text:
+                accepted = _better(score, phones, data) >= PHONE_LOOP_THRESHOLD
+                heard.append(Understood(text, float(accepted), accepted))
+        return heard
+
+    return recognise
+
+
+def _parts(samples: Samples) -> Iterator[bytes]:
+    """The utterances of a recording: all of it if it is short."""
+    from pocketsphinx import Endpointer
+
+    data = samples.tobytes()
+    if len(samples) <= LONGEST_WHOLE * SAMPLE_RATE:
+        yield data
+        return
+    endpointer = Endpointer()
+    size = endpointer.frame_bytes
+    said: list[bytes] = []
+    for start in range(0, len(data), size):
+        frame = data[start : start + size]
+        last = start + size >= len(data)
+        if speech := endpointer.end_stream(frame) if last else endpointer.process(frame):
+            said.append(speech)
+        if said and not endpointer.in_speech:
+            yield b"".join(said)
+            said.clear()
+
+
+def _searched(decoder: Any, data: bytes) -> tuple[str, float]:
+    """Decode an utterance as if it were alone; its words and their log-likelihood."""
+    decoder.reinit_feat()
+    decoder.start_utt()
+    decoder.process_raw(data, full_utt=True)
+    decoder.end_utt()
+    hypothesis = decoder.hyp()
+    if hypothesis is None:
+        return "", -math.inf
+    return str(hypothesis.hypstr), math.log(hypothesis.score, 1.0001)
+
+
+def _better(score: float, phones: Any, data: bytes) -> float:
+    """How much better a score is than that of the phones, for each frame that they speak in."""
+    _, against = _searched(phones, data)
+    spoken = [s for s in phones.seg() or () if s.word != "SIL" and not s.word.startswith("+")]
+    frames = sum(segment.end_frame - segment.start_frame + 1 for segment in spoken)
+    # Where there are no phones, there is nothing that could be a command.
+    return (score - against) / frames if frames else -math.inf
 
 
 def program_engine(command: str, commands: frozenset[str]) -> Engine:

@@ -1,0 +1,73 @@
+"""`benchmarks/recognition.py` as it is called, on a few clips."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from recordings import FIXTURES, ROOT
+
+COMMANDS = FIXTURES / "commands"
+HEADER = "path\ttext\tspeaker\tkind\tcondition\n"
+CLIPS = (
+    f"{COMMANDS}/flite_slt__stop.flac\tstop\tslt\tcommand\tus\n"
+    f"{COMMANDS}/flite_rms__go_back.flac\tgo back\trms\tcommand\tgb\n"
+    f"{FIXTURES}/near_misses/flite_awb__start_again.flac\tstart again\tawb\tnear-miss\tgb\n"
+)
+
+
+def call(*arguments: object) -> subprocess.CompletedProcess[str]:
+    script = ROOT / "benchmarks" / "recognition.py"
+    command = [sys.executable, str(script), *map(str, arguments), "--jobs", "1"]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+@pytest.fixture
+def dev(tmp_path: Path) -> Path:
+    noise = np.random.default_rng(0).standard_normal(12 * 16000)
+    soundfile.write(tmp_path / "dishes.flac", 0.1 * noise, 16000)
+    path = tmp_path / "dev.tsv"
+    path.write_text(f"{HEADER}{CLIPS}dishes.flac\t\t\tnoise\tnoise\n")
+    return path
+
+
+@pytest.fixture
+def people(tmp_path: Path) -> Path:
+    path = tmp_path / "people.tsv"
+    talk = f"{FIXTURES}/formats/mono_8000.wav\t\tme\ttalk\tus\n"
+    path.write_text(HEADER + CLIPS + talk)
+    return path
+
+
+@pytest.mark.slow
+def test_the_engines_stand_side_by_side(dev: Path, people: Path, tmp_path: Path) -> None:
+    (tmp_path / "lists" / "mine").mkdir(parents=True)
+    (tmp_path / "lists" / "mine" / "manifest.tsv").write_text(HEADER + CLIPS)
+    run = call(dev, people, "--lists", tmp_path / "lists")
+    assert run.returncode == 0, run.stderr
+    lines = [line for line in run.stdout.splitlines() if line.startswith("|")]
+    rows = {label: figures for label, *figures in (line[2:-2].split(" | ") for line in lines)}
+    assert rows.pop("") == ["voz", "pocketsphinx-phone-loop"]
+    assert all(len(figures) == 2 for figures in rows.values())
+    right = rows["commands right and accepted, American and British"]
+    assert right == ["1.000 (1.00-1.00)"] * 2
+    assert rows["mine: commands right and accepted"] == right
+    assert rows["commands right and accepted, foreign accents"] == ["-", "-"]
+    assert rows["false alarms in recorded noise"] == ["0 in 0.2 minutes"] * 2
+    assert rows["expected calibration error"][1] == "-"
+    assert float(rows["false alarms per hour of people's talk"][0].split()[0]) > 1000
+
+
+@pytest.mark.parametrize(
+    ("lists", "said"),
+    [("no_such", "make them by make_fixtures.py"), (None, 'lists no noise with "dishes"')],
+)
+def test_what_is_missing_is_one_line(people: Path, lists: str | None, said: str) -> None:
+    run = call(people, people, *(["--lists", lists] if lists else []))
+    assert run.returncode == 2
+    [line] = run.stderr.splitlines()
+    assert said in line

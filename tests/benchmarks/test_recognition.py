@@ -38,7 +38,7 @@ def dev(tmp_path: Path) -> Path:
 @pytest.fixture
 def people(tmp_path: Path) -> Path:
     path = tmp_path / "people.tsv"
-    talk = f"{FIXTURES}/formats/mono_8000.wav\t\tme\ttalk\tus\n"
+    talk = f"{FIXTURES}/formats/stereo_44100.wav\t\tme\ttalk\tus\n"
     path.write_text(HEADER + CLIPS + talk)
     return path
 

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from recordings import Recording
 
-from voz.audio import Samples
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpoint import segments
 from voz.audio.files import read_blocks
 from voz.config import Recognition
 from voz.errors import AudioError
 from voz.events import Utterance
 from voz.language.files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.confidence import load_model
+from voz.recognition.recognizer import Recognizer, thresholds
 
 
 def utterances(recognizer: Recognizer, recording: Recording) -> list[Utterance]:
@@ -106,3 +108,87 @@ def test_what_was_heard_before_reading_failed_is_not_lost(
     (utterance,) = utterances(recognizer, clip)
     first = next(recognizer.utterances(failing(), "clip"))
     assert first.text == utterance.text
+
+
+@pytest.fixture(scope="module")
+def sentence(recordings: list[Recording]) -> Samples:
+    """Something that nobody says to a robot, without the silence around it."""
+    said = next(r for r in recordings if r.kind == "near-miss" and len(r.text.split()) >= 4)
+    (segment,) = segments([said.samples()])
+    return segment.samples
+
+
+def pause(seconds: float) -> Samples:
+    return np.random.default_rng(0).normal(0, 8, int(seconds * SAMPLE_RATE)).astype(np.int16)
+
+
+def heard_as(recognizer: Recognizer, blocks: list[Samples], text: str) -> Utterance:
+    found = [u for u in recognizer.utterances([np.concatenate(blocks)], "") if u.text == text]
+    assert found
+    return found[0]
+
+
+def test_an_unsure_command_is_no_command_next_to_other_speech(
+    language: LanguageFiles, recordings: list[Recording], sentence: Samples
+) -> None:
+    recognizer = Recognizer(language, Recognition())
+    alone = {r: utterances(recognizer, r) for r in recordings if r.kind == "command"}
+    # Sure enough alone, and not if the odds are a twelfth.
+    unsure = [r for r, (u, *_) in alone.items() if u.accepted and u.text != "stop"]
+    unsure = [r for r in unsure if alone[r][0].confidence < 0.8]
+    assert len(unsure) >= 3
+    for r in unsure:
+        (segment,) = segments([r.samples()])
+        followed = [pause(0.5), segment.samples, pause(0.2), sentence, pause(1.5)]
+        preceded = [pause(0.5), sentence, pause(0.2), segment.samples, pause(1.5)]
+        later = [pause(0.5), segment.samples, pause(1.5), sentence, pause(1.5)]
+        assert not heard_as(recognizer, followed, r.text).accepted
+        assert not heard_as(recognizer, preceded, r.text).accepted
+        waited = heard_as(recognizer, later, r.text)
+        assert waited.accepted
+        assert waited.t - waited.end > 0.6
+
+
+def test_a_sure_command_does_not_wait(recognizer: Recognizer, session: Recording) -> None:
+    for utterance in utterances(recognizer, session):
+        assert utterance.accepted
+        assert utterance.t - utterance.end < 0.4
+
+
+def test_commands_in_quick_succession_are_all_obeyed(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    clips = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
+    spoken = [s.samples for r in clips for s in segments([r.samples()])]
+    blocks = [part for samples in spoken for part in (pause(0.3), samples)]
+    heard = list(recognizer.utterances([*blocks, pause(1.0)], ""))
+    assert [u.text for u in heard if u.accepted] == [r.text for r in clips]
+
+
+def test_every_refusal_has_a_reason(recognizer: Recognizer, recordings: list[Recording]) -> None:
+    heard = [u for r in recordings if r.kind == "near-miss" for u in utterances(recognizer, r)]
+    for utterance in heard:
+        assert (utterance.reason is None) == utterance.accepted
+        assert (utterance.between is None) == (utterance.reason != "unsure_between")
+    assert {u.reason for u in heard} >= {"not_a_command", "part_of_a_command", None}
+
+
+def test_what_is_no_speech_is_said_to_be_none(recognizer: Recognizer) -> None:
+    time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
+    taps = 8000 * np.exp(-time % 0.2 * 60) * np.sin(2 * np.pi * 900 * time)
+    sounds = [pause(0.5), taps.astype(np.int16), pause(1.0)]
+    heard = list(recognizer.utterances([np.concatenate(sounds)], ""))
+    assert not any(u.accepted for u in heard)
+    assert {u.reason for u in heard} <= {"no_speech", "too_short"}
+
+
+def test_it_takes_less_to_stop_than_to_move() -> None:
+    model = load_model()
+    commands = ["go back", "stop"]
+    needed = thresholds(model, Recognition(missed_cost=4), commands)
+    assert needed["stop"] < needed["go back"]
+    odds = [p / (1 - p) for p in (needed["stop"], needed["go back"])]
+    assert odds[1] / odds[0] == pytest.approx(4)
+    fewer = thresholds(model, Recognition(false_alarms_per_hour=0.05), commands)
+    assert all(fewer[c] > thresholds(model, Recognition(), commands)[c] for c in commands)
+    assert thresholds(model, Recognition(threshold=0.7), commands) == dict.fromkeys(commands, 0.7)

@@ -36,18 +36,21 @@ ACOUSTIC_MODEL = "en-us/en-us"
 class Decoder:
     """Finds the sentence in a stretch of speech; made once, used for many."""
 
-    def __init__(self, language: LanguageFiles, search: Search = "grammar") -> None:
+    def __init__(
+        self, language: LanguageFiles, search: Search = "grammar", mllr: str | None = None
+    ) -> None:
         """Load the model.
 
         Args:
             language: the dictionary, and the grammar or the trigram model.
             search: "grammar" gives whole commands only, "lm" any sequence of their words.
+            mllr: a file with the transform of the acoustic model for a speaker.
 
         Raises:
             LanguageError: pocketsphinx cannot use the language files.
         """
         # The lattice search that `bestpath` turns on loses a grammar's end, and with it the result.
-        self._decoder = load_decoder(language, bestpath=search == "lm")
+        self._decoder = load_decoder(language, bestpath=search == "lm", mllr=mllr)
         source = language.lm if search == "lm" else language.grammar
         add = self._decoder.add_lm_file if search == "lm" else self._decoder.add_jsgf_file
         try:

@@ -96,7 +96,11 @@ class Comparison:
     """
 
     def __init__(
-        self, language: LanguageFiles, commands: Iterable[str], never_missed: Collection[str] = ()
+        self,
+        language: LanguageFiles,
+        commands: Iterable[str],
+        never_missed: Collection[str] = (),
+        mllr: str | None = None,
     ) -> None:
         """Load the model.
 
@@ -104,6 +108,7 @@ class Comparison:
             language: its dictionary has the words of the commands.
             commands: all sentences of the language.
             never_missed: those that are taken when in doubt.
+            mllr: a file with the transform of the acoustic model for a speaker.
 
         Raises:
             LanguageError: pocketsphinx cannot use the dictionary.
@@ -113,6 +118,7 @@ class Comparison:
         self._decoder = load_decoder(
             language,
             bestpath=False,
+            mllr=mllr,
             fdict=str(FILLERS),
             fsgusefiller=False,
             beam=UNPRUNED,

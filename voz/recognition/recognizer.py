@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from voz.config import Recognition
 from voz.events import Utterance
 from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
 from voz.recognition.accents import with_accents
+from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
     Model,
     among_speech,
@@ -22,10 +23,12 @@ from voz.recognition.confidence import (
     probability,
     threshold_for,
     trust_in_speech,
+    with_log_odds,
     with_odds,
 )
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.profiles import Profile
 from voz.recognition.refusal import why_refused
 
 FRAME = 160
@@ -56,32 +59,48 @@ class _Heard(NamedTuple):
     evidence: Evidence | None
     trust: float
     sure: float  # if there is no other speech around it
+    values: Mapping[str, float]  # the features; empty without evidence
 
 
 class Recognizer:
-    """Finds the utterances in a stream and what was said in each; made once, used for many."""
+    """Finds the utterances in a stream and what was said in each; made once, used for many.
 
-    def __init__(self, language: LanguageFiles, settings: Recognition) -> None:
+    Attributes:
+        learnt: what is known of the microphone and the speaker; it changes only while learning.
+    """
+
+    def __init__(
+        self,
+        language: LanguageFiles,
+        settings: Recognition,
+        profile: Profile | None = None,
+        learning: bool = False,
+    ) -> None:
         """Load the models.
 
         Args:
             language: the language files.
             settings: which search, and how sure it must be.
+            profile: what is known of the speaker and the microphone.
+            learning: whether to learn more from each utterance, for those that follow.
 
         Raises:
             LanguageError: the language files cannot be used.
         """
+        profile = profile or Profile()
+        self.learnt = profile.start
+        self._aligner = Aligner(language) if learning else None
         self._commands = read_sentences(language)
-        self._comparison = Comparison(language, self._commands, settings.never_missed)
+        self._comparison = Comparison(language, self._commands, settings.never_missed, profile.mllr)
         alone = settings.search == "grammar" and self._comparison.finds_alone
-        self._decoder = None if alone else Decoder(language, settings.search)
+        self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = with_accents(read_pronunciations(language))
-        self._model = load_model()
+        self._model = with_log_odds(load_model(), profile.log_odds)
         self._needed = thresholds(self._model, settings, self._commands)
         self._voice = VoiceDetector()
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
-        """Recognise one recording, as if there were no other.
+        """Recognise one recording; unless it is learning, as if there were no other.
 
         Args:
             blocks: its samples, 16 kHz, in blocks of any size.
@@ -101,11 +120,12 @@ class Recognizer:
                 among = isinstance(sound, Segment) and follow_closely(waiting.segment, sound)
                 utterance = self._utterance(waiting, among, sound.decided, source)
                 other = None if utterance.accepted else waiting.segment
-                waiting = None
                 yield utterance
+                self._learn(waiting)
+                waiting = None
             if isinstance(sound, Quiet):
                 continue
-            heard = self._understand(sound)
+            heard = self._understand(sound, self.learnt)
             among = other is not None and follow_closely(other, sound)
             if not among and self._hangs_on_what_follows(heard):
                 waiting = heard
@@ -115,6 +135,7 @@ class Recognizer:
             is_speech = heard.evidence is None or heard.trust > 0
             other = sound if is_speech and not utterance.accepted else None
             yield utterance
+            self._learn(heard)  # afterwards, so that the robot need not wait for it
 
     def observations(self, blocks: Iterable[Samples]) -> Iterator[Observation]:
         """Find what the confidence is computed from, for those who fit it.
@@ -128,25 +149,45 @@ class Recognizer:
         found = list(segments(blocks))
         after = [follow_closely(one, other) for one, other in pairwise(found)]
         for number, segment in enumerate(found):
-            heard = self._understand(segment)
+            heard = self._understand(segment, self.learnt)
             if heard.evidence:
-                values = features(heard.evidence, self._phones_of)
                 among = any(after[max(0, number - 1) : number + 1])
-                yield Observation(heard.text, values, heard.trust, among)
+                yield Observation(heard.text, dict(heard.values), heard.trust, among)
 
-    def _understand(self, segment: Segment) -> _Heard:
+    def _understand(self, segment: Segment, learnt: StartVector) -> _Heard:
         """Find the sentence of a segment, and how likely it is that it was said."""
         sound = cleaned(segment.samples)
-        start = mean_start(sound)
+        start = learnt.moved(mean_start(sound))
         text = self._decoder.decode(sound, start) if self._decoder else ""
         if text and text not in self._commands:  # words of the trigram model that are no command
-            return _Heard(segment, text, None, 0.0, 0.0)
+            return _Heard(segment, text, None, 0.0, 0.0, {})
         evidence = self._comparison.compare(sound, text, start)
         if evidence is None:
-            return _Heard(segment, text, None, 0.0, 0.0)
+            return _Heard(segment, text, None, 0.0, 0.0, {})
         trust = trust_in_speech(self._voice_in(segment.samples, evidence))
-        sure = trust * probability(self._model, features(evidence, self._phones_of))
-        return _Heard(segment, evidence.text, evidence, trust, sure)
+        values = features(evidence, self._phones_of)
+        sure = trust * probability(self._model, values)
+        return _Heard(segment, evidence.text, evidence, trust, sure, values)
+
+    def _learn(self, heard: _Heard) -> None:
+        """Learn from an utterance, or doubt what was learnt if it is understood only without."""
+        if self._aligner is None:
+            return
+        if teaches(heard.values, heard.trust):
+            sound = cleaned(heard.segment.samples)
+            start = mean_start(sound)
+            observed = self._aligner.observe(sound, heard.text, start, self.learnt)
+            if observed:
+                self.learnt = self.learnt.updated(observed)
+        elif self.learnt.frames and self._teaches_without(heard.segment):
+            self.learnt = self.learnt.doubted()
+        else:
+            self.learnt = self.learnt.passed()
+
+    def _teaches_without(self, segment: Segment) -> bool:
+        """Tell whether it could be learnt from, had nothing been learnt yet."""
+        heard = self._understand(segment, StartVector())
+        return teaches(heard.values, heard.trust)
 
     def _voice_in(self, samples: Samples, evidence: Evidence) -> float:
         """How sure it is that what was taken for the words is speech."""
@@ -164,7 +205,7 @@ class Recognizer:
 
     def _utterance(self, heard: _Heard, among: bool, decided: float, source: str) -> Utterance:
         """Judge what was heard by what is around it."""
-        segment, text, evidence, trust, sure = heard
+        segment, text, evidence, trust, sure, _ = heard
         sure = among_speech(sure) if among else sure
         accepted = self._accepts(text, sure)
         refusal = None if accepted else why_refused(segment.samples, evidence, trust)

@@ -1,0 +1,120 @@
+"""What the acoustic model expects of a sound. An edge: it reads the model's files.
+
+A phone has a codebook of Gaussians for each of the three feature streams: the cepstra, their
+differences in time, and the differences of these. Each state of a phone, called a senone, weights
+the Gaussians in its own way. The formats are those of pocketsphinx's `ms_gauden.c` (`means`,
+`variances`), `ptm_mgau.c` (`sendump`) and `bin_mdef.c` (`mdef`), in the byte order of the packaged
+model.
+"""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.errors import LanguageError
+
+CEPSTRA = 13
+"""Coefficients of a frame, in each stream."""
+
+STREAMS = 3
+
+LEAST_VARIANCE = 1e-4
+"""pocketsphinx's own `varfloor`."""
+
+WEIGHT_UNIT = 1024 * np.log(1.0001)
+"""`sendump` holds negative 1.0001-logarithms, shifted right by 10 bits; this in nats."""
+
+BYTE_ORDER = 0x11223344
+"""Stands at the head of a binary file that was written in the order in which we read."""
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+
+class AcousticModel:
+    """The Gaussians of the packaged model.
+
+    Attributes:
+        means: of the Gaussians, shape (phones, streams, Gaussians, 13).
+        variances: of the Gaussians, same shape.
+        phones: the number of each phone by its name.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Read the model.
+
+        Args:
+            folder: that of an acoustic model whose phones have a codebook each.
+
+        Raises:
+            LanguageError: a file is missing, or not as the packaged model has it.
+        """
+        try:
+            names = _read_phones((folder / "mdef").read_bytes())
+            self.means = _read_gaussians((folder / "means").read_bytes())
+            variances = _read_gaussians((folder / "variances").read_bytes())
+            self._weights = _read_weights((folder / "sendump").read_bytes(), self.means.shape[2])
+            if not len(names) == len(self.means) == len(variances):
+                raise ValueError("another number of phones in mdef than in means")
+        except (OSError, ValueError, struct.error) as error:
+            raise LanguageError(
+                f"{folder}: the acoustic model cannot be used ({error}); install pocketsphinx again"
+            ) from error
+        self.variances = np.maximum(variances, LEAST_VARIANCE)
+        self.phones = {name: number for number, name in enumerate(names)}
+
+    def log_weights(self, senones: Indices) -> Floats:
+        """Look up the log weights of senones, shape (streams, n, Gaussians)."""
+        return np.asarray(-WEIGHT_UNIT * self._weights[:, :, senones].transpose(0, 2, 1))
+
+    def expected(self, phones: Indices, senones: Indices) -> Floats:
+        """Tell what the cepstra of states are on average, less the mean of an utterance.
+
+        Args:
+            phones: the numbers of the phones that the states belong to, shape (n,).
+            senones: the numbers of the states, shape (n,).
+
+        Returns:
+            The means of their Gaussians by their weights, shape (n, 13).
+        """
+        weights = np.exp(self.log_weights(senones)[0])
+        means = self.means[phones, 0]
+        return np.asarray(np.einsum("ng,ngc->nc", weights, means) / weights.sum(1)[:, None])
+
+
+def _read_phones(data: bytes) -> list[str]:
+    """Read the names of the phones, which stand in the order of the codebooks."""
+    _, _, description = struct.unpack_from("<3i", data)
+    sizes = 12 + description
+    (phones,) = struct.unpack_from("<i", data, sizes)
+    names = data[sizes + 10 * 4 :].split(b"\0", phones)[:phones]
+    return [name.decode("ascii") for name in names]
+
+
+def _read_gaussians(data: bytes) -> Floats:
+    """Read the means or variances of the Gaussians, shape (phones, streams, Gaussians, 13)."""
+    mark = b"endhdr\n"
+    at = data.index(mark) + len(mark)
+    order, phones, streams, gaussians = struct.unpack_from("<I3i", data, at)
+    lengths = struct.unpack_from(f"<{streams}i", data, at + 16)
+    if order != BYTE_ORDER or lengths != (CEPSTRA,) * STREAMS:
+        raise ValueError("Gaussians of another kind")
+    floats = phones * streams * gaussians * CEPSTRA
+    numbers = np.frombuffer(data, "<f4", floats, at + 16 + 4 * streams + 4)
+    return numbers.reshape(phones, streams, gaussians, CEPSTRA).astype(np.float64)
+
+
+def _read_weights(data: bytes, gaussians: int) -> npt.NDArray[np.uint8]:
+    """Read the senones' weights, shape (streams, Gaussians, senones)."""
+    at = 0
+    while length := struct.unpack_from("<i", data, at)[0]:  # texts, then an empty one
+        at += 4 + length
+    rows, senones = struct.unpack_from("<2i", data, at + 4)
+    if rows != gaussians:
+        raise ValueError("sendump of another kind")
+    count = STREAMS * rows * senones
+    return np.frombuffer(data, np.uint8, count, at + 12).reshape(STREAMS, rows, senones)

@@ -1,0 +1,173 @@
+"""What is kept of a speaker and a microphone from one run to the next. An edge: it keeps files."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+from msgspec.structs import replace
+
+from voz.errors import ConfigError
+from voz.recognition.adaptation import StartVector
+
+USUAL_PROFILE = "default"
+"""Whoever does not say who speaks."""
+
+PROFILE_FILE = "profile.json"
+MLLR_FILE = "mllr.txt"
+LEARNT_FOLDER = "learnt"
+
+
+class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is known of a speaker and a microphone before they are heard.
+
+    Attributes:
+        start: where the cepstral mean starts.
+        mllr: a file with the transform of the acoustic model; None leaves it as it is.
+        log_odds: what is added to the log-odds of each confidence: a speaker who is understood,
+            but never for sure, is worth more trust.
+    """
+
+    start: StartVector = StartVector()
+    mllr: str | None = None
+    log_odds: Annotated[float, msgspec.Meta(ge=-10, le=10)] = 0.0
+
+
+def profile_folder(name: str) -> Path:
+    """Name the folder of a profile, which need not be there.
+
+    Args:
+        name: what the user calls it.
+
+    Returns:
+        A path under `$XDG_DATA_HOME/voz/profiles`, or `~/.local/share/voz/profiles`.
+
+    Raises:
+        ConfigError: the name cannot be that of a folder.
+    """
+    if not re.fullmatch(r"\w[\w.-]{0,59}", name):
+        raise ConfigError(
+            f"{name!r} cannot be the name of a profile; use letters, digits, - and _, up to 60"
+        )
+    home = os.environ.get("XDG_DATA_HOME", "")
+    # The standard says that a path which is not absolute is to be ignored.
+    data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
+    return data / "voz" / "profiles" / name
+
+
+def load_profile(name: str) -> Profile:
+    """Read what `voz calibrate` has kept.
+
+    Raises:
+        ConfigError: there is no such profile, or a file of it cannot be used.
+    """
+    folder = profile_folder(name)
+    path = folder / PROFILE_FILE
+    again = f"make it with `voz calibrate {name}`"
+    try:
+        profile = msgspec.json.decode(path.read_bytes(), type=Profile)
+    except FileNotFoundError:
+        raise ConfigError(f'there is no profile "{name}" in {folder.parent}; {again}') from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); {again}") from error
+    except msgspec.DecodeError as error:
+        raise ConfigError(f"{path}: cannot be used ({error}); {again}") from error
+    if profile.mllr is None:
+        return profile
+    mllr = folder / profile.mllr
+    if not mllr.is_file():
+        raise ConfigError(f"{mllr}: is missing; {again}")
+    return replace(profile, mllr=str(mllr))
+
+
+def save_profile(name: str, profile: Profile) -> Path:
+    """Keep a profile as readable JSON, and forget what was learnt while one before it was used.
+
+    Args:
+        name: what the user calls it.
+        profile: what to keep; the file of its transform is copied.
+
+    Returns:
+        The file.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    folder = profile_folder(name)
+    path = folder / PROFILE_FILE
+    try:
+        if profile.mllr is not None:
+            replace_file(folder / MLLR_FILE, Path(profile.mllr).read_bytes())
+            profile = replace(profile, mllr=MLLR_FILE)
+        profile = replace(profile, start=_rounded(profile.start))
+        replace_file(path, msgspec.json.format(msgspec.json.encode(profile), indent=2) + b"\n")
+        for learnt in (folder / LEARNT_FOLDER).glob("*.json"):
+            learnt.unlink(missing_ok=True)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be written ({error.strerror})") from error
+    return path
+
+
+def learnt_file(profile: Path, device: str) -> Path:
+    """Name the file that keeps what was learnt about a profile's microphone while it was used."""
+    name = re.sub(r"[^A-Za-z0-9]+", "-", device)[:60].strip("-")
+    # Two devices may differ only in what a file name cannot have.
+    digest = hashlib.sha256(device.encode()).hexdigest()[:8]
+    return profile / LEARNT_FOLDER / f"{name}-{digest}.json"
+
+
+def load_learnt(path: Path) -> tuple[StartVector, str | None]:
+    """Read what was learnt before.
+
+    Args:
+        path: a `learnt_file`; it need not be there.
+
+    Returns:
+        The vector, and a line for the user if there is a file that cannot be used; then it is
+        as if nothing had been learnt.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=StartVector), None
+    except FileNotFoundError:
+        return StartVector(), None
+    except OSError as error:
+        reason = error.strerror
+    except msgspec.DecodeError as error:
+        reason = str(error)
+    return StartVector(), f"{path}: cannot be used ({reason}); learning starts anew"
+
+
+def save_learnt(path: Path, vector: StartVector) -> str | None:
+    """Write what was learnt.
+
+    Args:
+        path: a `learnt_file`; its folder is made if need be.
+        vector: what was learnt.
+
+    Returns:
+        A line for the user if it cannot be written: no reason to stop a robot.
+    """
+    try:
+        replace_file(path, msgspec.json.encode(_rounded(vector)) + b"\n")
+    except OSError as error:
+        return f"{path}: cannot be written ({error.strerror}); what was learnt will be lost"
+    return None
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file, all of it, or it stays as it was; its folder is made if need be."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        temporary.write_bytes(data)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _rounded(vector: StartVector) -> StartVector:
+    return replace(vector, shift=tuple(round(number, 3) for number in vector.shift))

@@ -331,7 +331,9 @@ def test_say_lists_the_voices_that_are_installed(voz: Any) -> None:
 # help and start
 
 
-@pytest.mark.parametrize("command", ["build-lm", "decode", "eval", "fit-confidence", "run", "say"])
+@pytest.mark.parametrize(
+    "command", ["build-lm", "calibrate", "decode", "eval", "fit-confidence", "run", "say"]
+)
 def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     result = voz(command, "--help")
     assert result.code == 0

@@ -16,7 +16,7 @@ if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins"
-    why="$why; the tests use more voices, and pulseaudio as a loudspeaker without hardware"
+    why="$why; the tests use more voices, and pulseaudio as a microphone and a loudspeaker without hardware"
 fi
 
 # A Python that cannot make a virtual environment, or none at all, is the system's.

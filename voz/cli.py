@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from voz.events import Event
     from voz.language.files import LanguageFiles
     from voz.recognition.batch import Heard, Unreadable
+    from voz.recognition.profiles import Profile
 
 Item = TypeVar("Item")
 
@@ -75,6 +76,9 @@ ThresholdOption = Annotated[
 ConfigOption = Annotated[
     Path | None, typer.Option("--config", metavar="FILE", help="Settings, a voz.toml.")
 ]
+ProfileOption = Annotated[
+    str | None, typer.Option("--profile", metavar="NAME", help="Who speaks: see `voz calibrate`.")
+]
 VerboseOption = Annotated[bool, typer.Option("-v", "--verbose", help="Tell what is used.")]
 
 
@@ -119,7 +123,7 @@ def build_lm(
         return
     result = build.build(commands, folder)
     for warning in result.warnings:
-        _tell(f"warning: {warning}")
+        _warn(warning)
     print(f"{result.sentences} sentences, {result.words} words:")
     for path in result.paths:
         print(f"  {path}")
@@ -134,6 +138,7 @@ def decode(
     search: SearchOption = None,
     false_alarms: AlarmsOption = None,
     threshold: ThresholdOption = None,
+    profile: ProfileOption = None,
     lm: LmOption = None,
     config: ConfigOption = None,
     verbose: VerboseOption = False,
@@ -145,11 +150,13 @@ def decode(
     Example: voz decode audio_fixtures/long/session.wav
     """
     from voz.recognition.batch import Unreadable, decode_recordings
+    from voz.recognition.profiles import load_profile
     from voz.recognition.recognizer import Recognizer
 
     recognition = _asked(search, false_alarms, threshold)
     settings = _settings(config, lm=lm, recognition=recognition)
-    recognizer = Recognizer(_language(settings, verbose), settings.recognition)
+    known = load_profile(profile) if profile else None
+    recognizer = Recognizer(_language(settings, verbose), settings.recognition, known)
     show = _show_json if as_json else _show_row
     if not as_json:
         print(f"   start      end  sure  obeyed  {'text':32}  file")
@@ -322,6 +329,11 @@ def run(
     search: SearchOption = None,
     false_alarms: AlarmsOption = None,
     threshold: ThresholdOption = None,
+    profile: ProfileOption = None,
+    adapt: Annotated[
+        bool,
+        typer.Option("--adapt", help="Learn the speaker and the microphone, also for later runs."),
+    ] = False,
     lm: LmOption = None,
     config: ConfigOption = None,
     verbose: VerboseOption = False,
@@ -334,6 +346,7 @@ def run(
     """
     from voz import pipeline
     from voz.language.files import read_sentences
+    from voz.recognition.profiles import USUAL_PROFILE, learnt_file, load_profile, save_learnt
     from voz.recognition.recognizer import Recognizer
     from voz.robot.console import ConsoleRobot
 
@@ -353,7 +366,13 @@ def run(
         if text:
             lines, commands = _open(text, "r", files), read_sentences(language)
         else:
-            recognizer = Recognizer(language, settings.recognition)
+            known = load_profile(profile) if profile else None
+            learnt = learnt_file(profile or USUAL_PROFILE, "recordings")
+            if adapt:
+                known = _with_learnt(known, learnt)
+            recognizer = Recognizer(language, settings.recognition, known, learning=adapt)
+            if adapt:
+                files.callback(lambda: _warn(save_learnt(learnt, recognizer.learnt)))
         console = ConsoleRobot(sys.stderr if events == "-" else sys.stdout)
         receivers: list[Callable[[Event], None]] = [console.receive]
         if events:
@@ -366,6 +385,48 @@ def run(
                 unreadable = pipeline.drive_by_recordings(robot, recordings, recognizer)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+@app.command()
+def calibrate(
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help="Of the profile.")] = "default",
+    wav: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Recordings with a manifest.tsv; else a microphone."),
+    ] = None,
+    device: Annotated[
+        str | None,
+        typer.Option("-d", "--device", metavar="N|NAME", help="Which microphone."),
+    ] = None,
+    list_profiles: Annotated[
+        bool, typer.Option("--list", help="Show the names of all profiles.")
+    ] = False,
+    delete: Annotated[
+        bool, typer.Option("--delete", help="Delete the profile and its recordings.")
+    ] = False,
+    lm: LmOption = None,
+    config: ConfigOption = None,
+    verbose: VerboseOption = False,
+) -> None:
+    """Get to know a speaker and a microphone in two minutes.
+
+    Shows commands to say, keeps the recordings, and finds out what helps to understand them.
+    `voz run --profile NAME` and `voz decode --profile NAME` use it. Ctrl-C stops, and the same
+    call goes on.
+
+    Example: voz calibrate ana
+    """
+    from voz.recognition import profiles
+
+    if list_profiles:
+        print("\n".join(profiles.profile_names()))
+    elif delete:
+        profiles.delete_profile(name)
+    else:
+        from voz.cli_calibrate import make_profile
+
+        settings = _settings(config, lm=lm)
+        make_profile(name, wav, device, _language(settings, verbose), settings.recognition)
 
 
 @app.command()
@@ -464,9 +525,25 @@ def _language(settings: Config, verbose: bool) -> LanguageFiles:
     language = find_language(settings.lm)
     if verbose:
         _tell(f"language files: {language.folder.resolve()}")
-    if stale := stale_warning(language):
-        _tell(f"warning: {stale}")
+    _warn(stale_warning(language))
     return language
+
+
+def _with_learnt(known: Profile | None, path: Path) -> Profile:
+    """Put what was learnt in earlier runs in place of what the profile starts from."""
+    from msgspec.structs import replace
+
+    from voz.recognition.profiles import Profile, load_learnt
+
+    learnt, problem = load_learnt(path)
+    _warn(problem)
+    known = known or Profile()
+    return replace(known, start=learnt) if learnt.frames else known
+
+
+def _warn(problem: str | None) -> None:
+    if problem:
+        _tell(f"warning: {problem}")
 
 
 def _open(name: str, mode: str, files: ExitStack) -> IO[str]:

@@ -97,11 +97,12 @@ def _converted(path: Path, file: soundfile.SoundFile) -> Iterator[Samples]:
             raise AudioError(
                 f"{printable(path)}: holds samples that are no numbers; export it again"
             )
-        yield _to_int16(resampler.resample_chunk(mono))
-    yield _to_int16(resampler.resample_chunk(np.empty(0, np.float32), last=True))
+        yield to_int16(resampler.resample_chunk(mono))
+    yield to_int16(resampler.resample_chunk(np.empty(0, np.float32), last=True))
 
 
-def _to_int16(samples: npt.NDArray[np.float32]) -> Samples:
+def to_int16(samples: npt.NDArray[np.float32]) -> Samples:
+    """Turn samples from -1 to 1 into 16 bits; what is beyond is clipped."""
     return np.clip(np.rint(samples * 32768), -32768, 32767).astype(np.int16)
 
 

@@ -31,7 +31,7 @@ def play(path: Path, stopped: threading.Event | None = None) -> None:
     Raises:
         AudioError: the file cannot be read, or there is no loudspeaker that plays it.
     """
-    sounddevice = _sounddevice()
+    sounddevice = load_sounddevice()
     try:
         with path.open("rb") as stream, soundfile.SoundFile(stream) as file:
             rate = _device_rate(sounddevice, file)
@@ -51,7 +51,8 @@ def play(path: Path, stopped: threading.Event | None = None) -> None:
         raise AudioError(f"the loudspeaker fails ({reason}); check the sound settings") from error
 
 
-def _sounddevice() -> ModuleType:
+def load_sounddevice() -> ModuleType:
+    """Import the binding to PortAudio; raises AudioError if that is not installed."""
     try:
         import sounddevice  # looks for devices as it is imported, which takes its time
     except OSError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ from msgspec.structs import replace
 
 from voz.errors import ConfigError
 from voz.recognition.adaptation import StartVector
+from voz.recognition.mllr import is_transforms
 
 USUAL_PROFILE = "default"
 """Whoever does not say who speaks."""
@@ -59,6 +61,26 @@ def profile_folder(name: str) -> Path:
     return data / "voz" / "profiles" / name
 
 
+def profile_names() -> list[str]:
+    """List the profiles that there are."""
+    return sorted(path.parent.name for path in profile_folder("_").parent.glob(f"*/{PROFILE_FILE}"))
+
+
+def delete_profile(name: str) -> None:
+    """Delete a profile with its recordings.
+
+    Raises:
+        ConfigError: there is none, or it cannot be deleted.
+    """
+    folder = profile_folder(name)
+    try:
+        shutil.rmtree(folder)
+    except FileNotFoundError:
+        raise ConfigError(f'there is no profile "{name}" in {folder.parent}') from None
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be deleted ({error.strerror})") from error
+
+
 def load_profile(name: str) -> Profile:
     """Read what `voz calibrate` has kept.
 
@@ -79,8 +101,12 @@ def load_profile(name: str) -> Profile:
     if profile.mllr is None:
         return profile
     mllr = folder / profile.mllr
-    if not mllr.is_file():
-        raise ConfigError(f"{mllr}: is missing; {again}")
+    try:
+        usable = is_transforms(mllr.read_text(encoding="ascii"))
+    except (OSError, UnicodeDecodeError):
+        usable = False
+    if not usable:
+        raise ConfigError(f"{mllr}: is missing or spoilt; {again}")
     return replace(profile, mllr=str(mllr))
 
 
@@ -100,7 +126,9 @@ def save_profile(name: str, profile: Profile) -> Path:
     folder = profile_folder(name)
     path = folder / PROFILE_FILE
     try:
-        if profile.mllr is not None:
+        if profile.mllr is None:
+            (folder / MLLR_FILE).unlink(missing_ok=True)
+        else:
             replace_file(folder / MLLR_FILE, Path(profile.mllr).read_bytes())
             profile = replace(profile, mllr=MLLR_FILE)
         profile = replace(profile, start=_rounded(profile.start))
@@ -112,12 +140,23 @@ def save_profile(name: str, profile: Profile) -> Path:
     return path
 
 
-def learnt_file(profile: Path, device: str) -> Path:
-    """Name the file that keeps what was learnt about a profile's microphone while it was used."""
+def learnt_file(profile: str, device: str) -> Path:
+    """Name the file that keeps what was learnt about a speaker and a microphone in use.
+
+    Args:
+        profile: the name of the profile.
+        device: the microphone.
+
+    Returns:
+        A path in the folder of the profile.
+
+    Raises:
+        ConfigError: the name cannot be that of a profile.
+    """
     name = re.sub(r"[^A-Za-z0-9]+", "-", device)[:60].strip("-")
     # Two devices may differ only in what a file name cannot have.
     digest = hashlib.sha256(device.encode()).hexdigest()[:8]
-    return profile / LEARNT_FOLDER / f"{name}-{digest}.json"
+    return profile_folder(profile) / LEARNT_FOLDER / f"{name}-{digest}.json"
 
 
 def load_learnt(path: Path) -> tuple[StartVector, str | None]:

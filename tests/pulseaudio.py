@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,19 @@ def pulse() -> Iterator[dict[str, str]]:
 
     PortAudio looks for devices once for each process, so the program is to be a new one.
     """
+    with sound_server() as (environment, _):
+        yield environment
+
+
+@pytest.fixture
+def own_pulse() -> Iterator[tuple[dict[str, str], subprocess.Popen[bytes]]]:
+    """The same for one test alone, and the server, which it may end."""
+    with sound_server() as environment_and_server:
+        yield environment_and_server
+
+
+@contextmanager
+def sound_server() -> Iterator[tuple[dict[str, str], subprocess.Popen[bytes]]]:
     # Not tmp_path: the name of a socket must be short.
     with tempfile.TemporaryDirectory(prefix="voz-pulse-") as name:
         folder = Path(name)
@@ -51,7 +65,7 @@ def pulse() -> Iterator[dict[str, str]]:
         ) as server:
             try:
                 wait_for_server(environment)
-                yield environment
+                yield environment, server
             finally:
                 server.terminate()
 

@@ -1,0 +1,240 @@
+"""`voz calibrate`: from recordings or a microphone to a profile that is used."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import soundfile
+from recordings import ROOT, Recording
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpoint import segments
+from voz.cli import main
+from voz.config import Recognition
+from voz.enrolment import prompts, read_kept
+from voz.language.files import LanguageFiles, read_sentences
+from voz.recognition.adaptation import StartVector
+from voz.recognition.calibration import Said, calibrate
+from voz.recognition.profiles import Profile, load_profile, save_profile
+
+VOZ = [sys.executable, "-c", "import sys; from voz.cli import main; sys.exit(main())"]
+
+
+class Result(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the profiles are."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    return tmp_path / "data" / "voz" / "profiles"
+
+
+@pytest.fixture
+def voz(home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> object:
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    monkeypatch.chdir(ROOT)
+
+    def call(*arguments: object) -> Result:
+        capsys.readouterr()
+        code = main([str(argument) for argument in arguments])
+        return Result(code, *capsys.readouterr())
+
+    return call
+
+
+def telephone(plain: Samples) -> Samples:
+    """A bad microphone: 300 to 3400 Hz, tilted by 6 dB for each octave, and quiet."""
+    frequency = np.fft.rfftfreq(len(plain), 1 / SAMPLE_RATE)
+    band = ((frequency > 300) & (frequency < 3400)) + 0.01
+    gain = band * np.maximum(frequency, 50) / 1000
+    filtered = np.fft.irfft(np.fft.rfft(plain.astype(float)) * gain, len(plain))
+    return (filtered * 0.1 * np.abs(plain).max() / np.abs(filtered).max()).astype(np.int16)
+
+
+def said_by(recordings: list[Recording], voice: str) -> list[Said]:
+    own = [r for r in recordings if r.kind == "command" and r.voice == voice]
+    return [Said(r.text, r.samples()) for r in own]
+
+
+def through_telephone(said: Sequence[Said]) -> list[Said]:
+    return [Said(text, telephone(samples)) for text, samples in said]
+
+
+def write(folder: Path, said: Sequence[Said], speaker: str = "ana") -> Path:
+    folder.mkdir(exist_ok=True)
+    with (folder / "manifest.tsv").open("w") as stream:
+        rows = csv.writer(stream, delimiter="\t")
+        rows.writerow(("path", "text", "speaker", "kind"))
+        for number, (text, samples) in enumerate(said):
+            soundfile.write(folder / f"{number}.wav", samples, SAMPLE_RATE)
+            rows.writerow((f"{number}.wav", text, speaker, "command"))
+    return folder
+
+
+@pytest.mark.slow
+def test_a_bad_microphone_is_calibrated_and_the_profile_is_used(
+    voz, home: Path, recordings: list[Recording], tmp_path: Path
+) -> None:
+    said = through_telephone(said_by(recordings, "flite_slt"))
+    folder = write(tmp_path / "wav", said[:9])
+    write(tmp_path / "others", said[9:])
+    result = voz("calibrate", "ana", "--wav", folder)
+    assert result.code == 0, result.err
+    assert "kept: the start of the cepstral mean" in result.out
+    before, after = (float(line.split()[-2]) for line in result.out.splitlines()[2:4])
+    assert after >= before + 0.3
+
+    def obeyed(*options: str) -> int:
+        files = [tmp_path / "others" / f"{n}.wav" for n in range(len(said) - 9)]
+        lines = voz("decode", "--json", *options, *files).out.splitlines()
+        heard = {h["file"]: h["text"] for h in map(json.loads, lines) if h["accepted"]}
+        return sum(heard.get(str(f)) == s.text for f, s in zip(files, said[9:], strict=True))
+
+    assert obeyed("--profile", "ana") >= obeyed() + 2
+    assert voz("calibrate", "--list").out == "ana\n"
+    assert voz("calibrate", "ana", "--delete").code == 0
+    assert not (home / "ana").exists()
+
+
+@pytest.mark.slow
+def test_what_is_not_better_is_not_kept(
+    voz, recordings: list[Recording], tmp_path: Path, language: LanguageFiles
+) -> None:
+    """Half of the recordings are labelled wrongly: what is fitted to them helps nobody."""
+    said = said_by(recordings, "festival_slt")[:8]
+    swapped = [Said(other.text, s.samples) for s, other in zip(said, said[::-1], strict=True)]
+    found = calibrate(swapped, language, Recognition(), tmp_path)
+    assert found.after.worth >= found.before.worth
+    result = voz("calibrate", "ana", "--wav", write(tmp_path / "wav", said[:5]))
+    assert result.code == 0
+    before, after = result.out.splitlines()[2:4]
+    assert after.split()[-3:] >= before.split()[-3:]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["calibrate", "a/b"], "cannot be the name"),
+        (["calibrate", "ana", "--wav", "nowhere"], "manifest.tsv: cannot be read"),
+        (["calibrate", "ana", "--wav", "audio_fixtures"], "speakers"),
+        (["calibrate", "ana", "--lm", "nowhere"], "voz build-lm"),
+        (["calibrate", "nobody", "--delete"], 'no profile "nobody"'),
+        (["decode", "--profile", "nobody", "x.wav"], 'no profile "nobody"'),
+        (["run", "--profile", "../x", "--wav", "x.wav"], "cannot be the name"),
+        (["run", "--adapt", "--profile", "nobody", "--wav", "x.wav"], "voz calibrate nobody"),
+    ],
+)
+def test_a_wrong_call_is_one_line(arguments: list[str], said: str, voz) -> None:
+    result = voz(*arguments)
+    assert result.code == 2
+    assert said in result.err
+    assert result.err.count("\n") == 1
+
+
+def test_too_few_commands_and_broken_recordings_are_one_line(
+    voz, recordings: list[Recording], tmp_path: Path
+) -> None:
+    said = said_by(recordings, "festival_slt")
+    few = voz("calibrate", "ana", "--wav", write(tmp_path / "few", said[:4]))
+    assert (few.code, few.err.count("\n")) == (2, 1)
+    assert "4 different commands" in few.err
+    folder = write(tmp_path / "broken", said[:5])
+    (folder / "3.wav").write_text("no sound")
+    broken = voz("calibrate", "ana", "--wav", folder)
+    assert (broken.code, broken.err.count("\n")) == (2, 1)
+    assert "3.wav" in broken.err
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"{}}", b'{"log_odds": 1e9}', b'{"mllr": "none.txt"}', b'{"other": 1}']
+)
+def test_a_spoilt_profile_is_one_line(content: bytes, voz, home: Path) -> None:
+    (home / "ana").mkdir(parents=True)
+    (home / "ana" / "profile.json").write_bytes(content)
+    result = voz("decode", "--profile", "ana", "x.wav")
+    assert (result.code, result.err.count("\n")) == (2, 1)
+    assert "voz calibrate ana" in result.err
+
+
+def test_a_transform_that_is_none_is_one_line(voz, home: Path, tmp_path: Path) -> None:
+    (tmp_path / "mllr").write_text("1\n3\nnonsense")
+    save_profile("ana", Profile(mllr=str(tmp_path / "mllr")))
+    result = voz("decode", "--profile", "ana", "x.wav")
+    assert (result.code, result.err.count("\n")) == (2, 1)
+    assert "mllr.txt" in result.err
+
+
+def test_a_profile_is_kept_as_it_is(home: Path) -> None:
+    profile = Profile(StartVector((1.5,) * 13, 60.0), None, 0.5)
+    path = save_profile("ana", profile)
+    assert load_profile("ana") == profile
+    assert json.loads(path.read_text())["log_odds"] == 0.5
+
+
+def test_what_run_learns_is_kept_for_the_next_run(
+    voz, home: Path, session: Recording, tmp_path: Path
+) -> None:
+    frames = []
+    for _ in range(2):
+        assert voz("run", "--adapt", "--no-sound", "--wav", session.path).code == 0
+        (kept,) = (home / "default" / "learnt").iterdir()
+        frames.append(json.loads(kept.read_text())["frames"])
+    assert 0 < frames[0] < frames[1]
+
+
+@pytest.mark.slow
+def test_recording_can_be_stopped_and_goes_on(
+    pulse: dict[str, str], home: Path, recordings: list[Recording], tmp_path: Path
+) -> None:
+    said = {s.text: s.samples for s in said_by(recordings, "festival_slt")}
+    environment = pulse | {"XDG_DATA_HOME": os.environ["XDG_DATA_HOME"]}
+    asked = prompts(read_sentences(LanguageFiles(ROOT / "lm")), "ana")
+    assert record(environment, said, tmp_path, times=2) == asked[:2]
+    assert [s.text for s in read_kept(home / "ana" / "recordings", said)] == asked[:2]
+    assert record(environment, said, tmp_path, times=1) == asked[2:3]
+    kept = read_kept(home / "ana" / "recordings", said)
+    assert [s.text for s in kept] == asked[:3]
+    for text, samples in kept:
+        (segment,) = segments([samples])
+        assert len(segment.samples) == pytest.approx(len(said[text]), abs=0.6 * SAMPLE_RATE)
+
+
+def record(
+    environment: dict[str, str], said: dict[str, Samples], folder: Path, times: int
+) -> list[str]:
+    """Speak what is asked for, so often, then press Ctrl-C; returns what was asked for."""
+    asked = []
+    options = {"env": environment, "cwd": ROOT, "stdout": subprocess.PIPE, "text": True}
+    process = subprocess.Popen([*VOZ, "calibrate", "ana"], **options)
+    try:
+        for line in process.stdout:
+            _, is_prompt, text = line.strip().partition(" say: ")
+            if is_prompt and len(asked) == times:
+                break
+            if is_prompt:
+                asked.append(text)
+                soundfile.write(folder / "prompt.wav", said[text], SAMPLE_RATE)
+                command = ["paplay", "--device=mic", str(folder / "prompt.wav")]
+                subprocess.run(command, env=environment, check=True)
+        process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 128 + signal.SIGINT
+    assert "what is recorded is kept" in rest
+    return asked

@@ -1,0 +1,119 @@
+"""What `voz calibrate` does and shows; its options are in `cli.py`."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from voz.audio.microphone import listening
+from voz.config import Recognition
+from voz.enrolment import MANIFEST, missing, prompts, read_kept, read_recordings, record
+from voz.errors import ConfigError
+from voz.language.files import LanguageFiles, read_sentences
+from voz.recognition.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
+from voz.recognition.profiles import Profile, profile_folder, save_profile
+
+RECORDINGS = "recordings"
+"""The folder in that of a profile."""
+
+
+def make_profile(
+    name: str,
+    wav: Path | None,
+    device: str | None,
+    language: LanguageFiles,
+    settings: Recognition,
+) -> None:
+    """Record a speaker, or read recordings; find the profile, keep it, and tell what it is worth.
+
+    Args:
+        name: of the profile.
+        wav: a folder with recordings and their manifest; None records.
+        device: the microphone, by its number or a part of its name; None is the default one.
+        language: the language files.
+        settings: how the speaker is recognised.
+
+    Raises:
+        VozError: the name, the recordings or the microphone cannot be used.
+    """
+    console = Console()
+    commands = read_sentences(language)
+    own = profile_folder(name) / RECORDINGS
+    if wav is None:
+        _record(name, device, commands, own, console)
+    said = read_recordings((wav or own) / MANIFEST, commands)
+    found = _calibrate(said, language, settings, name)
+    print(report(found, len(said)))
+    print(f"written: {profile_folder(name)}")
+    print(f"use it:  voz run --profile {name}")
+
+
+def report(found: Calibration, sentences: int) -> str:
+    """Write what was found as a table, and what is kept."""
+    lines = [
+        f"{sentences} sentences, each heard by what the others gave:",
+        f"{'':20}{'right':>8}{'obeyed':>8}{'wrongly obeyed':>17}",
+    ]
+    for title, score in (("before", found.before), ("with the profile", found.after)):
+        lines.append(f"{title:20}{_shares(score)}")
+    kept = _kept(found.profile)
+    lines.append(f"kept: {', '.join(kept)}" if kept else "kept: nothing, for nothing is better")
+    return "\n".join(lines)
+
+
+def _shares(score: Score) -> str:
+    right, obeyed, wrong = (n / score.sentences for n in (score.right, score.obeyed, score.wrong))
+    return f"{right:8.2f}{obeyed:8.2f}{wrong:17.2f}"
+
+
+def _kept(profile: Profile) -> list[str]:
+    kept = []
+    if profile.start.frames:
+        kept.append("the start of the cepstral mean")
+    if profile.mllr:
+        kept.append("a transform of the acoustic model")
+    if profile.log_odds:
+        kept.append(f"{math.exp(profile.log_odds):.0f} times the odds")
+    return kept
+
+
+def _record(
+    name: str, device: str | None, commands: list[str], folder: Path, console: Console
+) -> None:
+    """Ask for what has no recording yet."""
+    asked = prompts(commands, name)
+    if len(set(asked)) < FEWEST:
+        raise ConfigError(
+            f"the language has {len(set(asked))} commands; to calibrate, add some to its list "
+            f"until there are {FEWEST}"
+        )
+    left = missing(asked, read_kept(folder, commands))
+    if not left:
+        return
+    if len(left) < len(asked):
+        console.print(f"{len(asked) - len(left)} of {len(asked)} are recorded already")
+    try:
+        with listening(device) as blocks:
+            record(left, blocks, folder, name, console)
+    except SystemExit:  # Ctrl-C
+        console.print("stopped; what is recorded is kept, and the same call goes on")
+        raise
+
+
+def _calibrate(
+    said: list[Said], language: LanguageFiles, settings: Recognition, name: str
+) -> Calibration:
+    """Find the profile, with a bar that shows how far it is, and keep it."""
+    console = Console(stderr=True)
+    with (
+        tempfile.TemporaryDirectory(prefix="voz-") as folder,
+        Progress(console=console, transient=True, disable=not console.is_terminal) as bar,
+    ):
+        task = bar.add_task("Trying what helps", total=STEPS)
+        found = calibrate(said, language, settings, Path(folder), lambda: bar.advance(task))
+        save_profile(name, found.profile)
+    return found

@@ -1,0 +1,175 @@
+"""Asks a speaker for commands and keeps the recordings. An edge: it hears, shows and writes."""
+
+from __future__ import annotations
+
+import csv
+import math
+import random
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpoint import Segment, Segmenter
+from voz.audio.files import read_blocks
+from voz.audio.voice import VoiceDetector
+from voz.errors import ConfigError
+from voz.evaluation.manifest import read_manifest
+from voz.recognition.calibration import FEWEST, Said
+from voz.recognition.confidence import NO_SPEECH
+
+PROMPTS = 24
+"""Commands to say: at 4 to 5 s each it takes two minutes."""
+
+MANIFEST = "manifest.tsv"
+COLUMNS = ("path", "text", "speaker", "kind")
+
+MARGIN = int(0.5 * SAMPLE_RATE)
+"""Kept before the speech, so that the end-pointer finds it again."""
+
+CLIPPED = 32_700
+"""What is as loud as this is cut off at the top."""
+
+QUIETEST, LOUDEST = -60.0, 0.0  # dB of the bar that shows the level
+
+
+def prompts(commands: Sequence[str], name: str) -> list[str]:
+    """Choose what is to be said: every command, and some of them twice.
+
+    Args:
+        commands: the sentences of the language.
+        name: of the profile; the same one gives the same order.
+    """
+    order = random.Random(name).sample(commands, len(commands))
+    return (order + order)[:PROMPTS]
+
+
+def missing(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
+    """Tell which prompts have no recording yet, in their order."""
+    there = Counter(sentence.text for sentence in said)
+    left = []
+    for text in asked:
+        there[text] -= 1
+        if there[text] < 0:
+            left.append(text)
+    return left
+
+
+def record(
+    asked: Sequence[str], blocks: Iterator[Samples], folder: Path, name: str, console: Console
+) -> None:
+    """Let a speaker say commands, and keep each as soon as it is said.
+
+    Args:
+        asked: the commands, in the order in which they are shown.
+        blocks: what the microphone hears, without an end.
+        folder: where the recordings and their manifest are; it is made if need be.
+        name: of the speaker, for the manifest.
+        console: where the prompts and the level are shown.
+
+    Raises:
+        ConfigError: the recordings cannot be written.
+        AudioError: the microphone fails.
+    """
+    voice = VoiceDetector()
+    with _level_bar(console) as bar:
+        level = bar.add_task("level", total=LOUDEST - QUIETEST)
+        for number, text in enumerate(asked, start=1):
+            bar.console.print(f"{number:3} of {len(asked)}   say: {text}")
+            while True:
+                samples = _next_speech(_shown(blocks, bar, level))
+                complaint = _complaint(samples, voice)
+                if complaint is None:
+                    break
+                bar.console.print(f"           {complaint}; say again: {text}")
+            _keep(samples, text, folder, name)
+
+
+def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
+    """Read the recordings of one speaker; those of other sentences are left out.
+
+    Args:
+        manifest: a list of recordings, as `voz eval` reads it.
+        commands: the sentences of the language.
+
+    Raises:
+        ConfigError: the list cannot be used, or holds too few commands or several speakers.
+        AudioError: a recording cannot be read.
+    """
+    clips = [c for c in read_manifest(manifest) if c.kind == "command" and c.text in commands]
+    speakers = sorted({clip.speaker for clip in clips})
+    if len(speakers) > 1:
+        raise ConfigError(
+            f"{manifest}: has {len(speakers)} speakers ({', '.join(speakers)}); "
+            "a profile is of one, so leave the others out"
+        )
+    if len({clip.text for clip in clips}) < FEWEST:
+        raise ConfigError(
+            f"{manifest}: has {len({clip.text for clip in clips})} different commands of this "
+            f"language; record at least {FEWEST}"
+        )
+    return [Said(clip.text, np.concatenate(list(read_blocks(clip.path)))) for clip in clips]
+
+
+def read_kept(folder: Path, commands: Collection[str]) -> list[Said]:
+    """Read what `record` has kept so far; nothing if there is nothing."""
+    manifest = folder / MANIFEST
+    if not manifest.exists():
+        return []
+    clips = [clip for clip in read_manifest(manifest) if clip.text in commands]
+    return [Said(clip.text, np.concatenate(list(read_blocks(clip.path)))) for clip in clips]
+
+
+def _level_bar(console: Console) -> Progress:
+    columns = TextColumn("           {task.description}"), BarColumn(30)
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+
+
+def _shown(blocks: Iterator[Samples], bar: Progress, level: TaskID) -> Iterator[Samples]:
+    for block in blocks:
+        power = float((block.astype(np.float64) ** 2).mean()) / 32768**2
+        bar.update(level, completed=10 * math.log10(power + 1e-12) - QUIETEST)
+        yield block
+
+
+def _next_speech(blocks: Iterator[Samples]) -> Samples:
+    """Listen until something was said; returns it with what is just before it."""
+    segmenter = Segmenter()
+    heard: list[Samples] = []
+    for block in blocks:
+        heard.append(block)
+        for sound in segmenter.feed(block):
+            if isinstance(sound, Segment):
+                begin = max(0, int(sound.start * SAMPLE_RATE) - MARGIN)
+                return np.concatenate(heard)[begin:]
+    raise AssertionError("a microphone has no end")
+
+
+def _complaint(samples: Samples, voice: VoiceDetector) -> str | None:
+    if np.abs(samples.astype(np.int32)).max() >= CLIPPED:
+        return "that was too loud for the microphone"
+    if voice.probability(samples[MARGIN:]) < NO_SPEECH:
+        return "that was no speech"
+    return None
+
+
+def _keep(samples: Samples, text: str, folder: Path, name: str) -> None:
+    """Write a recording, then its line: whatever interrupts it, what is listed is there."""
+    manifest = folder / MANIFEST
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / f"{len(list(folder.glob('*.flac'))) + 1:03}.flac"
+        soundfile.write(path, samples, SAMPLE_RATE, subtype="PCM_16")
+        is_new = not manifest.exists()
+        with manifest.open("a", encoding="utf-8", newline="") as stream:
+            rows = csv.writer(stream, delimiter="\t", lineterminator="\n")
+            if is_new:
+                rows.writerow(COLUMNS)
+            rows.writerow((path.name, text, name, "command"))
+    except (OSError, soundfile.LibsndfileError) as error:
+        raise ConfigError(f"{folder}: recordings cannot be written there ({error})") from error

@@ -42,7 +42,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     search: Search = "grammar"
     false_alarms_per_hour: Alarms = 0.5
     never_missed: tuple[str, ...] = ("stop",)
-    missed_cost: AtLeastOne = 1.25
+    missed_cost: AtLeastOne = 1.1
     threshold: Fraction | None = None
 
 

@@ -47,10 +47,11 @@ def plain() -> Understand:
 
 def without_confidence() -> Understand:
     """End-pointing and decoding of voz, without asking how sure it is."""
-    from voz.audio.endpoint import Segmenter
+    from voz.audio.denoise import cleaned
+    from voz.audio.endpoint import Segment, Segmenter
     from voz.audio.files import read_blocks
     from voz.language.files import find_language
-    from voz.recognition.decoder import Decoder
+    from voz.recognition.decoder import Decoder, mean_start
 
     decoder = Decoder(find_language(None))
 
@@ -58,7 +59,8 @@ def without_confidence() -> Understand:
         segmenter = Segmenter()
         found = [s for block in read_blocks(path) for s in segmenter.feed(block)]
         found += segmenter.finish()
-        return " ".join(decoder.decode(segment.samples) for segment in found)
+        spoken = [cleaned(sound.samples) for sound in found if isinstance(sound, Segment)]
+        return " ".join(decoder.decode(samples, mean_start(samples)) for samples in spoken)
 
     return understand
 

@@ -39,7 +39,8 @@ def test_a_lower_rate_misses_more_and_lets_less_through() -> None:
 
 def test_what_must_not_be_missed_needs_less() -> None:
     results = [result("command", 0.45), result("command", 0.45, "stop")]
-    even = positions(results, MODEL, Recognition(), COMMANDS)[POSITIONS.index(1.0)]
+    settings = Recognition(missed_cost=2)
+    even = positions(results, MODEL, settings, COMMANDS)[POSITIONS.index(1.0)]
     assert even.missed == 0.5
 
 

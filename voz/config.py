@@ -19,6 +19,7 @@ Search = Literal["grammar", "lm"]
 Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
+Pause = Annotated[float, msgspec.Meta(ge=0.03, le=1)]
 Alarms = Annotated[float, msgspec.Meta(gt=0, le=1e4)]
 
 
@@ -36,6 +37,8 @@ class Recognition(Section, frozen=True, kw_only=True):
         never_missed: commands that stop the robot, so that missing one is worse than obeying one
             that was not said. In doubt they are taken rather than another command.
         missed_cost: how many times worse it is; by so much lower odds are enough for them.
+        early_decision: a command is understood when its speaker pauses for so long, s; less is
+            faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
     """
 
@@ -43,6 +46,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     false_alarms_per_hour: Alarms = 0.5
     never_missed: tuple[str, ...] = ("stop",)
     missed_cost: AtLeastOne = 1.1
+    early_decision: Pause = 0.06
     threshold: Fraction | None = None
 
 

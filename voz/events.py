@@ -32,7 +32,8 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         accepted: whether it is obeyed.
         start: where the speech begins in its source, s.
         end: where the speech ends in its source, s.
-        source: the recording's path, or "text".
+        source: the recording's path, "microphone" or "text".
+        latency: from the end of the last word to `t`, s; None for typed text.
         reason: why it is not accepted, if it is not.
         between: the two commands that it may be, if that is the reason.
     """
@@ -44,8 +45,23 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
     start: float
     end: float
     source: str
+    latency: float | None = None
     reason: Reason | None = None
     between: tuple[str, str] | None = None
+
+
+class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
+    """A command that seems to have been said; an utterance that settles it follows.
+
+    Attributes:
+        t: when it was noticed, s.
+        text: the command.
+        confidence: how sure it is, if nothing else was said around it, 0 to 1.
+    """
+
+    t: float
+    text: str
+    confidence: float
 
 
 class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
@@ -83,7 +99,7 @@ class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning"):
     text: str
 
 
-Event: TypeAlias = Utterance | Twist | SelectedObject | Reply | Warning
+Event: TypeAlias = Utterance | Partial | Twist | SelectedObject | Reply | Warning
 
 
 def to_json(event: msgspec.Struct) -> str:

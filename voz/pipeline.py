@@ -164,7 +164,7 @@ def drive_by_recordings(
 
 def _typed(text: str, known: bool, now: float) -> Utterance:
     reason: Reason | None = None if known else "not_a_command"
-    return Utterance(now, text, float(known), known, now, now, "text", reason)
+    return Utterance(now, text, float(known), known, now, now, "text", reason=reason)
 
 
 def _later(utterance: Utterance, seconds: float) -> Utterance:

@@ -128,3 +128,33 @@ def test_when_it_is_known_to_be_quiet_does_not_hang_on_the_blocks(
     quiet = [s.decided for s in sounds_of(samples, block) if isinstance(s, Quiet)]
     assert quiet == [s.decided for s in sounds_of(samples) if isinstance(s, Quiet)]
     assert quiet
+
+
+def test_a_pause_is_told_before_the_segment_is_over(session: Recording) -> None:
+    samples = session.samples()
+    segmenter = Segmenter(early=0.06)
+    found = [s for s in [*segmenter.feed(samples), *segmenter.finish()] if isinstance(s, Segment)]
+    whole = [s for s in found if s.over]
+    last = {s.start: s for s in found if not s.over}
+    assert [(s.start, s.end) for s in whole] == [(s.start, s.end) for s in segments_of(samples)]
+    for segment in whole:
+        paused = last[segment.start]
+        assert segment.decided - paused.decided > 0.1
+        assert abs(segment.end - paused.end) <= 0.06
+        assert np.array_equal(
+            paused.samples, samples[round(paused.start * 16000) : round(paused.end * 16000)]
+        )
+
+
+def test_what_follows_a_cut_is_another_segment(session: Recording) -> None:
+    segmenter = Segmenter(early=0.06)
+    found = []
+    samples = session.samples()
+    for at in range(0, len(samples), 480):
+        for sound in segmenter.feed(samples[at : at + 480]):
+            if isinstance(sound, Segment):
+                found.append(sound)
+                segmenter.cut()
+    assert not any(sound.over for sound in found)
+    assert len(found) == len(session.commands)
+    assert all(b.start >= a.end for a, b in itertools.pairwise(found))

@@ -13,10 +13,11 @@ from voz.audio.endpoint import segments
 from voz.audio.files import read_blocks
 from voz.config import Recognition
 from voz.errors import AudioError
-from voz.events import Utterance
+from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence import load_model
-from voz.recognition.recognizer import Recognizer, thresholds
+from voz.recognition.interpreter import thresholds
+from voz.recognition.recognizer import Recognizer
 
 
 def utterances(recognizer: Recognizer, recording: Recording) -> list[Utterance]:
@@ -153,6 +154,35 @@ def test_a_sure_command_does_not_wait(recognizer: Recognizer, session: Recording
     for utterance in utterances(recognizer, session):
         assert utterance.accepted
         assert utterance.t - utterance.end < 0.4
+
+
+def test_a_pause_settles_a_sure_command_early_and_costs_none(
+    language: LanguageFiles, recordings: list[Recording]
+) -> None:
+    clips = [r for r in recordings if r.kind == "command" and not r.voice.startswith("espeak")]
+    early, late = (Recognizer(language, Recognition(early_decision=s)) for s in (0.06, 1))
+    pairs = [(*utterances(early, r), *utterances(late, r)) for r in clips]
+    assert [one.text for one, _ in pairs] == [other.text for _, other in pairs]
+    assert [one.accepted for one, _ in pairs] == [other.accepted for _, other in pairs]
+    sooner = [other.t - one.t for one, other in pairs if one.text != "stop"]
+    assert min(sooner) >= 0
+    assert np.median(sooner) > 0.1
+    assert all(one.latency is not None and 0 < one.latency < 1.3 for one, _ in pairs)
+
+
+def test_what_may_go_on_is_partial_until_it_is_settled(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    clips = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
+    partials = {}
+    for clip in clips:
+        *before, last = recognizer.events(read_blocks(clip.path), "")
+        assert isinstance(last, Utterance)
+        assert (last.text, last.accepted) == (clip.text, True)
+        partials[clip.text] = [e.text for e in before if isinstance(e, Partial)]
+        assert all(e.t < last.t for e in before)
+    assert partials["stop"] == ["stop"]
+    assert partials["go forward"] == []
 
 
 def test_commands_in_quick_succession_are_all_obeyed(

@@ -1,22 +1,29 @@
-"""Where speech begins and ends in a stream of samples: pocketsphinx's end-pointer, with margins."""
+"""Where speech begins, pauses and ends in a stream of samples: WebRTC's VAD, with margins."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from pocketsphinx import Endpointer
+from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 
-# Of 239 commands by 35 voices and 78 by people (`stop` over phones), the end-pointer's defaults
-# (mode 0, ratio 0.9) lose 37, nearly all of them short words of people, and join commands that are
-# 0.3 s apart. These settings lose 2, cut none in two, and separate at 0.3 s.
+# Of 239 commands by 35 voices and 78 by people (`stop` over phones), the defaults of pocketsphinx's
+# end-pointer (mode 0, ratio 0.9) lose 37, nearly all of them short words of people, and join
+# commands that are 0.3 s apart. These settings lose 2, cut none in two, and separate at 0.3 s.
 VAD_MODE = 2
-WINDOW = 0.3  # s
-RATIO = 0.7  # of the window that must be speech to begin, or silence to end
+FRAMES = 10
+"""In the window that tells: of 30 ms each, 0.3 s."""
+
+TO_BEGIN = 8
+"""Frames of the window that must be speech to begin."""
+
+TO_GO_ON = 3
+"""Frames of the window that must be speech to go on."""
 
 MARGIN = int(0.1 * SAMPLE_RATE)
 """Kept on either side of the speech; 0.3 s, or none at all, costs accuracy."""
@@ -25,17 +32,22 @@ LONGEST = 10 * SAMPLE_RATE
 """A sentence of 12 words takes 6 s; what goes on for longer is cut here, to bound the memory."""
 
 FRAME = 480
-"""The 30 ms that the end-pointer looks at."""
+"""The 30 ms that the VAD looks at."""
 
-LOOK_BACK = int(WINDOW * SAMPLE_RATE) + MARGIN + FRAME
+WINDOW = FRAMES * FRAME
+
+LOOK_BACK = WINDOW + MARGIN + FRAME
 """Speech that begins now may have begun so long ago."""
 
 
 PAUSE = int(0.6 * SAMPLE_RATE)
 """Between two segments, with their margins: in a sentence people pause for less."""
 
+FIRST_SIGN = PAUSE + MARGIN + 2 * FRAME
+"""After a segment, until speech that began within the pause has made a frame of the VAD speech."""
+
 QUIET_KNOWN = PAUSE + LOOK_BACK
-"""After a segment, until speech that began within the pause would have been noticed."""
+"""After a segment, until speech that began within the pause is a segment."""
 
 
 class Segment(NamedTuple):
@@ -46,12 +58,14 @@ class Segment(NamedTuple):
         end: where it ends in the stream, s.
         decided: how much of the stream had been heard when its end was known, s.
         samples: the sound, with a margin on either side.
+        over: whether it is known to be over; if not, it has paused and may go on.
     """
 
     start: float
     end: float
     decided: float
     samples: Samples
+    over: bool = True
 
 
 class Quiet(NamedTuple):
@@ -70,11 +84,20 @@ Sound = Segment | Quiet
 class Segmenter:
     """Cuts one stream of samples, fed block by block, into stretches of speech."""
 
-    def __init__(self) -> None:
-        self._endpointer = Endpointer(WINDOW, RATIO, VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE)
+    def __init__(self, early: float | None = None) -> None:
+        """Start with nothing heard.
+
+        Args:
+            early: a segment that has paused for so long is yielded before it is over, s; None
+                yields whole ones only.
+        """
+        self._vad = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE)
+        self._window: deque[bool] = deque(maxlen=FRAMES)  # which frames were speech
+        self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
+        self._silent = 0  # frames since the last speech
         self._kept: Samples = np.empty(0, np.int16)  # what a segment may still need
         self._kept_from = 0  # where that begins in the stream, in samples
-        self._heard = 0  # samples that the end-pointer has seen
+        self._heard = 0  # samples that the VAD has seen
         self._start: int | None = None  # of the segment under way, in samples
         self._last_end = 0
         self._quiet_told = True  # about the silence after the last segment
@@ -90,46 +113,63 @@ class Segmenter:
         """
         self._kept = np.concatenate([self._kept, block])
         while len(rest := self._unheard()) >= FRAME:
-            self._endpointer.process(rest[:FRAME].tobytes())
             self._heard += FRAME
-            yield from self._progress()
+            yield from self._progress(self._vad.is_speech(rest[:FRAME].tobytes()))
         self._forget()
 
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the segment under way, if any, and that nothing follows."""
-        rest = self._unheard()
-        # The end-pointer refuses an empty frame.
-        self._endpointer.end_stream(rest.tobytes() or b"\0\0")
-        self._heard += len(rest)
-        yield from self._progress()
+        self._heard += len(self._unheard())
+        if self._start is not None:
+            yield self._over(self._paused_at())
         yield from self._quiet()
+
+    def cut(self) -> None:
+        """Take the segment that has paused for over; what follows is another."""
+        if self._start is not None:
+            self._last_end = self._paused_at()
+            self._start = None
+            self._quiet_told = False
+            self._window.clear()
 
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
-    def _progress(self) -> Iterator[Sound]:
-        """Follow the end-pointer after it has seen a frame."""
-        if self._start is None and self._endpointer.in_speech:
-            begun = int(self._endpointer.speech_start * SAMPLE_RATE)
-            self._start = max(self._last_end, begun - MARGIN)
-        elif self._start is not None and not self._endpointer.in_speech:
-            end = int(self._endpointer.speech_end * SAMPLE_RATE) + MARGIN
-            yield self._cut(self._start, min(end, self._heard))
-            self._start = None
-        elif self._start is not None and self._heard - self._start >= LONGEST:
-            yield self._cut(self._start, self._heard)
+    def _progress(self, speaks: bool) -> Iterator[Sound]:
+        """Follow the VAD by a frame."""
+        self._window.append(speaks)
+        self._silent = 0 if speaks else self._silent + 1
+        if self._start is None and sum(self._window) >= TO_BEGIN:
+            self._start = max(self._last_end, self._heard - len(self._window) * FRAME - MARGIN)
+        elif self._start is None:
+            since = self._heard - self._last_end
+            if since > QUIET_KNOWN or (since > FIRST_SIGN and not any(self._window)):
+                yield from self._quiet()
+        elif sum(self._window) < TO_GO_ON:
+            yield self._over(self._heard - WINDOW + FRAME + MARGIN)
+        elif self._heard - self._start >= LONGEST:
+            yield self._over(self._heard)
             self._start = self._heard
-        elif self._start is None and self._heard - self._last_end > QUIET_KNOWN:
-            yield from self._quiet()
+        elif self._silent == self._pause:
+            yield self._segment(self._start, self._paused_at())._replace(over=False)
+
+    def _paused_at(self) -> int:
+        return min(self._heard, self._heard - self._silent * FRAME + MARGIN)
 
     def _quiet(self) -> Iterator[Quiet]:
         if not self._quiet_told:
             self._quiet_told = True
             yield Quiet(self._heard / SAMPLE_RATE)
 
-    def _cut(self, start: int, end: int) -> Segment:
+    def _over(self, end: int) -> Segment:
+        assert self._start is not None
+        segment = self._segment(self._start, end)
         self._last_end = end
+        self._start = None
         self._quiet_told = False
+        return segment
+
+    def _segment(self, start: int, end: int) -> Segment:
         samples = self._kept[start - self._kept_from : end - self._kept_from]
         return Segment(
             start / SAMPLE_RATE, end / SAMPLE_RATE, self._heard / SAMPLE_RATE, samples.copy()

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from voz.config import Recognition
 from voz.evaluation.results import Result, Understood
 from voz.recognition.confidence import Model
-from voz.recognition.recognizer import thresholds
+from voz.recognition.interpreter import thresholds
 
 POSITIONS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
 """False alarms in an hour of talk."""

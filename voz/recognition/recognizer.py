@@ -1,38 +1,26 @@
-"""From an audio source to utterances."""
+"""From a stream of audio to utterances, as early as each can be told."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from voz.audio import Samples
-from voz.audio.denoise import cleaned
-from voz.audio.endpoint import Quiet, Segment, follow_closely, segments, sounds
-from voz.audio.voice import RUN_UP, VoiceDetector
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpoint import FRAME, Segment, Segmenter, Sound, follow_closely, segments
 from voz.config import Recognition
-from voz.events import Utterance
-from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
-from voz.recognition.accents import with_accents
-from voz.recognition.adaptation import Aligner, StartVector, teaches
-from voz.recognition.confidence import (
-    Model,
-    among_speech,
-    features,
-    load_model,
-    probability,
-    threshold_for,
-    trust_in_speech,
-    with_log_odds,
-    with_odds,
-)
-from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import Comparison, Evidence
+from voz.errors import AudioError
+from voz.events import Partial, Utterance
+from voz.language.files import LanguageFiles
+from voz.recognition.adaptation import StartVector
+from voz.recognition.interpreter import Heard, Interpreter
 from voz.recognition.profiles import Profile
-from voz.recognition.refusal import why_refused
 
-FRAME = 160
-"""Samples in a frame of pocketsphinx, 10 ms."""
+EARLY_LONGEST = 3.0
+"""A segment that is longer when it pauses is hardly a command, and is understood once, s."""
+
+SAME_END = 2 * FRAME / SAMPLE_RATE
+"""By so much the ends of a segment may differ between its last pause and when it is over, s."""
 
 
 class Observation(NamedTuple):
@@ -51,23 +39,8 @@ class Observation(NamedTuple):
     among: bool
 
 
-class _Heard(NamedTuple):
-    """What was understood of a segment, before it is known what follows."""
-
-    segment: Segment
-    text: str
-    evidence: Evidence | None
-    trust: float
-    sure: float  # if there is no other speech around it
-    values: Mapping[str, float]  # the features; empty without evidence
-
-
 class Recognizer:
-    """Finds the utterances in a stream and what was said in each; made once, used for many.
-
-    Attributes:
-        learnt: what is known of the microphone and the speaker; it changes only while learning.
-    """
+    """Finds the utterances in streams of audio; made once, used for many."""
 
     def __init__(
         self,
@@ -80,24 +53,24 @@ class Recognizer:
 
         Args:
             language: the language files.
-            settings: which search, and how sure it must be.
+            settings: which search, how sure it must be, and how early.
             profile: what is known of the speaker and the microphone.
             learning: whether to learn more from each utterance, for those that follow.
 
         Raises:
             LanguageError: the language files cannot be used.
         """
-        profile = profile or Profile()
-        self.learnt = profile.start
-        self._aligner = Aligner(language) if learning else None
-        self._commands = read_sentences(language)
-        self._comparison = Comparison(language, self._commands, settings.never_missed, profile.mllr)
-        alone = settings.search == "grammar" and self._comparison.finds_alone
-        self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
-        self._phones_of = with_accents(read_pronunciations(language))
-        self._model = with_log_odds(load_model(), profile.log_odds)
-        self._needed = thresholds(self._model, settings, self._commands)
-        self._voice = VoiceDetector()
+        self._interpreter = Interpreter(language, settings, profile or Profile(), learning)
+        self._early = settings.early_decision
+
+    @property
+    def learnt(self) -> StartVector:
+        """What is known of the microphone and the speaker; it changes only while learning."""
+        return self._interpreter.learnt
+
+    def stream(self, source: str) -> Stream:
+        """Begin to listen to a stream, as if there were no other; its name is for utterances."""
+        return Stream(self._interpreter, source, self._early)
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
         """Recognise one recording; unless it is learning, as if there were no other.
@@ -107,35 +80,25 @@ class Recognizer:
             source: its name for the utterances.
 
         Yields:
-            Each stretch of speech as soon as its end is known, or if it hangs on that, what
-            follows; times are within the recording.
+            Each stretch of speech as soon as it can be told; times are within the recording.
 
         Raises:
             AudioError: the blocks end in one; what was heard up to there is yielded first.
         """
-        waiting: _Heard | None = None
-        other: Segment | None = None  # speech just before that was no command
-        for sound in sounds(blocks):
-            if waiting:
-                among = isinstance(sound, Segment) and follow_closely(waiting.segment, sound)
-                utterance = self._utterance(waiting, among, sound.decided, source)
-                other = None if utterance.accepted else waiting.segment
-                yield utterance
-                self._learn(waiting)
-                waiting = None
-            if isinstance(sound, Quiet):
-                continue
-            heard = self._understand(sound, self.learnt)
-            among = other is not None and follow_closely(other, sound)
-            if not among and self._hangs_on_what_follows(heard):
-                waiting = heard
-                continue
-            utterance = self._utterance(heard, among, sound.decided, source)
-            # What is too long for any command has not been asked about; it is hardly noise.
-            is_speech = heard.evidence is None or heard.trust > 0
-            other = sound if is_speech and not utterance.accepted else None
-            yield utterance
-            self._learn(heard)  # afterwards, so that the robot need not wait for it
+        return (e for e in self.events(blocks, source) if isinstance(e, Utterance))
+
+    def events(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance | Partial]:
+        """The same, with what is likely in between, before it is settled."""
+        stream = self.stream(source)
+        failure = None
+        try:
+            for block in blocks:
+                yield from stream.feed(block)
+        except AudioError as error:
+            failure = error
+        yield from stream.finish()
+        if failure:
+            raise failure
 
     def observations(self, blocks: Iterable[Samples]) -> Iterator[Observation]:
         """Find what the confidence is computed from, for those who fit it.
@@ -149,94 +112,77 @@ class Recognizer:
         found = list(segments(blocks))
         after = [follow_closely(one, other) for one, other in pairwise(found)]
         for number, segment in enumerate(found):
-            heard = self._understand(segment, self.learnt)
+            heard = self._interpreter.understand(segment)
             if heard.evidence:
                 among = any(after[max(0, number - 1) : number + 1])
                 yield Observation(heard.text, dict(heard.values), heard.trust, among)
 
-    def _understand(self, segment: Segment, learnt: StartVector) -> _Heard:
-        """Find the sentence of a segment, and how likely it is that it was said."""
-        sound = cleaned(segment.samples)
-        start = learnt.moved(mean_start(sound))
-        text = self._decoder.decode(sound, start) if self._decoder else ""
-        if text and text not in self._commands:  # words of the trigram model that are no command
-            return _Heard(segment, text, None, 0.0, 0.0, {})
-        evidence = self._comparison.compare(sound, text, start)
-        if evidence is None:
-            return _Heard(segment, text, None, 0.0, 0.0, {})
-        trust = trust_in_speech(self._voice_in(segment.samples, evidence))
-        values = features(evidence, self._phones_of)
-        sure = trust * probability(self._model, values)
-        return _Heard(segment, evidence.text, evidence, trust, sure, values)
 
-    def _learn(self, heard: _Heard) -> None:
-        """Learn from an utterance, or doubt what was learnt if it is understood only without."""
-        if self._aligner is None:
-            return
-        if teaches(heard.values, heard.trust):
-            sound = cleaned(heard.segment.samples)
-            start = mean_start(sound)
-            observed = self._aligner.observe(sound, heard.text, start, self.learnt)
-            if observed:
-                self.learnt = self.learnt.updated(observed)
-        elif self.learnt.frames and self._teaches_without(heard.segment):
-            self.learnt = self.learnt.doubted()
-        else:
-            self.learnt = self.learnt.passed()
+class Stream:
+    """Follows one stream of audio.
 
-    def _teaches_without(self, segment: Segment) -> bool:
-        """Tell whether it could be learnt from, had nothing been learnt yet."""
-        heard = self._understand(segment, StartVector())
-        return teaches(heard.values, heard.trust)
-
-    def _voice_in(self, samples: Samples, evidence: Evidence) -> float:
-        """How sure it is that what was taken for the words is speech."""
-        words = evidence.command.spans
-        begin = max(0, words[0].start * FRAME - RUN_UP)
-        return self._voice.probability(samples[begin : words[-1].end * FRAME])
-
-    def _hangs_on_what_follows(self, heard: _Heard) -> bool:
-        return self._accepts(heard.text, heard.sure) and not self._accepts(
-            heard.text, among_speech(heard.sure)
-        )
-
-    def _accepts(self, text: str, sure: float) -> bool:
-        return text in self._needed and sure >= self._needed[text]
-
-    def _utterance(self, heard: _Heard, among: bool, decided: float, source: str) -> Utterance:
-        """Judge what was heard by what is around it."""
-        segment, text, evidence, trust, sure, _ = heard
-        sure = among_speech(sure) if among else sure
-        accepted = self._accepts(text, sure)
-        refusal = None if accepted else why_refused(segment.samples, evidence, trust)
-        reason, between = refusal or (None, None)
-        return Utterance(
-            t=round(decided, 3),
-            text=text,
-            confidence=round(sure, 3),
-            accepted=accepted,
-            start=round(segment.start, 3),
-            end=round(segment.end, 3),
-            source=source,
-            reason=reason,
-            between=between,
-        )
-
-
-def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
-    """Tell how sure each command must be: the less, the worse it is to miss it.
-
-    Args:
-        model: knows how many false alarms there are at each threshold.
-        settings: how many there may be, and which commands must not be missed.
-        commands: all sentences.
-
-    Returns:
-        A threshold from 0 to 1 for each command.
+    A stretch of speech is understood when it pauses for a moment. If it is surely a command, and
+    no longer one begins with it, it is told at once; else when it is over; and if it is so unsure
+    that it hangs on what follows, when that is known.
     """
-    usual = settings.threshold
-    if usual is not None:
-        return dict.fromkeys(commands, usual)
-    usual = threshold_for(model, settings.false_alarms_per_hour)
-    lower = with_odds(usual, 1 / settings.missed_cost)
-    return {c: lower if c in settings.never_missed else usual for c in commands}
+
+    def __init__(self, interpreter: Interpreter, source: str, early: float) -> None:
+        self._interpreter = interpreter
+        self._source = source
+        self._segmenter = Segmenter(early)
+        self._paused: Heard | None = None  # of the segment under way, up to its last pause
+        self._waiting: Heard | None = None  # hangs on what follows
+        self._other: Segment | None = None  # speech just before that was no command
+
+    def feed(self, block: Samples) -> Iterator[Utterance | Partial]:
+        """Take the next samples, 16 kHz; yields what is known by them."""
+        for sound in self._segmenter.feed(block):
+            yield from self._take(sound)
+
+    def finish(self) -> Iterator[Utterance | Partial]:
+        """End the stream; yields what was still open."""
+        for sound in self._segmenter.finish():
+            yield from self._take(sound)
+
+    def _take(self, sound: Sound) -> Iterator[Utterance | Partial]:
+        if self._waiting:
+            waiting, self._waiting = self._waiting, None
+            among = isinstance(sound, Segment) and follow_closely(waiting.segment, sound)
+            yield from self._tell(waiting, among, sound.decided)
+        if isinstance(sound, Segment):
+            among = self._other is not None and follow_closely(self._other, sound)
+            follow = self._over if sound.over else self._pause
+            yield from follow(sound, among)
+
+    def _pause(self, segment: Segment, among: bool) -> Iterator[Utterance | Partial]:
+        if segment.end - segment.start > EARLY_LONGEST:
+            return
+        heard = self._paused = self._interpreter.understand(segment)
+        surely = self._interpreter.accepts(heard, among=True)
+        if surely and not self._interpreter.may_go_on(heard.text):
+            self._segmenter.cut()
+            self._paused = None
+            yield from self._tell(heard, among, segment.decided)
+        elif self._interpreter.accepts(heard, among):
+            yield Partial(round(segment.decided, 3), heard.text, round(heard.sure, 3))
+
+    def _over(self, segment: Segment, among: bool) -> Iterator[Utterance]:
+        paused, self._paused = self._paused, None
+        if paused and segment.end <= paused.segment.end + SAME_END:
+            heard = paused
+        else:
+            heard = self._interpreter.understand(segment)
+        hangs = self._interpreter.accepts(heard, among=False)
+        hangs = hangs and not self._interpreter.accepts(heard, among=True)
+        if hangs and not among:
+            self._waiting = heard
+        else:
+            yield from self._tell(heard, among, segment.decided)
+
+    def _tell(self, heard: Heard, among: bool, decided: float) -> Iterator[Utterance]:
+        utterance = self._interpreter.judge(heard, among, decided, self._source)
+        # What is too long for any command has not been asked about; it is hardly noise.
+        is_speech = heard.evidence is None or heard.trust > 0
+        self._other = heard.segment if is_speech and not utterance.accepted else None
+        yield utterance
+        self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it

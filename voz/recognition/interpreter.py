@@ -1,0 +1,213 @@
+"""From a stretch of speech to its sentence, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.denoise import cleaned
+from voz.audio.endpoint import MARGIN, Segment
+from voz.audio.voice import RUN_UP, VoiceDetector
+from voz.config import Recognition
+from voz.events import Utterance
+from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
+from voz.recognition.accents import with_accents
+from voz.recognition.adaptation import Aligner, StartVector, teaches
+from voz.recognition.confidence import (
+    Model,
+    among_speech,
+    features,
+    load_model,
+    probability,
+    threshold_for,
+    trust_in_speech,
+    with_log_odds,
+    with_odds,
+)
+from voz.recognition.decoder import Decoder, mean_start
+from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.profiles import Profile
+from voz.recognition.refusal import why_refused
+
+FRAME = 160
+"""Samples in a frame of pocketsphinx, 10 ms."""
+
+
+class Heard(NamedTuple):
+    """What was understood of a segment, before it is known what follows.
+
+    Attributes:
+        segment: the stretch of speech.
+        text: the sentence that fits best; empty if none does.
+        evidence: what speaks for it and against it; None if it cannot be a command.
+        trust: how far the sound is to be trusted to be speech, 0 to 1.
+        sure: the probability that it was said, if there is no other speech around it.
+        values: the features of that probability; empty without evidence.
+    """
+
+    segment: Segment
+    text: str
+    evidence: Evidence | None = None
+    trust: float = 0.0
+    sure: float = 0.0
+    values: Mapping[str, float] = MappingProxyType({})
+
+    @property
+    def spoken_until(self) -> float:
+        """Where the last word ends in the stream, s."""
+        if self.evidence is None:
+            return self.segment.end - MARGIN / SAMPLE_RATE
+        last = self.evidence.command.spans[-1]
+        return self.segment.start + (last.end + 1) * FRAME / SAMPLE_RATE
+
+
+class Interpreter:
+    """Finds what was said in stretches of speech; made once, used for many.
+
+    Attributes:
+        learnt: what is known of the microphone and the speaker; it changes only while learning.
+    """
+
+    def __init__(
+        self,
+        language: LanguageFiles,
+        settings: Recognition,
+        profile: Profile | None = None,
+        learning: bool = False,
+    ) -> None:
+        """Load the models.
+
+        Args:
+            language: the language files.
+            settings: which search, and how sure it must be.
+            profile: what is known of the speaker and the microphone.
+            learning: whether to learn more from each utterance, for those that follow.
+
+        Raises:
+            LanguageError: the language files cannot be used.
+        """
+        profile = profile or Profile()
+        self.learnt = profile.start
+        self._aligner = Aligner(language) if learning else None
+        self._commands = read_sentences(language)
+        self._comparison = Comparison(language, self._commands, settings.never_missed, profile.mllr)
+        alone = settings.search == "grammar" and self._comparison.finds_alone
+        self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
+        self._phones_of = with_accents(read_pronunciations(language))
+        self._model = with_log_odds(load_model(), profile.log_odds)
+        self._needed = thresholds(self._model, settings, self._commands)
+        self._voice = VoiceDetector()
+
+    def understand(self, segment: Segment, learnt: StartVector | None = None) -> Heard:
+        """Find the sentence of a segment, and how likely it is that it was said.
+
+        Args:
+            segment: the stretch of speech.
+            learnt: in place of what is known of the microphone and the speaker.
+        """
+        learnt = self.learnt if learnt is None else learnt
+        sound = cleaned(segment.samples)
+        start = learnt.moved(mean_start(sound))
+        text = self._decoder.decode(sound, start) if self._decoder else ""
+        if text and text not in self._commands:  # words of the trigram model that are no command
+            return Heard(segment, text)
+        evidence = self._comparison.compare(sound, text, start)
+        if evidence is None:
+            return Heard(segment, text)
+        trust = trust_in_speech(self._voice_in(segment.samples, evidence))
+        values = features(evidence, self._phones_of)
+        sure = trust * probability(self._model, values)
+        return Heard(segment, evidence.text, evidence, trust, sure, values)
+
+    def learn(self, heard: Heard) -> None:
+        """Learn from an utterance, or doubt what was learnt if it is understood only without.
+
+        Nothing happens unless it was made to learn.
+        """
+        if self._aligner is None:
+            return
+        if teaches(heard.values, heard.trust):
+            sound = cleaned(heard.segment.samples)
+            start = mean_start(sound)
+            observed = self._aligner.observe(sound, heard.text, start, self.learnt)
+            if observed:
+                self.learnt = self.learnt.updated(observed)
+        elif self.learnt.frames and self._teaches_without(heard.segment):
+            self.learnt = self.learnt.doubted()
+        else:
+            self.learnt = self.learnt.passed()
+
+    def _teaches_without(self, segment: Segment) -> bool:
+        """Tell whether it could be learnt from, had nothing been learnt yet."""
+        heard = self.understand(segment, StartVector())
+        return teaches(heard.values, heard.trust)
+
+    def _voice_in(self, samples: Samples, evidence: Evidence) -> float:
+        """How sure it is that what was taken for the words is speech."""
+        words = evidence.command.spans
+        begin = max(0, words[0].start * FRAME - RUN_UP)
+        return self._voice.probability(samples[begin : words[-1].end * FRAME])
+
+    def accepts(self, heard: Heard, among: bool) -> bool:
+        """Tell whether a command is sure enough to be obeyed.
+
+        Args:
+            heard: what was understood.
+            among: whether there is other speech around it.
+        """
+        return self._accepts(heard.text, among_speech(heard.sure) if among else heard.sure)
+
+    def may_go_on(self, text: str) -> bool:
+        """Tell whether a longer command begins with this one."""
+        return any(command.startswith(f"{text} ") for command in self._commands)
+
+    def _accepts(self, text: str, sure: float) -> bool:
+        return text in self._needed and sure >= self._needed[text]
+
+    def judge(self, heard: Heard, among: bool, decided: float, source: str) -> Utterance:
+        """Decide whether what was heard is obeyed.
+
+        Args:
+            heard: what was understood.
+            among: whether there is other speech around it.
+            decided: the time of the decision, s.
+            source: where it comes from.
+        """
+        segment, text, evidence, trust, sure, _ = heard
+        sure = among_speech(sure) if among else sure
+        accepted = self._accepts(text, sure)
+        refusal = None if accepted else why_refused(segment.samples, evidence, trust)
+        reason, between = refusal or (None, None)
+        return Utterance(
+            t=round(decided, 3),
+            text=text,
+            confidence=round(sure, 3),
+            accepted=accepted,
+            start=round(segment.start, 3),
+            end=round(segment.end, 3),
+            source=source,
+            latency=round(decided - heard.spoken_until, 3),
+            reason=reason,
+            between=between,
+        )
+
+
+def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
+    """Tell how sure each command must be: the less, the worse it is to miss it.
+
+    Args:
+        model: knows how many false alarms there are at each threshold.
+        settings: how many there may be, and which commands must not be missed.
+        commands: all sentences.
+
+    Returns:
+        A threshold from 0 to 1 for each command.
+    """
+    usual = settings.threshold
+    if usual is not None:
+        return dict.fromkeys(commands, usual)
+    usual = threshold_for(model, settings.false_alarms_per_hour)
+    lower = with_odds(usual, 1 / settings.missed_cost)
+    return {c: lower if c in settings.never_missed else usual for c in commands}

@@ -13,6 +13,7 @@ from voz.audio.files import read_blocks
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"
+GO_BACK = FIXTURES / "commands" / "festival_slt__go_back.flac"
 
 
 class Recording(NamedTuple):

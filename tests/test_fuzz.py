@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import random
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import soundfile
+from calls import VOZ
 from recordings import FIXTURES
 
 from voz.errors import VozError
@@ -38,9 +38,8 @@ def test_fuzzed_wav_headers(subtype: str, tmp_path: Path) -> None:
     paths = [tmp_path / f"{seed}.wav" for seed in range(FILES)]
     for seed, path in enumerate(paths):
         path.write_bytes(fuzzed_header(original.read_bytes(), seed))
-    code = "import sys; from voz.cli import main; sys.exit(main())"
     done = subprocess.run(
-        [sys.executable, "-c", code, "decode", "--json", *map(str, paths)],
+        [*VOZ, "decode", "--json", *map(str, paths)],
         capture_output=True,
         text=True,
         timeout=300,

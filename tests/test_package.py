@@ -10,9 +10,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from calls import VOZ
 from recordings import FIXTURES, ROOT
-
-CALL = "import sys; from voz.cli import main; sys.exit(main())"
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +27,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def voz(installed: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", CALL, *map(str, arguments)],
+        [*VOZ, *map(str, arguments)],
         cwd=installed.parent,
         env=os.environ | {"PYTHONPATH": str(installed)},
         capture_output=True,

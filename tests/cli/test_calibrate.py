@@ -7,19 +7,17 @@ import json
 import os
 import signal
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 import soundfile
+from calls import VOZ
 from recordings import ROOT, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpoint import segments
-from voz.cli import main
 from voz.config import Recognition
 from voz.enrolment import prompts, read_kept
 from voz.language.files import LanguageFiles, read_sentences
@@ -27,33 +25,12 @@ from voz.recognition.adaptation import StartVector
 from voz.recognition.calibration import Said, calibrate
 from voz.recognition.profiles import Profile, load_profile, save_profile
 
-VOZ = [sys.executable, "-c", "import sys; from voz.cli import main; sys.exit(main())"]
 
-
-class Result(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the profiles are."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     return tmp_path / "data" / "voz" / "profiles"
-
-
-@pytest.fixture
-def voz(home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> object:
-    monkeypatch.setattr(signal, "signal", lambda *_: None)
-    monkeypatch.chdir(ROOT)
-
-    def call(*arguments: object) -> Result:
-        capsys.readouterr()
-        code = main([str(argument) for argument in arguments])
-        return Result(code, *capsys.readouterr())
-
-    return call
 
 
 def telephone(plain: Samples) -> Samples:

@@ -1,4 +1,4 @@
-"""What `voz calibrate` does and shows; its options are in `cli.py`."""
+"""What `voz calibrate` does and shows; its options are in `calibrate.py`."""
 
 from __future__ import annotations
 

@@ -12,24 +12,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from recordings import FIXTURES, ROOT, read_manifest
+from calls import VOZ, Result
+from recordings import FIXTURES, read_manifest
 
-from voz.cli import main
-
-VOZ = [sys.executable, "-c", "import sys; from voz.cli import main; sys.exit(main())"]
 Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def voz(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
-    monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest's own stay
-    monkeypatch.chdir(ROOT)
-
+def voz(voz: Callable[..., Result]) -> Call:
     def call(*arguments: object) -> tuple[int, str, str]:
-        code = main(["eval", "--lm", "lm", *map(str, arguments)])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err
+        result = voz("eval", "--lm", "lm", *arguments)
+        return result.code, result.out, result.err
 
     return call
 

@@ -1,0 +1,58 @@
+"""All subcommands: wrong calls, the help, and how fast it is there."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from recordings import GO_BACK
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["decode"], "FILE"),
+        (["decode", "--threshold", "2", GO_BACK], "threshold"),
+        (["decode", "--threshold", "nan", GO_BACK], "threshold"),
+        (["decode", "--threshold", "much", GO_BACK], "--threshold"),
+        (["decode", "--search", "magic", GO_BACK], "search"),
+        (["decode", "--lm", "nowhere", GO_BACK], "voz build-lm"),
+        (["decode", "--config", "none.toml", GO_BACK], "none.toml: cannot be read"),
+        (["decode", "--nonsense", GO_BACK], "--nonsense"),
+        (["nonsense"], "nonsense"),
+        (["run"], "--wav"),
+        (["run", "--text", "-", "--wav", GO_BACK], "either"),
+        (["run", "--text", "none.txt"], "none.txt: cannot be read"),
+        (["run", "--text", "README.md", "--events", "none/e.jsonl"], "none/e.jsonl: cannot be"),
+        (["say"], "nothing to say"),
+        (["say", "..."], "nothing to speak"),
+        (["say", "hello", "--voice", "nobody"], "nobody"),
+        (["build-lm", "none.txt"], "none.txt"),
+        (["build-lm", "lm"], "lm"),
+    ],
+)
+def test_a_wrong_call_is_one_line(arguments: list[object], said: str, voz: Any) -> None:
+    assert said in voz(*arguments).complaint
+
+
+@pytest.mark.parametrize(
+    "command", ["build-lm", "calibrate", "decode", "eval", "fit-confidence", "run", "say"]
+)
+def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
+    result = voz(command, "--help")
+    assert result.code == 0
+    assert f"Example: voz {command} " in " ".join(result.out.split())
+
+
+def test_help_and_the_package_load_none_of_the_heavy_parts() -> None:
+    code = (
+        "import sys, voz.cli\n"
+        "try: voz.cli.main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print([m for m in ('numpy', 'pocketsphinx', 'rich', 'soundfile', 'sounddevice', 'soxr')"
+        " if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

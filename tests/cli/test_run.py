@@ -1,0 +1,132 @@
+"""`voz run`: the events of recordings and typed commands, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+from calls import VOZ, Result, in_process
+from recordings import GO_BACK, Recording
+
+
+def test_run_writes_the_same_events_each_time(voz: Any, session: Recording, tmp_path: Path) -> None:
+    logs = []
+    for name in ("a.jsonl", "b.jsonl"):
+        result = voz("run", "--wav", session.path, "--no-sound", "--events", tmp_path / name)
+        assert result.code == 0
+        logs.append((tmp_path / name).read_text())
+    assert logs[0] == logs[1]
+    last = json.loads(logs[0].splitlines()[-1])
+    assert (last["type"], last["linear"], last["angular"]) == ("cmd_vel", 0, 0)
+
+
+def test_events_on_standard_output_are_nothing_else(voz: Any, tmp_path: Path) -> None:
+    (tmp_path / "typed.txt").write_text("start speech\ngo forward\n-\nstop\n")
+    result = voz("run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound")
+    moves = [event["linear"] for event in result.json if event["type"] == "cmd_vel"]
+    assert moves == [0, 0.1, 0.1, 0, 0]
+    assert "drives forward at 0.10 m/s" in result.err
+
+
+def test_typed_text_is_read_from_standard_input() -> None:
+    result = in_process("run", "--text", "-", "--no-sound", input="start speech\ngo back\n")
+    assert result.code == 0
+    assert "drives back at 0.10 m/s" in result.out
+
+
+def test_typed_text_that_is_no_text_is_no_command(voz: Any, tmp_path: Path) -> None:
+    (tmp_path / "typed.txt").write_bytes(b"\xff\xfe\x00\n" * 3 + b"stop\n")
+    result = voz("run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound")
+    heard = [event["accepted"] for event in result.json if event["type"] == "utterance"]
+    assert heard == [False, False, False, True]
+
+
+def test_without_safety_the_bare_rules_hold(voz: Any, tmp_path: Path) -> None:
+    (tmp_path / "typed.txt").write_text("start speech\nrotate left\nstop\nslow down\n")
+    arguments = ["run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound"]
+
+    def last_turn(result: Result) -> float:
+        return [e["angular"] for e in result.json if e["type"] == "cmd_vel"][-2]
+
+    assert last_turn(voz(*arguments)) == 0
+    assert last_turn(voz(*arguments, "--no-safety")) == 0.05
+
+
+def test_recordings_that_cannot_be_read_are_warnings_and_the_exit_code_3(voz: Any) -> None:
+    result = voz("run", "--wav", "none.wav", GO_BACK, "--events", "-", "--no-sound")
+    assert result.code == 3
+    kinds = [event["type"] for event in result.json if event["type"] != "cmd_vel"]
+    assert kinds == ["warning", "utterance"]
+
+
+def test_verbose_names_the_language_files_that_are_used(
+    own_commands: Path, voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "typed.txt").write_text("stop\n")
+    arguments = ["run", "-v", "--no-sound", "--text", tmp_path / "typed.txt"]
+    voz("build-lm", own_commands)
+    monkeypatch.chdir(tmp_path)
+    assert f"language files: {own_commands.parent}" in voz(*arguments).err
+    monkeypatch.chdir(tmp_path.parent)
+    elsewhere = voz(*arguments).err
+    assert "language files: " in elsewhere
+    assert str(own_commands.parent) not in elsewhere
+
+
+def test_without_festival_there_is_one_warning_and_everything_else_works(tmp_path: Path) -> None:
+    typed = "start speech\nstop speech\nstart speech\ngo back\n"
+    environment = os.environ | {"PATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
+    result = in_process("run", "--text", "-", "--events", "-", input=typed, env=environment)
+    assert result.code == 0
+    (warning,) = [event["text"] for event in result.json if event["type"] == "warning"]
+    assert "sudo apt-get install festival" in warning
+    assert [e["linear"] for e in result.json if e["type"] == "cmd_vel"] == [0, 0, 0, -0.1, 0]
+
+
+def signals_as_a_terminal_has_them() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
+)
+def test_s7_a_signal_ends_with_zero_velocity(number: int, code: int) -> None:
+    with subprocess.Popen(
+        [*VOZ, "run", "--text", "-", "--events", "-", "--no-sound"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=signals_as_a_terminal_has_them,
+    ) as process:
+        deadline = threading.Timer(30, process.kill)
+        deadline.start()
+        assert process.stdin
+        assert process.stdout
+        assert process.stderr
+        process.stdin.write("start speech\ngo forward\n")
+        process.stdin.flush()
+        assert any('"linear":0.1' in line for line in iter(process.stdout.readline, ""))
+        process.send_signal(number)
+        *_, last = process.stdout.read().splitlines()
+        assert "Traceback" not in process.stderr.read()
+        deadline.cancel()
+    assert process.returncode == code
+    assert json.loads(last)["linear"] == 0
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    command = subprocess.list2cmdline(VOZ[:1])
+    script = f"{command} -c '{VOZ[2]}' run --text - --events - --no-sound 2>/dev/null | head -1"
+    typed = "start speech\n" * 5000
+    done = subprocess.run(
+        ["bash", "-c", script], input=typed, capture_output=True, text=True, timeout=60
+    )
+    assert len(done.stdout.splitlines()) == 1
+    assert done.stderr == ""

@@ -1,0 +1,88 @@
+"""Which subcommands there are, and how the program begins and ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from io import TextIOWrapper
+from typing import Any, NoReturn
+
+import typer
+
+from voz.cli.calibrate import calibrate
+from voz.cli.evaluation import evaluate, fit_confidence
+from voz.cli.exit_codes import BY_SIGNAL, WRONG_CALL
+from voz.cli.language import build_lm
+from voz.cli.recordings import decode
+from voz.cli.run import run
+from voz.cli.speech import say
+from voz.cli.terminal import tell
+from voz.errors import VozError
+
+UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # the plain help takes half the time
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Offline voice control for robots: speak a command, the robot moves and answers.",
+)
+
+# The help shows them in this order.
+app.command("build-lm")(build_lm)
+app.command("decode")(decode)
+app.command("eval")(evaluate)
+app.command("fit-confidence")(fit_confidence)
+app.command("run")(run)
+app.command("calibrate")(calibrate)
+app.command("say")(say)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: without the program's name; None takes those of the process.
+
+    Returns:
+        The exit code, one of those in `exit_codes.py` or 0.
+    """
+    # A file name may hold what the terminal cannot show; that is no reason to stop.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    _end_by_signals()
+    try:
+        code = app(args=arguments, prog_name="voz", standalone_mode=False)
+        sys.stdout.flush()
+    except BrokenPipeError:  # as in `voz decode ... | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BY_SIGNAL + signal.SIGPIPE
+    except (VozError, OSError) as error:
+        return _wrong_call(str(error))
+    except UsageError as error:
+        return _wrong_call(error.format_message())
+    return code if isinstance(code, int) else 0
+
+
+def _end_by_signals() -> None:
+    """Let signals end the program by way of all `finally` blocks, which stop the robot."""
+
+    def end(number: int, _frame: object) -> NoReturn:
+        sys.exit(BY_SIGNAL + number)
+
+    # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
+    # the same; whoever says `nohup` means it.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, end)
+
+
+def _wrong_call(message: str) -> int:
+    tell(f"voz: {message}")
+    return WRONG_CALL

@@ -1,0 +1,167 @@
+"""`voz eval` and `voz fit-confidence`: recordings whose texts are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from voz.cli.exit_codes import SOME_UNREADABLE
+from voz.cli.options import LmOption, Recognising, with_options
+from voz.cli.terminal import open_text, tell, with_bar
+
+if TYPE_CHECKING:
+    from voz.evaluation.engines import EngineChoice
+    from voz.evaluation.knob import Position
+    from voz.evaluation.results import Result
+
+ManifestsArgument = Annotated[
+    list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
+]
+JobsOption = Annotated[
+    int | None, typer.Option(metavar="N", min=1, help="Processes; else one for each core.")
+]
+
+RECOGNISING = "Recognising"
+"""What the bar says while it goes on."""
+
+
+@with_options
+def evaluate(
+    options: Recognising,
+    manifests: ManifestsArgument,
+    html: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write a page with tables and pictures.")
+    ] = None,
+    as_json: Annotated[
+        str | None,
+        typer.Option("--json", metavar="FILE|-", help="Write all figures and each clip's result."),
+    ] = None,
+    compare: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Compare with what --json has written before."),
+    ] = None,
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help='voz, plain-pocketsphinx, pocketsphinx-phone-loop or "command:PROGRAM ARGUMENTS".',
+        ),
+    ] = "voz",
+    snr: Annotated[
+        str | None,
+        typer.Option(metavar="DB,DB...", help="Also hear each command in noise, as 20,10,5."),
+    ] = None,
+    noise: Annotated[
+        Path | None, typer.Option(metavar="DIR|FILE", help="Recordings of noise for --snr.")
+    ] = None,
+    reverb: Annotated[bool, typer.Option("--reverb", help="Play all in a room.")] = False,
+    jobs: JobsOption = None,
+) -> None:
+    """Score recordings whose texts are known: right, refused, false alarms, time.
+
+    A manifest is a table with tabs: a line with the names of its columns, path (or file), text,
+    speaker (or voice), kind and perhaps condition, then a line for each recording. Its kind is
+    command, long (commands with " | " between them), near-miss, talk or noise.
+
+    Prints the main figures, or with --html or --json writes all of them. Exits with 3 when some
+    recordings could not be read; the others are done.
+
+    Example: voz eval audio_fixtures/manifest.tsv --html report.html
+    """
+    from voz.evaluation import report
+    from voz.evaluation.engines import EngineChoice
+    from voz.evaluation.manifest import read_manifests
+    from voz.evaluation.noise import noise_options
+    from voz.evaluation.recognise import recognise_all, tasks_for
+
+    report.require_libraries(pictures=html is not None)
+    settings = options.settings()
+    choice = EngineChoice(engine, options.language(settings), settings.recognition)
+    others = report.read_results(compare) if compare else None
+    ratios, noises = noise_options(snr, noise)
+    tasks = tasks_for(read_manifests(manifests), noises, ratios, reverb)
+    asked = {
+        "manifests": ", ".join(map(str, manifests)),
+        "engine": engine,
+        "search": settings.recognition.search,
+        "threshold": _number(settings.recognition.threshold),
+        "false alarms per hour": _number(settings.recognition.false_alarms_per_hour),
+        "snr": snr or "",
+        "noise": str(noise or ""),
+        "reverb": "yes" if reverb else "no",
+        "compare": str(compare or ""),
+    }
+    with ExitStack() as files:
+        page = open_text(html, "w", files) if html else None
+        data = open_text(as_json, "w", files) if as_json else None
+        results = list(with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks)))
+        knob = _knob(results, choice) if engine == "voz" else []
+        evaluation = report.evaluate(results, asked, others, knob)
+        if page:
+            page.write(report.to_html(evaluation))
+        if data:
+            print(report.to_json(evaluation), file=data)
+    if not (page or data):
+        print(report.to_text(evaluation))
+    failed = [result.error for result in results if result.error is not None]
+    for error in failed:
+        tell(f"error: {error}")
+    if failed:
+        raise typer.Exit(SOME_UNREADABLE)
+
+
+def fit_confidence(
+    manifests: ManifestsArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Where to write; else the package's own model."),
+    ] = None,
+    jobs: JobsOption = None,
+    lm: LmOption = None,
+) -> None:
+    """Make the model of the confidence anew from recordings whose texts are known.
+
+    Prints what would be accepted, judged by models that never heard the speaker. There must be
+    half an hour of talk among the recordings, to tell how often it sounds like a command.
+
+    Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
+    """
+    from voz.config import Recognition
+    from voz.evaluation import fit_confidence as fitting
+    from voz.evaluation.manifest import read_manifests
+    from voz.recognition.confidence import MODEL, save_model, threshold_for
+
+    clips = read_manifests(manifests)
+    found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, len(clips)))
+    examples = [example for of_clip in found for example in of_clip.examples]
+    talk = sum(f.seconds for c, f in zip(clips, found, strict=True) if c.kind == "talk")
+    fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
+    likely = fitting.cross_validated(examples)
+    model = fitting.with_alarms(
+        fitting.fit(examples, fitted_on), examples, likely, hours=talk / 3600
+    )
+    threshold = threshold_for(model, Recognition().false_alarms_per_hour)
+    print(
+        f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
+    )
+    counts = fitting.acceptance(examples, likely, threshold)
+    for name, (share, number) in counts.items():
+        print(f"{share:8.3f} {number:5}  {name}")
+    save_model(model, out or MODEL)
+    print(f"written: {out or MODEL}")
+
+
+def _knob(results: Iterable[Result], choice: EngineChoice) -> list[Position]:
+    from voz.evaluation.knob import positions
+    from voz.language.files import read_sentences
+    from voz.recognition.confidence import load_model
+
+    return positions(results, load_model(), choice.settings, read_sentences(choice.language))
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:g}"

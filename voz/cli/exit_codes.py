@@ -1,0 +1,13 @@
+"""What the program's exit codes say besides 0."""
+
+STALE = 1
+"""Exit code of `build-lm --check` when files are not up to date."""
+
+WRONG_CALL = 2
+"""Exit code when an option, a file or a text cannot be used."""
+
+SOME_UNREADABLE = 3
+"""Exit code when some recordings could not be read; the others are done."""
+
+BY_SIGNAL = 128
+"""Exit code when a signal ended the program, to which the signal's number is added."""

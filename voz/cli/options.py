@@ -1,0 +1,125 @@
+"""The options that several subcommands take, each declared once."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+
+import typer
+
+from voz.cli.terminal import tell, warn
+from voz.config import Config, load_config, overridden
+
+if TYPE_CHECKING:
+    from voz.language.files import LanguageFiles
+
+LmOption = Annotated[
+    str | None,
+    typer.Option("--lm", metavar="DIR", help="Language files; else lm/ here, else voz's own."),
+]
+ProfileOption = Annotated[
+    str | None, typer.Option("--profile", metavar="NAME", help="Who speaks: see `voz calibrate`.")
+]
+DeviceOption = Annotated[
+    str | None, typer.Option("-d", "--device", metavar="N|NAME", help="Which microphone.")
+]
+
+
+@dataclass
+class Common:
+    """The options of all subcommands that need the language files and settings."""
+
+    lm: LmOption = None
+    config: Annotated[
+        Path | None, typer.Option("--config", metavar="FILE", help="Settings, a voz.toml.")
+    ] = None
+    verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Tell what is used.")] = False
+
+    def settings(self, **others: Any) -> Config:
+        """Read the settings, and put those that are given as options in their place.
+
+        Args:
+            others: options of the subcommand's own, as `overridden` takes them.
+        """
+        settings = load_config(self.config) if self.config else Config()
+        return overridden(settings, {"lm": self.lm, **others})
+
+    def language(self, settings: Config) -> LanguageFiles:
+        """Find the language files; tell which, and whether their list has changed since."""
+        from voz.language.files import find_language, stale_warning
+
+        language = find_language(settings.lm)
+        if self.verbose:
+            tell(f"language files: {language.folder.resolve()}")
+        warn(stale_warning(language))
+        return language
+
+
+@dataclass
+class Recognising(Common):
+    """The options of all subcommands that recognise speech."""
+
+    search: Annotated[
+        str | None,
+        typer.Option(metavar="grammar|lm", help="Whole commands only, or the trigram model."),
+    ] = None
+    false_alarms: Annotated[
+        float | None,
+        typer.Option(
+            "--false-alarms-per-hour",
+            metavar="X",
+            help="How many commands may be heard in an hour of talk; else 0.5.",
+        ),
+    ] = None
+    threshold: Annotated[
+        float | None, typer.Option(metavar="X", help="Confidence that is needed, 0 to 1.")
+    ] = None
+
+    def settings(self, **others: Any) -> Config:
+        """As for all, with how speech is recognised."""
+        recognition = {
+            "search": self.search,
+            "false_alarms_per_hour": self.false_alarms,
+            "threshold": self.threshold,
+        }
+        return super().settings(recognition=recognition, **others)
+
+
+def with_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Let a subcommand take all options of a class.
+
+    Args:
+        command: has a parameter `options`, whose type is one of the classes above.
+
+    Returns:
+        The same with the fields of that class in the place of `options`, as typer reads them.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    kind = hints.pop("options")
+    shared = get_type_hints(kind, include_extras=True)
+    parameters = [
+        parameter.replace(kind=parameter.KEYWORD_ONLY, annotation=hints[name])
+        for name, parameter in inspect.signature(command).parameters.items()
+        if name != "options"
+    ] + [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=field.default,
+            annotation=shared[field.name],
+        )
+        for field in fields(kind)
+    ]
+
+    @functools.wraps(command)
+    def call(**values: Any) -> None:
+        options = kind(**{name: values.pop(name) for name in shared})
+        command(options=options, **values)
+
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = hints | shared
+    return call

@@ -1,0 +1,78 @@
+"""`voz decode`: what is said in recordings."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from voz.cli.exit_codes import SOME_UNREADABLE
+from voz.cli.options import ProfileOption, Recognising, with_options
+from voz.cli.terminal import with_bar
+
+if TYPE_CHECKING:
+    from voz.recognition.batch import Heard, Unreadable
+
+
+@with_options
+def decode(
+    options: Recognising,
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One line of JSON for each utterance.")
+    ] = False,
+    profile: ProfileOption = None,
+) -> None:
+    """Tell what is said in recordings of any format and rate.
+
+    Exits with 3 when some recordings could not be read; the others are done.
+
+    Example: voz decode audio_fixtures/long/session.wav
+    """
+    from voz.recognition.batch import Unreadable, decode_recordings
+    from voz.recognition.profiles import load_profile
+    from voz.recognition.recognizer import Recognizer
+
+    settings = options.settings()
+    known = load_profile(profile) if profile else None
+    recognizer = Recognizer(options.language(settings), settings.recognition, known)
+    show = _show_json if as_json else _show_row
+    if not as_json:
+        print(f"   start      end  sure  obeyed  {'text':32}  file")
+    unreadable = 0
+    for result in decode_recordings(recognizer, _with_progress(files)):
+        show(result)
+        unreadable += isinstance(result, Unreadable)
+    if unreadable:
+        raise typer.Exit(SOME_UNREADABLE)
+
+
+def _with_progress(files: list[Path]) -> Iterable[Path]:
+    """Show a bar while the results go elsewhere; in between them it would be in the way."""
+    return files if sys.stdout.isatty() else with_bar(files, "Decoding")
+
+
+def _show_json(result: Heard | Unreadable) -> None:
+    from voz.events import to_json
+
+    print(to_json(result), flush=True)
+
+
+def _show_row(result: Heard | Unreadable) -> None:
+    from voz.events import explain
+    from voz.recognition.batch import Unreadable
+
+    if isinstance(result, Unreadable):
+        print(f"{'':>26} error {result.error}", flush=True)
+        return
+    obeyed = "yes" if result.accepted else "no"
+    why = f"({explain(result.reason, result.between)})" if result.reason else ""
+    text = " ".join(part for part in (result.text, why) if part)
+    print(
+        f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {obeyed:6}  "
+        f"{text:32}  {result.file}",
+        flush=True,
+    )

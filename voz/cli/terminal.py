@@ -1,0 +1,52 @@
+"""What the subcommands read and write besides their results."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import IO, TypeVar
+
+from voz.errors import ConfigError
+
+Item = TypeVar("Item")
+
+
+def tell(line: str) -> None:
+    """Write a line to the user that is no result."""
+    print(line, file=sys.stderr)
+
+
+def warn(problem: str | None) -> None:
+    """Write a warning, if there is one."""
+    if problem:
+        tell(f"warning: {problem}")
+
+
+def open_text(name: str, mode: str, files: ExitStack) -> IO[str]:
+    """Open a text file until `files` closes; `-` is standard input or output."""
+    if name == "-":
+        return sys.stdin if mode == "r" else sys.stdout
+    try:
+        # Typed text that is not UTF-8 is no command; it need not end the run.
+        return files.enter_context(Path(name).open(mode, encoding="utf-8", errors="replace"))
+    except OSError as error:
+        doing = "read" if mode == "r" else "written"
+        raise ConfigError(f"{name}: cannot be {doing} ({error.strerror})") from error
+
+
+def with_bar(items: Iterable[Item], doing: str, total: int | None = None) -> Iterable[Item]:
+    """Show a bar while items are taken, unless nobody is there to see it.
+
+    Args:
+        items: what is given on.
+        doing: what stands beside the bar.
+        total: how many items there are; None if they can tell.
+    """
+    if not sys.stderr.isatty():
+        return items
+    from rich.console import Console
+    from rich.progress import track
+
+    return track(items, doing, total, console=Console(stderr=True), transient=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import msgspec
+from msgspec.structs import replace
 
 Reason = Literal[
     "not_a_command",
@@ -33,9 +34,9 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         start: where the speech begins in its source, s.
         end: where the speech ends in its source, s.
         source: the recording's path, "microphone" or "text".
-        latency: from the end of the last word to `t`, s; None for typed text.
         reason: why it is not accepted, if it is not.
         between: the two commands that it may be, if that is the reason.
+        latency: from the end of the last word to `t`, s; None for typed text.
     """
 
     t: float
@@ -45,9 +46,9 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
     start: float
     end: float
     source: str
-    latency: float | None = None
     reason: Reason | None = None
     between: tuple[str, str] | None = None
+    latency: float | None = None
 
 
 class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
@@ -112,3 +113,15 @@ def explain(reason: Reason, between: tuple[str, str] | None) -> str:
     if between:
         return f'unsure between "{between[0]}" and "{between[1]}"'
     return reason.replace("_", " ")
+
+
+def later(event: Utterance | Partial, seconds: float) -> Utterance | Partial:
+    """Move what was heard in time.
+
+    Args:
+        event: its times are those of a stream.
+        seconds: when that stream began.
+    """
+    times = [name for name in ("t", "start", "end") if hasattr(event, name)]
+    moved = {name: round(getattr(event, name) + seconds, 3) for name in times}
+    return replace(event, **moved)

@@ -1,4 +1,4 @@
-"""Puts the parts together: utterances in, events out, with time as the audio or the lines tell it.
+"""Drives by recordings or typed lines, with time as the audio or the lines tell it.
 
 Nothing here reads a clock: a recording lasts as long as its samples, a typed line 0.1 s. So a run
 goes as fast as it can and gives the same events each time.
@@ -10,78 +10,49 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-from msgspec.structs import replace
-
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import printable, read_blocks
 from voz.config import Safety
-from voz.control.controller import State, halt
-from voz.control.safety import motion_has_expired, obey_safely, zero_at_the_end
+from voz.control.safety import zero_at_the_end
+from voz.drive import CYCLES_PER_SECOND, Drive
 from voz.errors import AudioError
-from voz.events import Event, Reason, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Partial, Reason, Reply, Utterance, Warning, later
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
-
-CYCLES_PER_SECOND = 10
-"""How often `cmd_vel` goes out, also while nothing is said."""
 
 NO_COMMAND = ("", "-")
 """Typed lines that only let a cycle pass."""
 
 
-class Pipeline:
-    """Obeys utterances and sends the velocities, cycle by cycle, to all that receive events."""
+class Pipeline(Drive):
+    """Drives by a time of its own, that of the recordings or lines: cycle by cycle."""
 
-    def __init__(self, receivers: Sequence[Callable[[Event], None]], safety: Safety) -> None:
-        """Start with the robot at rest and not listening.
-
-        Args:
-            receivers: called with every event, in order.
-            safety: the safety rules' settings.
-        """
-        self._receivers = receivers
-        self._safety = safety
-        self._state = State()
+    def __init__(
+        self,
+        receivers: Sequence[Callable[[Event], None]],
+        safety: Safety,
+        listening: bool = False,
+    ) -> None:
+        """Start with the robot at rest, at time 0; the arguments are those of `Drive`."""
+        super().__init__(receivers, safety, listening)
         self._cycles = 0
-        self._last_command = 0.0
 
     @property
     def now(self) -> float:
         """When the next cycle is, s."""
         return self._cycles / CYCLES_PER_SECOND
 
-    def hear(self, utterance: Utterance) -> None:
-        """Let the cycles before an utterance pass, then obey it if it is accepted."""
-        while self.now < utterance.t:
+    def hear(self, event: Utterance | Partial) -> None:
+        """Let the cycles before something was heard pass, then take it."""
+        while self.now < event.t:
             self.cycle()
-        self.emit(utterance)
-        if not utterance.accepted:
-            return
-        self._last_command = utterance.t
-        self._state, selected, reply = obey_safely(self._state, utterance.text, self._safety)
-        if selected is not None:
-            self.emit(SelectedObject(utterance.t, selected))
-        if reply is not None:
-            self.emit(Reply(utterance.t, reply))
+        super().hear(event)
 
     def cycle(self) -> None:
         """Send the velocities once, and go on by 0.1 s."""
-        if motion_has_expired(self._state, self.now - self._last_command, self._safety):
-            self._state = halt(self._state)
-            limit = self._safety.motion_time_limit
-            self.emit(Warning(self.now, f"no command for {limit:g} s: the robot stops"))
-        self.emit(Twist(self.now, *self._state.velocities()))
+        self.send(self.now)
         self._cycles += 1
-
-    def zero(self) -> None:
-        """Send zero velocity once."""
-        self.emit(Twist(self.now, 0.0, 0.0))
-
-    def emit(self, event: Event) -> None:
-        """Hand an event to all receivers."""
-        for receive in self._receivers:
-            receive(event)
 
 
 @contextmanager
@@ -100,7 +71,7 @@ def running(
         if speaker:
             receivers = [*receivers, _replies_to(speaker)]
         pipeline = Pipeline(receivers, safety)
-        with zero_at_the_end(pipeline.zero):
+        with zero_at_the_end(lambda: pipeline.zero(pipeline.now)):
             yield pipeline
             if speaker:
                 # Only now: when a thread meets a problem hangs on the machine, events must not.
@@ -151,8 +122,8 @@ def drive_by_recordings(
     for path in paths:
         begin = heard / SAMPLE_RATE
         try:
-            for utterance in recognizer.utterances(counted(read_blocks(path)), printable(path)):
-                pipeline.hear(_later(utterance, begin))
+            for event in recognizer.events(counted(read_blocks(path)), printable(path)):
+                pipeline.hear(later(event, begin))
         except AudioError as error:
             errors.append(str(error))
             pipeline.emit(Warning(pipeline.now, str(error)))
@@ -165,15 +136,6 @@ def drive_by_recordings(
 def _typed(text: str, known: bool, now: float) -> Utterance:
     reason: Reason | None = None if known else "not_a_command"
     return Utterance(now, text, float(known), known, now, now, "text", reason=reason)
-
-
-def _later(utterance: Utterance, seconds: float) -> Utterance:
-    return replace(
-        utterance,
-        t=round(utterance.t + seconds, 3),
-        start=round(utterance.start + seconds, 3),
-        end=round(utterance.end + seconds, 3),
-    )
 
 
 def _replies_to(speaker: Speaker) -> Callable[[Event], None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, explain
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, explain
 
 
 class ConsoleRobot:
@@ -27,6 +27,8 @@ class ConsoleRobot:
 def _in_words(event: Event) -> str:
     if isinstance(event, Utterance):
         return _heard(event)
+    if isinstance(event, Partial):
+        return f'perhaps  "{event.text}" ({event.confidence:.2f})'
     if isinstance(event, Twist):
         return f"         robot {_motion(event.linear, event.angular)}"
     if isinstance(event, SelectedObject):

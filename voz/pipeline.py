@@ -57,7 +57,10 @@ class Pipeline(Drive):
 
 @contextmanager
 def running(
-    receivers: Sequence[Callable[[Event], None]], safety: Safety, voice: str | None
+    receivers: Sequence[Callable[[Event], None]],
+    safety: Safety,
+    voice: str | None,
+    listening: bool = False,
 ) -> Iterator[Pipeline]:
     """A pipeline for the length of a `with` block; whatever ends it, zero velocity is sent last.
 
@@ -65,12 +68,13 @@ def running(
         receivers: called with every event, in order.
         safety: the safety rules' settings.
         voice: who speaks the replies; None keeps the robot silent.
+        listening: whether commands are obeyed before a `start speech`.
     """
     speaker = Speaker(voice) if voice else None
     with speaker or nullcontext():
         if speaker:
-            receivers = [*receivers, _replies_to(speaker)]
-        pipeline = Pipeline(receivers, safety)
+            receivers = [*receivers, replies_to(speaker)]
+        pipeline = Pipeline(receivers, safety, listening)
         with zero_at_the_end(lambda: pipeline.zero(pipeline.now)):
             yield pipeline
             if speaker:
@@ -93,7 +97,7 @@ def drive_by_text(pipeline: Pipeline, lines: Iterable[str], commands: Collection
         if text not in NO_COMMAND:
             known = text in commands
             now = pipeline.now
-            pipeline.hear(_typed(text, known, now))
+            pipeline.hear(typed(text, known, now))
         pipeline.cycle()
 
 
@@ -133,12 +137,21 @@ def drive_by_recordings(
     return errors
 
 
-def _typed(text: str, known: bool, now: float) -> Utterance:
+def typed(text: str, known: bool, now: float) -> Utterance:
+    """Make an utterance of a typed sentence.
+
+    Args:
+        text: the sentence, normalised.
+        known: whether it is in the command list; else it is not accepted.
+        now: the time, s.
+    """
     reason: Reason | None = None if known else "not_a_command"
     return Utterance(now, text, float(known), known, now, now, "text", reason=reason)
 
 
-def _replies_to(speaker: Speaker) -> Callable[[Event], None]:
+def replies_to(speaker: Speaker) -> Callable[[Event], None]:
+    """Make a receiver that lets a speaker say the replies."""
+
     def receive(event: Event) -> None:
         if isinstance(event, Reply):
             speaker.say(event.text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import ModuleType
@@ -24,7 +25,7 @@ BLOCK_SECONDS = 0.02
 MOST_WAITING = 250
 """Blocks, 5 s, that wait for who is slow to take them; then the oldest are lost."""
 
-SILENT_FOR = 3.0
+SILENT_FOR = 1.0
 """A device that gives nothing for so long is gone, s: even silence arrives as samples."""
 
 
@@ -36,32 +37,78 @@ class _Settings(NamedTuple):
     channels: int
 
 
+class _Arrived(NamedTuple):
+    """A block, and when it arrived on the monotonic clock, s."""
+
+    samples: Block
+    when: float
+
+
+class Microphone:
+    """An open microphone: iterate over it for its blocks, 16 kHz, int16, without an end.
+
+    If they are not taken, the oldest are lost. When it fails, AudioError is raised.
+
+    Attributes:
+        name: of the device.
+        alive: when it last handed something over, on the monotonic clock, s.
+        arrived: when the block arrived that was last taken, on the monotonic clock, s.
+        lost: how many blocks were lost, of `BLOCK_SECONDS` each.
+    """
+
+    def __init__(self, name: str, rate: int) -> None:
+        self.name = name
+        self.alive = self.arrived = time.monotonic()
+        self.lost = 0
+        self._rate = rate
+        self._waiting: queue.Queue[_Arrived | None] = queue.Queue(MOST_WAITING)
+        self._resampler = _resampler(rate)
+
+    def heard(self, block: Block, _frames: int, _time: Any, status: Any) -> None:
+        """Take what PortAudio hands over; called on its thread."""
+        self.alive = time.monotonic()
+        self.lost += bool(status.input_overflow)
+        self._put(_Arrived(block.copy(), self.alive))  # PortAudio uses its block again
+
+    def ended(self) -> None:
+        """Let the reader know that nothing will follow; called on PortAudio's thread."""
+        self._put(None)
+
+    def __iter__(self) -> Iterator[Samples]:
+        return self
+
+    def __next__(self) -> Samples:
+        try:
+            arrived = self._waiting.get(timeout=SILENT_FOR)
+        except queue.Empty:
+            arrived = None
+        if arrived is None:
+            raise AudioError("the microphone is gone; connect it and start again")
+        self.arrived = arrived.when
+        sound = arrived.samples.mean(axis=1)
+        return to_int16(self._resampler.resample_chunk(sound) if self._resampler else sound)
+
+    def _put(self, arrived: _Arrived | None) -> None:
+        if self._waiting.full():
+            self.lost += 1
+            with suppress(queue.Empty):  # just then the last one was taken
+                self._waiting.get_nowait()
+        self._waiting.put_nowait(arrived)
+
+
 @contextmanager
-def listening(device: str | None = None) -> Iterator[Iterator[Samples]]:
+def listening(device: str | None = None) -> Iterator[Microphone]:
     """Open a microphone for the length of a `with` block.
 
     Args:
         device: its number or a part of its name; None is the default one.
 
-    Yields:
-        Its blocks, 16 kHz, int16, without an end. If they are not taken, the oldest are lost.
-
     Raises:
-        AudioError: there is no such microphone, or it fails, then or later.
+        AudioError: there is no such microphone, or it fails.
     """
     sounddevice = load_sounddevice()
-    settings = _settings(sounddevice, device)
-    waiting: queue.Queue[Block | None] = queue.Queue(MOST_WAITING)
-
-    def put(block: Block | None) -> None:
-        if waiting.full():
-            with suppress(queue.Empty):  # just then the last one was taken
-                waiting.get_nowait()
-        waiting.put_nowait(block)
-
-    def heard(block: Block, *_: Any) -> None:
-        put(block.copy())  # PortAudio uses its block again
-
+    settings, name = _settings(sounddevice, device)
+    microphone = Microphone(name, settings.rate)
     try:
         with sounddevice.InputStream(
             settings.rate,
@@ -69,16 +116,17 @@ def listening(device: str | None = None) -> Iterator[Iterator[Samples]]:
             settings.device,
             settings.channels,
             dtype="float32",
-            callback=heard,
-            finished_callback=lambda: put(None),
+            latency="low",
+            callback=microphone.heard,
+            finished_callback=microphone.ended,
         ):
-            yield _blocks(waiting, settings.rate)
+            yield microphone
     except sounddevice.PortAudioError as error:
         reason = " ".join(str(error).split())
         raise AudioError(f"the microphone fails ({reason}); check the sound settings") from error
 
 
-def _settings(sounddevice: ModuleType, device: str | None) -> _Settings:
+def _settings(sounddevice: ModuleType, device: str | None) -> tuple[_Settings, str]:
     """Find the device, and a way to open it that it takes: best what the decoder needs."""
     wanted = int(device) if device is not None and device.isdecimal() else device
     try:
@@ -92,8 +140,9 @@ def _settings(sounddevice: ModuleType, device: str | None) -> _Settings:
             sounddevice.check_input_settings(settings.device, channels, "float32", samplerate=rate)
         except sounddevice.PortAudioError:
             continue
-        return settings
-    return _Settings(found["index"], own_rate, found["max_input_channels"])
+        return settings, str(found["name"])
+    channels = found["max_input_channels"]
+    return _Settings(found["index"], own_rate, channels), str(found["name"])
 
 
 def _no_microphone(sounddevice: ModuleType, device: str | None) -> str:
@@ -104,16 +153,9 @@ def _no_microphone(sounddevice: ModuleType, device: str | None) -> str:
     return f'there is not exactly one microphone "{device}"; take the number of one of: {names}'
 
 
-def _blocks(waiting: queue.Queue[Block | None], rate: int) -> Iterator[Samples]:
+def _resampler(rate: int) -> Any:
+    if rate == SAMPLE_RATE:
+        return None
     import soxr  # 20 ms that who opens no microphone need not wait for
 
-    resampler = soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")
-    while True:
-        try:
-            block = waiting.get(timeout=SILENT_FOR)
-        except queue.Empty:
-            block = None
-        if block is None:
-            raise AudioError("the microphone is gone; connect it and start again")
-        sound = block.mean(axis=1)
-        yield to_int16(sound if rate == SAMPLE_RATE else resampler.resample_chunk(sound))
+    return soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")

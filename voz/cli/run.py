@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING, Annotated, TextIO
 
 import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import ProfileOption, Recognising, with_options
+from voz.cli.options import DeviceOption, ProfileOption, Recognising, with_options
 from voz.cli.terminal import open_text, warn
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from voz.config import Recognition
     from voz.events import Event
+    from voz.language.files import LanguageFiles
     from voz.recognition.profiles import Profile
+    from voz.recognition.recognizer import Recognizer
 
 
 @with_options
@@ -39,27 +44,32 @@ def run(
     no_safety: Annotated[
         bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
     ] = False,
+    device: DeviceOption = None,
+    listening: Annotated[
+        bool, typer.Option("--listening", help='Obey from the start, without "start speech".')
+    ] = False,
     profile: ProfileOption = None,
     adapt: Annotated[
         bool,
         typer.Option("--adapt", help="Learn the speaker and the microphone, also for later runs."),
     ] = False,
 ) -> None:
-    """Drive a robot by recordings or typed commands.
+    """Drive a robot by your voice, or by recordings or typed commands.
 
-    In typed text, `-` alone on a line lets a cycle of 0.1 s pass with no command.
+    With a microphone, space stops the robot at once and commands may be typed too. In a text,
+    `-` alone on a line lets a cycle of 0.1 s pass with no command.
 
-    Example: voz run --wav audio_fixtures/long/session.wav --events events.jsonl
+    Examples: voz run
+              voz run --wav audio_fixtures/long/session.wav --events events.jsonl
     """
     from voz import pipeline
     from voz.language.files import read_sentences
-    from voz.recognition.profiles import USUAL_PROFILE, learnt_file, load_profile, save_learnt
-    from voz.recognition.recognizer import Recognizer
     from voz.robot.console import ConsoleRobot
 
     recordings = [*(wav or []), *(more or [])]
-    if bool(recordings) == bool(text):
+    if recordings and text:
         raise ConfigError("say what to obey: either --wav FILE... or --text FILE, see --help")
+    live = not recordings and not text
     settings = options.settings(
         safety={"enabled": False if no_safety else None},
         speech={"enabled": False if no_sound else None},
@@ -67,28 +77,67 @@ def run(
     language = options.language(settings)
     unreadable: list[str] = []
     with ExitStack() as files:
-        if text:
-            lines, commands = open_text(text, "r", files), read_sentences(language)
-        else:
-            known = load_profile(profile) if profile else None
-            learnt = learnt_file(profile or USUAL_PROFILE, "recordings")
-            if adapt:
-                known = _with_learnt(known, learnt)
-            recognizer = Recognizer(language, settings.recognition, known, learning=adapt)
-            if adapt:
-                files.callback(lambda: warn(save_learnt(learnt, recognizer.learnt)))
-        console = ConsoleRobot(sys.stderr if events == "-" else sys.stdout)
-        receivers: list[Callable[[Event], None]] = [console.receive]
+        lines: Iterable[str] = open_text(text, "r", files) if text else []
+        if not text:
+            place = _microphone(device) if live else "recordings"
+            recognizer = files.enter_context(
+                _recognizer(language, settings.recognition, profile, place if adapt else None)
+            )
+        stream = sys.stderr if events == "-" else sys.stdout
+        terminal = _terminal(stream) if live else None
+        receivers: list[Callable[[Event], None]] = []
+        if terminal is None:
+            receivers.append(ConsoleRobot(stream).receive)
         if events:
             receivers.append(_event_log(open_text(events, "w", files)))
+        if live:
+            from voz.live.session import run_live
+
+            commands = read_sentences(language)
+            run_live(receivers, settings, recognizer, commands, device, listening, terminal)
         voice = settings.speech.voice if settings.speech.enabled else None
-        with pipeline.running(receivers, settings.safety, voice) as robot:
+        with pipeline.running(receivers, settings.safety, voice, listening) as robot:
             if text:
-                pipeline.drive_by_text(robot, lines, commands)
+                pipeline.drive_by_text(robot, lines, read_sentences(language))
             else:
                 unreadable = pipeline.drive_by_recordings(robot, recordings, recognizer)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+def _microphone(device: str | None) -> str:
+    from voz.audio.devices import choose
+
+    return choose(device).name
+
+
+def _terminal(stream: TextIO) -> Console | None:
+    """The terminal to draw on, if there is one to be seen."""
+    if not stream.isatty():
+        return None
+    from rich.console import Console
+
+    return Console(file=stream)
+
+
+@contextmanager
+def _recognizer(
+    language: LanguageFiles, settings: Recognition, profile: str | None, place: str | None
+) -> Iterator[Recognizer]:
+    """Load the recogniser; with a place, what it learns there is kept from run to run."""
+    from voz.recognition.profiles import USUAL_PROFILE, learnt_file, load_profile, save_learnt
+    from voz.recognition.recognizer import Recognizer
+
+    known = load_profile(profile) if profile else None
+    if place is None:
+        yield Recognizer(language, settings, known)
+        return
+    learnt = learnt_file(profile or USUAL_PROFILE, place)
+    recognizer = Recognizer(language, settings, _with_learnt(known, learnt), learning=True)
+    try:
+        yield recognizer
+    finally:
+        warn(save_learnt(learnt, recognizer.learnt))
 
 
 def _with_learnt(known: Profile | None, path: Path) -> Profile:

@@ -30,7 +30,7 @@ def _in_words(event: Event) -> str:
     if isinstance(event, Partial):
         return f'perhaps  "{event.text}" ({event.confidence:.2f})'
     if isinstance(event, Twist):
-        return f"         robot {_motion(event.linear, event.angular)}"
+        return f"         robot {motion_in_words(event.linear, event.angular)}"
     if isinstance(event, SelectedObject):
         return f"         robot selects object {event.value}"
     if isinstance(event, Reply):
@@ -47,7 +47,8 @@ def _heard(event: Utterance) -> str:
     return f"ignored  something, {why}"
 
 
-def _motion(linear: float, angular: float) -> str:
+def motion_in_words(linear: float, angular: float) -> str:
+    """Say how the robot moves; velocities in m/s and rad/s."""
     parts = []
     if linear:
         parts.append(f"drives {'forward' if linear > 0 else 'back'} at {abs(linear):.2f} m/s")

@@ -1,0 +1,1 @@
+"""Live control: a microphone, a keyboard and a clock in place of recordings."""

@@ -1,0 +1,112 @@
+"""What a terminal shows while the robot listens: level, what was heard, motion, reply."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning, explain
+from voz.robot.console import motion_in_words
+
+SHOWN = 6
+"""Utterances and warnings that stay in sight."""
+
+BAR = 30
+"""Characters of the level bar."""
+
+FLOOR = -60.0
+"""The level at which the bar is empty, dBFS: a quiet room."""
+
+LOUD = -3.0
+"""Above it a microphone is about to clip, dBFS."""
+
+HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
+
+
+class Display:
+    """Collects the events and draws them whenever it is asked to."""
+
+    def __init__(
+        self,
+        peak: Callable[[], float],
+        listening: Callable[[], bool],
+        typing: Callable[[], str],
+        device: str,
+        note: str = "",
+    ) -> None:
+        """Start with nothing heard.
+
+        Args:
+            peak: gives the level of the microphone now, 0 to 1.
+            listening: whether commands are obeyed.
+            typing: gives the line that is being typed.
+            device: the name of the microphone.
+            note: something to be seen all the time.
+        """
+        self._peak = peak
+        self._listening = listening
+        self._typing = typing
+        self._device = device
+        self._note = note
+        self._lines: deque[Text] = deque(maxlen=SHOWN)
+        self._velocity = (0.0, 0.0)
+        self._selected: int | None = None
+        self._reply = ""
+
+    def receive(self, event: Event) -> None:
+        """Take an event; it is seen the next time that the display is drawn."""
+        if isinstance(event, Twist):
+            self._velocity = (event.linear, event.angular)
+        elif isinstance(event, SelectedObject):
+            self._selected = event.value
+        elif isinstance(event, Reply):
+            self._reply = event.text
+        elif not isinstance(event, Partial):
+            self._lines.append(_line(event))
+
+    def __rich__(self) -> RenderableType:
+        table = Table.grid(padding=(0, 2))
+        table.add_column(style="dim", justify="right")
+        table.add_column()
+        table.add_row("microphone", _level(self._peak()))
+        table.add_row("", Text(self._device, "dim", no_wrap=True))
+        table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
+        if self._selected is not None:
+            table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
+        table.add_row("says", self._reply)
+        for number in range(SHOWN):
+            label = "heard" if number == 0 else ""
+            table.add_row(label, self._lines[number] if number < len(self._lines) else "")
+        table.add_row("type", Text(self._typing() + "▏"))
+        if self._note:
+            table.add_row("", Text(self._note, "yellow"))
+        on = self._listening()
+        title = Text(
+            " listening " if on else ' say "start speech" ', "black on green" if on else ""
+        )
+        return Panel(Group(table), title=title, subtitle=Text(HELP, "dim"), width=76)
+
+
+def _level(peak: float) -> Text:
+    decibels = max(FLOOR, 20 * math.log10(peak)) if peak > 0 else FLOOR
+    full = round(BAR * (1 - decibels / FLOOR))
+    colour = "red" if decibels > LOUD else "green"
+    shown = f"{decibels:4.0f} dB" if decibels > FLOOR else "  silent"
+    return Text.assemble(("█" * full, colour), ("·" * (BAR - full), "dim"), f" {shown}")
+
+
+def _line(event: Utterance | Warning) -> Text:
+    if isinstance(event, Warning):
+        return Text(event.text, "yellow")
+    if event.accepted:
+        late = f"  {event.latency:.2f} s" if event.latency is not None else ""
+        return Text.assemble((event.text, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
+    why = explain(event.reason, event.between) if event.reason else "not a command"
+    perhaps = f'perhaps "{event.text}" {event.confidence:.0%}, ' if event.text else ""
+    return Text(f"({perhaps}{why})", "dim")

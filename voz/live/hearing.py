@@ -1,0 +1,186 @@
+"""Listens to the microphone on a thread of its own, and comes back by itself when it was lost."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+import numpy as np
+from msgspec.structs import replace
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.microphone import BLOCK_SECONDS, Microphone, listening
+from voz.errors import AudioError, VozError
+from voz.events import Partial, Utterance, Warning, later
+from voz.live.messages import Inbox
+from voz.recognition.recognizer import Recognizer
+
+NO_BLOCK = 0.35
+"""Without a block for so long nothing is heard any more, s: with the beat, half a second."""
+
+TOO_LATE = 1.0
+"""What is heard so late is as good as not heard, s: the longest command takes a third to decode."""
+
+MUTED = 5.0
+"""A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
+
+RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Pauses before a lost microphone is opened again, s; the last one goes on."""
+
+CLOSING_TIME = 1.0
+"""For the microphone to be closed, s; a sound server that hangs would never let go."""
+
+MUTE_WARNING = "the microphone gives only silence: is it muted?"
+
+
+class Hearing:
+    """From a microphone to what is said, as messages in an inbox.
+
+    Use it in a `with` block: it listens for the length of it.
+
+    Attributes:
+        peak: the highest sample of the last block, 0 to 1.
+        device: the name of the microphone.
+    """
+
+    def __init__(
+        self,
+        recognizer: Recognizer,
+        device: str | None,
+        inbox: Inbox,
+        clock: Callable[[], float],
+    ) -> None:
+        """Prepare to listen.
+
+        Args:
+            recognizer: what understands.
+            device: the microphone's number or a part of its name; None is the default one.
+            inbox: where what is heard goes.
+            clock: the time of the run, s.
+        """
+        self.peak = 0.0
+        self.device = ""
+        self._recognizer = recognizer
+        self._wanted = device
+        self._inbox = inbox
+        self._clock = clock
+        self._microphone: Microphone | None = None
+        self._problem: str | None = None
+        self._busy_since: float | None = None
+        self._closing = threading.Event()
+        self._opened = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="voz-hearing", daemon=True)
+
+    def __enter__(self) -> Hearing:
+        """Start to listen; raises AudioError if there is no such microphone."""
+        self._thread.start()
+        self._opened.wait()
+        if self._microphone is None:
+            self._closing.set()
+            raise AudioError(self._problem)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._closing.set()
+        self._thread.join(CLOSING_TIME)
+
+    @property
+    def hangs(self) -> bool:
+        """Whether the sound system does not let go of the microphone."""
+        return self._thread.is_alive()
+
+    def trouble(self) -> str | None:
+        """Tell why nothing is heard right now; None if all is well."""
+        microphone, now = self._microphone, time.monotonic()
+        if self._problem or microphone is None:
+            return self._problem
+        if now - microphone.alive > NO_BLOCK:
+            return "no sound comes from the microphone"
+        busy_since = self._busy_since
+        if busy_since is not None and now - busy_since > TOO_LATE:
+            return "the computer is too slow to follow"
+        return None
+
+    def _work(self) -> None:
+        failures = 0
+        while not self._closing.is_set():
+            try:
+                with listening(self._wanted) as microphone:
+                    failures = 0
+                    self._begin(microphone)
+                    self._listen(microphone)
+            except VozError as error:
+                self._lose(str(error))
+            except Exception as error:  # whatever it is, the robot must not drive on unheard
+                self._lose(f"the recogniser fails ({error!r})")
+            self._opened.set()
+            self._closing.wait(RETRIES[min(failures, len(RETRIES) - 1)])
+            failures += 1
+
+    def _begin(self, microphone: Microphone) -> None:
+        self.device = microphone.name
+        self._microphone, self._problem = microphone, None
+        self._opened.set()
+
+    def _lose(self, problem: str) -> None:
+        self.peak = 0.0
+        self._busy_since = None
+        self._problem = problem
+
+    def _listen(self, microphone: Microphone) -> None:
+        stream = self._recognizer.stream("microphone")
+        watch = _Watch(self._inbox, self._clock)
+        fed = 0
+        for block in microphone:
+            if self._closing.is_set():
+                return
+            self._busy_since = microphone.arrived
+            fed += len(block)
+            self.peak = watch.look_at(block, microphone.lost)
+            # When the stream began, by the clock of the run.
+            begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
+            for event in stream.feed(block):
+                self._inbox.put(self._now(event, begun))
+            self._busy_since = None
+
+    def _now(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
+        """Give what was heard the times of the run."""
+        now = self._clock()
+        moved = replace(later(event, begun), t=round(now, 3))
+        if isinstance(event, Utterance) and event.latency is not None:
+            spoken_until = begun + event.t - event.latency
+            return replace(moved, latency=round(now - spoken_until, 3))
+        return moved
+
+
+class _Watch:
+    """Warns of a microphone that is muted, and of sound that is lost."""
+
+    def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
+        self._inbox = inbox
+        self._clock = clock
+        self._lost = 0
+        self._zeros = 0.0  # s
+
+    def look_at(self, block: Samples, lost: int) -> float:
+        """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
+        if lost > self._lost:
+            seconds = (lost - self._lost) * BLOCK_SECONDS
+            self._lost = lost
+            self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
+        peak = float(np.abs(block).max(initial=0)) / 32768
+        before = self._zeros
+        self._zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
+        if before < MUTED <= self._zeros:
+            self._warn(MUTE_WARNING)
+        return peak
+
+    def _warn(self, text: str) -> None:
+        self._inbox.put(Warning(round(self._clock(), 3), text))

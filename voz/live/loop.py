@@ -1,0 +1,70 @@
+"""The loop that drives the robot: 10 times a second, and at once when something is heard."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable
+from typing import NoReturn
+
+from voz.drive import CYCLES_PER_SECOND, Drive
+from voz.events import Partial, Utterance, Warning
+from voz.live.messages import Halt, Inbox, Message
+
+CYCLE = 1 / CYCLES_PER_SECOND
+
+
+def drive_live(
+    drive: Drive,
+    inbox: Inbox,
+    trouble: Callable[[], str | None],
+    clock: Callable[[], float],
+) -> NoReturn:
+    """Drive the robot until a signal ends the program.
+
+    A changed velocity is sent at once, and the beat of 10 Hz goes on from where it was.
+
+    Args:
+        drive: what obeys.
+        inbox: what is heard and typed, and what goes wrong.
+        trouble: tells why nothing is heard right now; asked in each cycle (S5).
+        clock: the time of the run, s.
+    """
+    cycle = 0
+    known: str | None = None
+    while True:
+        now = clock()
+        due = cycle * CYCLE
+        if now < due:
+            try:
+                message = inbox.get(timeout=due - now)
+            except queue.Empty:
+                continue
+            before = drive.velocities
+            take(drive, message)
+            if drive.velocities != before:
+                drive.send(stamp(clock()))
+            continue
+        found = trouble()
+        if found and not known:
+            drive.halt()
+            drive.emit(Warning(stamp(now), f"{found}: the robot stops"))
+        elif known and not found:
+            drive.emit(Warning(stamp(now), "listening again; the robot waits for a command"))
+        known = found
+        drive.send(stamp(now))
+        cycle = max(cycle, int(now * CYCLES_PER_SECOND)) + 1  # a beat that was missed is left out
+
+
+def take(drive: Drive, message: Message) -> None:
+    """Let what is heard or typed take effect."""
+    if isinstance(message, Utterance | Partial):
+        drive.hear(message)
+    elif isinstance(message, Halt):
+        drive.halt()
+    else:
+        drive.emit(message)
+
+
+def stamp(now: float) -> float:
+    """A time as it is written into events, s."""
+    return round(now, 4)

@@ -1,0 +1,90 @@
+"""Puts the live parts together: what a launch file does."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack
+from queue import SimpleQueue
+from typing import NoReturn
+
+from rich.console import Console
+from rich.live import Live
+
+from voz.config import Config
+from voz.control.safety import zero_at_the_end
+from voz.drive import Drive
+from voz.events import Event
+from voz.language.commands import normalise
+from voz.live.display import Display
+from voz.live.hearing import Hearing
+from voz.live.keyboard import keys
+from voz.live.loop import drive_live, stamp
+from voz.live.messages import Message
+from voz.pipeline import NO_COMMAND, replies_to, typed
+from voz.recognition.recognizer import Recognizer
+from voz.speech.speaker import Speaker
+
+REDRAWN = 5
+"""Times a second that a terminal is drawn anew; more costs a small computer too much."""
+
+SWITCH = 0.001
+"""How long a thread waits for another to let go of Python, s; 5 ms as usual is seen in the beat."""
+
+
+def run_live(
+    receivers: Sequence[Callable[[Event], None]],
+    settings: Config,
+    recognizer: Recognizer,
+    commands: Collection[str],
+    device: str | None = None,
+    listening: bool = False,
+    terminal: Console | None = None,
+) -> NoReturn:
+    """Drive a robot by a microphone and the keyboard until a signal ends the program.
+
+    Args:
+        receivers: called with every event, in order.
+        settings: the safety rules and the voice.
+        recognizer: what understands.
+        commands: the sentences that may be typed.
+        device: the microphone's number or a part of its name; None is the default one.
+        listening: whether commands are obeyed before a `start speech`.
+        terminal: draws the display, if there is somebody to see it.
+
+    Raises:
+        AudioError: there is no such microphone.
+    """
+    sys.setswitchinterval(SWITCH)
+    inbox: SimpleQueue[Message] = SimpleQueue()
+    begun = time.monotonic()
+
+    def clock() -> float:
+        return time.monotonic() - begun
+
+    def obey(line: str) -> None:
+        text = normalise(line)
+        if text not in NO_COMMAND:
+            inbox.put(typed(text, text in commands, stamp(clock())))
+
+    voice = settings.speech.voice if settings.speech.enabled else None
+    with ExitStack() as parts:
+        hearing = parts.enter_context(Hearing(recognizer, device, inbox, clock))
+        line = parts.enter_context(keys(inbox, obey))
+        speaker = parts.enter_context(Speaker(voice)) if voice else None
+        told = [*receivers, *([replies_to(speaker)] if speaker else [])]
+        if terminal:
+            display = Display(
+                lambda: hearing.peak, lambda: drive.listening, lambda: line.text, hearing.device
+            )
+            told.append(display.receive)
+            parts.enter_context(drawn(display, terminal))
+        drive = Drive(told, settings.safety, listening)
+        parts.enter_context(zero_at_the_end(lambda: drive.zero(stamp(clock()))))
+        drive_live(drive, inbox, hearing.trouble, clock)
+
+
+def drawn(display: Display, terminal: Console) -> Live:
+    """A display that is drawn anew for the length of a `with` block."""
+    return Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN)

@@ -5,6 +5,7 @@ from voz.errors import (
     CommandsError,
     ConfigError,
     LanguageError,
+    RobotError,
     SpeechError,
     VozError,
 )
@@ -16,6 +17,7 @@ __all__ = [
     "CommandsError",
     "ConfigError",
     "LanguageError",
+    "RobotError",
     "SpeechError",
     "VozError",
     "__version__",

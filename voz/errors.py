@@ -5,7 +5,8 @@
     ├── CommandsError    the command list, or a pronunciation, cannot be used
     ├── LanguageError    the generated language files are missing or broken
     ├── AudioError       a recording or a sound device cannot be read or opened
-    └── SpeechError      a text cannot be spoken
+    ├── SpeechError      a text cannot be spoken
+    └── RobotError       a robot cannot be reached
 
 Every message is one line: what was wrong, where, and what to do. The command line prints it
 and exits with 2.
@@ -34,3 +35,7 @@ class AudioError(VozError):
 
 class SpeechError(VozError):
     """A text cannot be turned into speech."""
+
+
+class RobotError(VozError):
+    """A robot cannot be reached or does not do what it should."""

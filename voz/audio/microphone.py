@@ -19,10 +19,10 @@ from voz.errors import AudioError
 
 Block: TypeAlias = npt.NDArray[np.float32]
 
-BLOCK_SECONDS = 0.02
+BLOCK_SECONDS = 0.03
 """What the sound card hands over at a time."""
 
-MOST_WAITING = 250
+MOST_WAITING = 170
 """Blocks, 5 s, that wait for who is slow to take them; then the oldest are lost."""
 
 SILENT_FOR = 1.0

@@ -1,22 +1,35 @@
-"""The one thing that a robot has to do."""
+"""What a robot has to do: receive events. All else has a default."""
 
 from __future__ import annotations
-
-from typing import Protocol
 
 from voz.events import Event
 
 
-class Robot(Protocol):
+class Robot:
     """Anything that receives the events of a run.
 
     A robot that only rolls is four lines:
 
-        class Wheels:
+        class Wheels(Robot):
             def receive(self, event: Event) -> None:
                 if isinstance(event, Twist):
                     self.motors.set(event.linear, event.angular)
     """
 
+    def open(self) -> None:
+        """Get ready; called once before the first event.
+
+        Raises:
+            RobotError: it cannot be reached.
+        """
+
     def receive(self, event: Event) -> None:
         """Take one event, in the order of time; a `Twist` comes 10 times a second."""
+        raise NotImplementedError
+
+    def lost(self) -> str | None:
+        """Tell why the robot cannot be reached now; None if it can. Asked in each cycle (S5)."""
+        return None
+
+    def close(self) -> None:
+        """Let go of what `open` took; called once after the last event, which is zero velocity."""

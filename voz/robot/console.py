@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TextIO
 
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, explain
+from voz.robot.base import Robot
 
 
-class ConsoleRobot:
+class ConsoleRobot(Robot):
     """Prints a line when something happens or the velocity changes."""
 
     def __init__(self, stream: TextIO) -> None:

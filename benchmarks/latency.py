@@ -1,0 +1,191 @@
+"""How soon the robot does what it is told, from the last sample of a spoken command.
+
+Run `python benchmarks/latency.py [MANIFEST...] [--most N]`. A PulseAudio server of its own has a
+microphone without hardware; the clips, with the silence after the last word cut off, are played
+into it, and `voz run` listens. The time runs from the end of the playback to the event that the
+command causes: a changed `cmd_vel`, or `selected_object`. Each clip is heard twice, by a robot that
+decides early and by one that waits for the end of the speech.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import soundfile
+from machine import machine
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from pulseaudio import sound_server
+
+from voz.audio import SAMPLE_RATE
+from voz.audio.files import read_blocks
+from voz.evaluation.manifest import read_manifests
+
+FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
+
+MOVING = ("stop", "stop speech", "speed up", "slow down")
+"""Commands that are seen only if the robot drives."""
+
+UNSEEN = ("start speech",)
+"""What has no effect on a robot that listens already."""
+
+EARLY = "early_decision = 0.06"
+LATE = "early_decision = 1.0"
+
+GIVEN_UP = 2.5
+"""Seconds after which a command was not obeyed."""
+
+
+class Robot:
+    """A `voz run` and its events, each with when it came."""
+
+    def __init__(self, environment: dict[str, str], setting: str) -> None:
+        self._folder = tempfile.TemporaryDirectory()
+        config = Path(self._folder.name) / "voz.toml"
+        config.write_text(f"[recognition]\n{setting}\n")
+        command = f"-m voz run --no-sound --listening --events - --config {config}"
+        self._process = subprocess.Popen(
+            [sys.executable, *command.split()],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.events: list[tuple[float, dict[str, Any]]] = []
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self.events.append((time.monotonic(), json.loads(line)))
+
+    def check(self) -> None:
+        """End if the program has ended."""
+        if self._process.poll() is not None:
+            sys.exit(f"voz ended with exit code {self._process.returncode}")
+
+    def type(self, line: str) -> None:
+        """Type a command."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{line}\n")
+        self._process.stdin.flush()
+
+    def effect(self, since: int) -> float | None:
+        """When the first event came that a command causes."""
+        before = velocity(self.events[since - 1][1])
+        for arrived, event in self.events[since:]:
+            if event["type"] == "selected_object":
+                return arrived
+            if event["type"] == "cmd_vel" and velocity(event) != before:
+                return arrived
+        return None
+
+    def close(self) -> None:
+        """End the program."""
+        self._process.terminate()
+        self._process.wait(10)
+        self._folder.cleanup()
+
+
+def velocity(event: dict[str, Any]) -> tuple[float, float] | None:
+    return (event["linear"], event["angular"]) if event["type"] == "cmd_vel" else None
+
+
+@contextmanager
+def robots(environment: dict[str, str], setting: str) -> Iterator[Robot]:
+    robot = Robot(environment, setting)
+    try:
+        while len(robot.events) < 10:
+            robot.check()
+            time.sleep(0.1)
+        yield robot
+    finally:
+        robot.close()
+
+
+def spoken(path: Path) -> np.ndarray:
+    """A clip up to its last word."""
+    samples = np.concatenate(list(read_blocks(path)))
+    loud = np.flatnonzero(np.abs(samples) > 0.03 * np.abs(samples).max())
+    return samples[: loud[-1] + 1]
+
+
+def measure(robot: Robot, environment: dict[str, str], path: Path, text: str) -> float | None:
+    robot.type("start speech")  # the last one may have been `stop speech`
+    robot.type("stop")
+    if text in MOVING:
+        robot.type("go forward")
+    time.sleep(1.2)  # nothing is said just before
+    while robot.events[-1][1]["type"] != "cmd_vel":
+        time.sleep(0.01)
+    since = len(robot.events)
+    subprocess.run(
+        ["paplay", "--device=mic", "--latency-msec=20", str(path)], env=environment, check=True
+    )
+    ended = time.monotonic()
+    while time.monotonic() < ended + GIVEN_UP:
+        if (arrived := robot.effect(since)) is not None:
+            return arrived - ended
+        time.sleep(0.005)
+    return None
+
+
+def beat(robot: Robot) -> tuple[float, float]:
+    """How often `cmd_vel` was sent, Hz, and by how much a beat is off for 95 %, ms."""
+    times = np.array([e["t"] for _, e in robot.events if e["type"] == "cmd_vel"])
+    off = np.abs(times - np.round(times * 10) / 10)
+    on_beat = times[off < 0.03]  # else it is one that was sent at once
+    rate = (round(on_beat[-1] * 10) - round(on_beat[0] * 10)) / (on_beat[-1] - on_beat[0])
+    return float(rate), float(1000 * np.percentile(off[off < 0.03], 95))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("manifests", nargs="*", type=Path, default=[FIXTURES])
+    parser.add_argument("--most", type=int, default=60, help="how many clips, drawn at random")
+    parser.add_argument("--conditions", nargs="*", help="only these, as us gb accent")
+    arguments = parser.parse_args()
+    clips = [c for c in read_manifests(arguments.manifests) if c.kind == "command"]
+    clips = [c for c in clips if c.text not in UNSEEN and not c.speaker.startswith("espeak")]
+    if arguments.conditions:
+        clips = [c for c in clips if c.condition in arguments.conditions]
+    clips = random.Random(0).sample(clips, min(len(clips), arguments.most))
+    print(f"{machine()}; {len(clips)} clips\n")
+    with sound_server() as (environment, _), tempfile.TemporaryDirectory() as folder:
+        for name, setting in (("early", EARLY), ("at the end", LATE)):
+            found: dict[str, list[float | None]] = {}
+            with robots(environment, setting) as robot:
+                for clip in clips:
+                    wav = Path(folder) / "clip.wav"
+                    soundfile.write(wav, spoken(clip.path), SAMPLE_RATE)
+                    took = measure(robot, environment, wav, clip.text)
+                    found.setdefault(clip.text, []).append(took)
+                rate, off = beat(robot)
+            print(f"decided {name}        obeyed    median    95 %")
+            for text in [*sorted(found), "all"]:
+                times = (
+                    [t for times in found.values() for t in times] if text == "all" else found[text]
+                )
+                heard = [t for t in times if t is not None]
+                median, most = np.percentile(heard, [50, 95]) if heard else (np.nan, np.nan)
+                print(
+                    f"  {text:20} {len(heard):4} of {len(times):<4} {median:6.3f} s {most:6.3f} s"
+                )
+            print(f"  the beat: {rate:.3f} Hz, 95 % within {off:.1f} ms\n", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,7 @@
+"""`python -m voz` is the `voz` command."""
+
+import sys
+
+from voz.cli import main
+
+sys.exit(main())

@@ -100,12 +100,12 @@ class Simulator(Section, frozen=True, kw_only=True):
         arm_speed: how fast a joint of the arm turns, rad/s.
     """
 
-    room: tuple[Length, Length] = (3.0, 2.0)
-    start: tuple[Metres, Metres, Angle] = (0.8, 0.7, 0.0)
-    table: tuple[Metres, Metres, Length, Length] = (1.7, 1.5, 1.0, 0.5)
+    room: tuple[Length, Length] = (2.6, 1.8)
+    start: tuple[Metres, Metres, Angle] = (0.7, 0.6, 0.0)
+    table: tuple[Metres, Metres, Length, Length] = (1.5, 1.35, 0.9, 0.45)
     table_height: Metres = 0.7
-    beer: tuple[Metres, Metres] = (1.95, 1.7)
-    cocacola: tuple[Metres, Metres] = (2.45, 1.7)
+    beer: tuple[Metres, Metres] = (1.7, 1.5)
+    cocacola: tuple[Metres, Metres] = (2.2, 1.5)
     radius: Annotated[float, msgspec.Meta(ge=0.05, le=5)] = 0.17
     max_linear: Rate = 1.0
     max_angular: Rate = 2.0
@@ -113,7 +113,7 @@ class Simulator(Section, frozen=True, kw_only=True):
     angular_acceleration: Rate = 2.0
     time_constant: Seconds = 0.15
     cmd_vel_timeout: Seconds = 0.5
-    arm_speed: Rate = 1.5
+    arm_speed: Rate = 2.5
 
     def __post_init__(self) -> None:
         """Refuse a room in which the robot has no place, or the objects are not on the table.

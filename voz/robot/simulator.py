@@ -96,8 +96,6 @@ class SimulatedRobot:
 
     def come_to_rest(self) -> None:
         """Let time pass until nothing moves any more: without new events, soon."""
-        timeout = self._settings.cmd_vel_timeout
-        self._advance(self._now[1].t + timeout)
         while self._step():
             pass
 

@@ -130,8 +130,8 @@ class Scene:
         if self._trip.collisions:
             entries["a collision"] = sign(**shapes.CROSS)
         self.figure.legend(
-            entries.values(), entries, loc="lower center", ncols=len(entries), frameon=False,
-            columnspacing=2, handletextpad=0.7,
+            list(entries.values()), list(entries), loc="lower center", ncols=len(entries),
+            frameon=False, columnspacing=2, handletextpad=0.7,
         )  # fmt: skip
 
 

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
+from recordings import ROOT
 
 from voz.config import Config, load_config, overridden
 from voz.errors import ConfigError
@@ -67,3 +69,37 @@ def test_the_command_line_overrides_and_none_changes_nothing() -> None:
 def test_an_option_that_cannot_be_is_refused() -> None:
     with pytest.raises(ConfigError, match="threshold"):
         overridden(Config(), {"recognition": {"threshold": 2}})
+
+
+@pytest.mark.parametrize(
+    ("setting", "what"),
+    [
+        ("beer = [0.1, 0.1]", "the beer is not on the table"),
+        ("cocacola = [2.9, 1.7]", "the cocacola is not on the table"),
+        ("room = [2.0, 2.0]", "the table is not within the room"),
+        ("start = [0.1, 0.7, 0.0]", "the robot is in a wall"),
+        ("start = [2.2, 1.4, 0.0]", "the robot is in the table"),
+        ("room = [3.0]", "room"),
+        ("radius = 0", "radius"),
+        ("arm_speed = nan", "arm_speed"),
+    ],
+)
+def test_a_room_that_cannot_be_is_one_line_that_says_why(
+    setting: str, what: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load_config(write(tmp_path, f"[simulator]\n{setting}"))
+    assert what in str(caught.value)
+    assert "simulator" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_room_may_be_another() -> None:
+    config = overridden(Config(), {"simulator": {"start": [2, 0.5, 1], "cmd_vel_timeout": 1}})
+    assert config.simulator.start == (2.0, 0.5, 1.0)
+    assert config.simulator.room == Config().simulator.room
+
+
+def test_the_settings_in_the_readme_are_the_defaults(tmp_path: Path) -> None:
+    (shown,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert load_config(write(tmp_path, shown)) == Config(lm="my_robot")

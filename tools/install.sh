@@ -15,8 +15,8 @@ why="festival and its voice speak the replies, PortAudio plays them"
 if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
-    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins"
-    why="$why; the tests use more voices, and pulseaudio as a microphone and a loudspeaker without hardware"
+    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg"
+    why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, and ffmpeg"
 fi
 
 # A Python that cannot make a virtual environment, or none at all, is the system's.

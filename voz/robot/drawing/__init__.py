@@ -1,0 +1,101 @@
+"""Pictures, animations and live drawings of what a simulated robot does.
+
+`terminal` needs nothing but rich; what writes files needs matplotlib, which is imported only then.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+from voz.errors import ConfigError
+from voz.robot.simulator import Trip
+
+PICTURES = (".png", ".svg")
+ANIMATIONS = (".gif", ".mp4")
+
+
+def check_picture(path: Path) -> None:
+    """Find out whether a picture can be written, before the run that it will show.
+
+    Args:
+        path: where to; its ending decides between PNG and SVG.
+
+    Raises:
+        ConfigError: the ending is another, the place cannot be written, or matplotlib is missing.
+    """
+    _check(path, PICTURES, "a picture")
+
+
+def check_animation(path: Path) -> None:
+    """Find out whether an animation can be written, before the run that it will show.
+
+    Args:
+        path: where to; its ending decides between GIF and MP4.
+
+    Raises:
+        ConfigError: as for a picture, or ffmpeg is missing, which an MP4 needs.
+    """
+    _check(path, ANIMATIONS, "an animation")
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ConfigError(
+            f"{path}: needs ffmpeg; run `sudo apt-get install ffmpeg`, or end it with .gif"
+        )
+
+
+def save_picture(trip: Trip, path: Path) -> None:
+    """Draw the room, the way through it, the robot, its arm and what was said where.
+
+    Args:
+        trip: what to draw.
+        path: where to; its ending decides between PNG and SVG.
+
+    Raises:
+        ConfigError: see `check_picture`.
+    """
+    check_picture(path)
+    from voz.robot.drawing.scene import save
+
+    with _telling(path):
+        save(trip, path)
+
+
+def save_animation(trip: Trip, path: Path) -> None:
+    """Show the same as it happened, at real speed.
+
+    Args:
+        trip: what to show.
+        path: where to; its ending decides between GIF and MP4.
+
+    Raises:
+        ConfigError: see `check_animation`.
+    """
+    check_animation(path)
+    from voz.robot.drawing.animation import save
+
+    with _telling(path):
+        save(trip, path)
+
+
+def _check(path: Path, endings: tuple[str, str], what: str) -> None:
+    if path.suffix.lower() not in endings:
+        raise ConfigError(f"{path}: is no name for {what}; end it with {' or '.join(endings)}")
+    if find_spec("matplotlib") is None:
+        raise ConfigError("matplotlib is not installed; run `pip install 'voz[report]'`")
+    with _telling(path):
+        usable = path.parent.is_dir() and os.access(path.parent, os.W_OK) and not path.is_dir()
+    if not usable:
+        raise ConfigError(f"{path}: cannot be written there; name a file in a folder of yours")
+
+
+@contextmanager
+def _telling(path: Path) -> Iterator[None]:
+    """Say in one line why a file could not be written."""
+    try:
+        yield
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from error

@@ -1,0 +1,119 @@
+"""A trip as it happened, as GIF or MP4. Needs matplotlib, and MP4 needs the program ffmpeg."""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
+from io import BytesIO
+from itertools import chain
+from math import ceil
+from pathlib import Path
+from typing import IO, TypeAlias, cast
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from voz.robot.drawing.scene import Scene
+from voz.robot.simulator import Trip
+
+Frame: TypeAlias = npt.NDArray[np.uint8]
+"""Red, green, blue and opacity of each pixel."""
+
+DPI = 90
+"""Pixels in an inch: text is legible, and 20 s are not much more than a megabyte."""
+
+LAST = 2.0
+"""How long the end is shown, s."""
+
+INTERVAL = 0.1
+"""From frame to frame, s: so often comes a velocity."""
+
+MOST_IN_GIF, MOST_IN_MP4 = 1200, 12_000
+"""Frames. Pillow keeps those of a GIF in memory. A longer trip has fewer in a second."""
+
+
+def save(trip: Trip, path: Path) -> None:
+    """Write the animation of a trip.
+
+    Args:
+        trip: what to show.
+        path: where to; its ending decides the format.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    if path.suffix.lower() == ".gif":
+        _save_gif(trip, path)
+    else:
+        _save_mp4(trip, path)
+
+
+def frames(trip: Trip, interval: float) -> Iterator[Frame]:
+    """Draw a trip at times that are so many seconds apart, and its end for a while."""
+    scene = Scene(trip, DPI)
+    for artist in scene.show(0.0):
+        artist.set_animated(True)
+    scene.canvas.draw()
+    background = scene.canvas.copy_from_bbox(scene.figure.bbox)
+    end = trip.states[-1].t
+    for number in range(ceil((end + LAST) / interval)):
+        scene.canvas.restore_region(background)
+        for artist in scene.show(min(number * interval, end)):
+            artist.draw(scene.canvas.get_renderer())
+        yield np.array(scene.canvas.buffer_rgba())
+
+
+def _interval(trip: Trip, most: int) -> float:
+    """Time from frame to frame, s, in hundredths as a GIF counts it."""
+    return max(INTERVAL, ceil((trip.states[-1].t + LAST) / most * 100) / 100)
+
+
+def _save_gif(trip: Trip, path: Path) -> None:
+    interval = _interval(trip, MOST_IN_GIF)
+    whole = Scene(trip, DPI)
+    whole.show(trip.states[-1].t)
+    whole.canvas.draw()
+    # All frames have the colours of the last: it shows all that there is.
+    palette = _image(np.array(whole.canvas.buffer_rgba())).quantize()
+    images = (
+        _image(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames(trip, interval)
+    )
+    first = next(images)
+    duration = round(interval * 1000)
+    # Pillow would leave a file open that cannot be written.
+    file = BytesIO()
+    first.save(file, "GIF", save_all=True, append_images=images, duration=duration, loop=0)
+    path.write_bytes(file.getvalue())
+
+
+def _image(frame: Frame) -> Image.Image:
+    return Image.fromarray(frame).convert("RGB")
+
+
+def _save_mp4(trip: Trip, path: Path) -> None:
+    interval = _interval(trip, MOST_IN_MP4)
+    pictures = frames(trip, interval)
+    first = next(pictures)
+    command = [
+        *("ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"),
+        *("-s", f"{first.shape[1]}x{first.shape[0]}", "-r", f"{1 / interval:g}", "-i", "-"),
+        # What every player understands: an even number of pixels, colours at half of them.
+        *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"),
+        *("-movflags", "+faststart", f"file:{path}"),
+    ]
+    with tempfile.TemporaryFile() as said:
+        with (
+            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said) as process,
+            suppress(BrokenPipeError),  # when ffmpeg has ended, and said why
+            cast(IO[bytes], process.stdin) as pipe,
+        ):
+            for picture in chain([first], pictures):
+                pipe.write(picture.tobytes())
+        if process.returncode:
+            said.seek(0)
+            lines = said.read().decode(errors="replace").splitlines()
+            raise OSError(f"ffmpeg: {lines[0] if lines else 'failed'}")

@@ -1,0 +1,252 @@
+"""Where labels go so that none covers another: pure geometry, in units of 1/72 inch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from math import cos, inf, pi, prod, sin
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Points: TypeAlias = npt.NDArray[np.float64]
+"""Places, one in each row."""
+
+Place: TypeAlias = tuple[float, float]
+
+DISTANCES = (12, 20, 32, 48, 70, 95, 125, 160, 200, 250)
+"""How far from its place a label with a leader may be."""
+
+NEAR_DISTANCES = (4, 6)
+"""The same for one without."""
+
+DIRECTIONS = 24
+"""In so many directions from it."""
+
+COVERED, CROSSED, MISSING = 12, 60, 10_000
+"""As bad as so much more distance: a point covered, a leader or an anchor crossed, no label."""
+
+NEAR, OWN = 4, 10
+"""What is nearer to a label or its leader than this is covered, but for what is at its anchor."""
+
+ROUNDS = 3
+"""So often each label looks for a better place, now that the others have theirs."""
+
+HOOK = 20
+"""How far from its corner a leader meets a label at most."""
+
+
+class Box(NamedTuple):
+    """A rectangle: where it begins and ends."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    def holds(self, points: Points) -> npt.NDArray[np.bool_]:
+        """Which points are in it."""
+        x, y = points[:, 0], points[:, 1]
+        inside: npt.NDArray[np.bool_] = (
+            (x > self.left) & (x < self.right) & (y > self.bottom) & (y < self.top)
+        )
+        return inside
+
+    def meets(self, other: Box) -> bool:
+        """Whether they overlap."""
+        return (
+            self.left < other.right
+            and other.left < self.right
+            and self.bottom < other.top
+            and other.bottom < self.top
+        )
+
+    def is_within(self, other: Box) -> bool:
+        """Whether nothing of it is outside another."""
+        return (
+            other.left <= self.left
+            and self.right <= other.right
+            and other.bottom <= self.bottom
+            and self.top <= other.top
+        )
+
+    def grown(self, by: float) -> Box:
+        """The same with more on all sides."""
+        return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
+
+    def hook(self) -> Place:
+        """Where its leader ends: at the first line, near the beginning."""
+        width, height = self.right - self.left, self.top - self.bottom
+        return self.left + min(width / 2, HOOK), self.top - min(height / 2, HOOK / 2)
+
+
+class Wish(NamedTuple):
+    """A label that looks for its place.
+
+    Attributes:
+        anchor: what it names.
+        size: its width and height.
+        leader: whether a line leads from it to its anchor; else it must be near and cover nothing.
+    """
+
+    anchor: Place
+    size: tuple[float, float]
+    leader: bool
+
+
+class Option(NamedTuple):
+    """A place that a label may have.
+
+    Attributes:
+        cost: how bad it is.
+        box: the place.
+        leader: points of the line to it, if there is one.
+        around: what the two of them take up.
+    """
+
+    cost: float
+    box: Box
+    leader: Points
+    around: Box
+
+    def excludes(self, other: Option) -> bool:
+        """Whether one of them would cover the other, or the line that leads to it."""
+        return self.around.meets(other.around) and (
+            self.box.meets(other.box)
+            or bool(self.box.holds(other.leader).any())
+            or bool(other.box.holds(self.leader).any())
+        )
+
+
+def place(
+    wishes: Sequence[Wish], avoid: Points, taken: Sequence[Box], area: Box
+) -> list[Box | None]:
+    """Find a place for each label near what it names.
+
+    Args:
+        wishes: the labels.
+        avoid: points that should rather not be covered.
+        taken: where no label may be.
+        area: where labels may be.
+
+    Returns:
+        The place of each; None if there is no room for it. Labels do not overlap, nor does the
+        line from a label to its anchor cross another label.
+    """
+    anchors = np.reshape([wish.anchor for wish in wishes], (-1, 2))
+    options = [
+        [o for o in _options(wish, anchors, avoid, area) if not any(map(o.box.meets, taken))]
+        for wish in wishes
+    ]
+    numbers = range(len(wishes))
+    # Those that must be near come first. Among the others no order is always the best.
+    orders = (
+        sorted(numbers, key=lambda i: (wishes[i].leader, -prod(wishes[i].size))),
+        sorted(numbers, key=lambda i: (wishes[i].leader, i)),
+        sorted(numbers, key=lambda i: (wishes[i].leader, -i)),
+    )
+    layouts = [_layout(options, order) for order in orders]
+    return [option and option.box for option in min(layouts, key=_total)]
+
+
+def _options(wish: Wish, anchors: Points, avoid: Points, area: Box) -> list[Option]:
+    """The places that a label may have while there are no others, the best first."""
+    strange = anchors[np.abs(anchors - wish.anchor).max(axis=1) > OWN]
+    options = [
+        _option(wish, box, distance + _harm(wish, box, strange, avoid))
+        for distance, box in _around(wish)
+        if box.is_within(area)
+    ]
+    allowed = inf if wish.leader else COVERED
+    return sorted((o for o in options if o.cost < allowed), key=lambda option: option.cost)
+
+
+def _option(wish: Wish, box: Box, cost: float) -> Option:
+    """A place and its cost, with what both the label and its leader take up."""
+    leader = _leader(wish, box)
+    (left, bottom), (right, top) = leader.min(axis=0, initial=inf), leader.max(axis=0, initial=-inf)
+    around = Box(
+        min(left, box.left), min(bottom, box.bottom), max(right, box.right), max(top, box.top)
+    )
+    return Option(cost, box, leader, around)
+
+
+def _around(wish: Wish) -> Iterator[tuple[float, Box]]:
+    """Boxes around an anchor, with their distances from it."""
+    (x, y), (width, height) = wish.anchor, wish.size
+    for distance in DISTANCES if wish.leader else NEAR_DISTANCES:
+        for angle in (2 * pi * direction / DIRECTIONS for direction in range(DIRECTIONS)):
+            left = x + cos(angle) * (distance + width / 2) - width / 2
+            bottom = y + sin(angle) * (distance + height / 2) - height / 2
+            yield distance, Box(left, bottom, left + width, bottom + height)
+
+
+def _harm(wish: Wish, box: Box, strange: Points, avoid: Points) -> float:
+    """How bad it is what a label and its leader would cover: anchors of others, and points."""
+    with_air, leader = box.grown(NEAR if wish.leader else 0), _leader(wish, box)
+    own = np.abs(leader - wish.anchor).max(axis=1, initial=0) < OWN if len(leader) else []
+    covered = int(with_air.holds(avoid).sum()) + _touched(leader[~np.array(own, bool)], avoid)
+    crossed = int(with_air.holds(strange).sum()) + _touched(leader, strange)
+    return COVERED * covered + CROSSED * crossed
+
+
+def _leader(wish: Wish, box: Box) -> Points:
+    """Points on the line from an anchor to its label, if there is one."""
+    if not wish.leader:
+        return np.empty((0, 2))
+    points: Points = np.linspace(wish.anchor, box.hook(), 25)
+    return points
+
+
+def _touched(leader: Points, places: Points) -> int:
+    """How many points of a leader are near to one of the places."""
+    if not (len(leader) and len(places)):
+        return 0
+    low, high = leader.min(axis=0), leader.max(axis=0)
+    near = places[Box(*low, *high).grown(NEAR).holds(places)]
+    away = np.abs(leader[:, np.newaxis] - near).max(axis=2)
+    return int((away < NEAR).any(axis=1).sum())
+
+
+def _layout(options: Sequence[Sequence[Option]], order: Sequence[int]) -> list[Option | None]:
+    """Let the labels choose one after the other, and choose again when the others have."""
+    chosen: list[Option | None] = [None] * len(options)
+    for _ in range(ROUNDS):
+        for index in order:
+            others = [o for n, o in enumerate(chosen) if o and n != index]
+            chosen[index] = _best(options[index], others)
+    return chosen
+
+
+def _best(options: Sequence[Option], others: Sequence[Option]) -> Option | None:
+    least, best = inf, None
+    for option in options:
+        if option.cost >= least:
+            break
+        if not any(option.excludes(other) for other in others):
+            cost = option.cost + CROSSED * sum(_cross(option, o) for o in others)
+            if cost < least:
+                least, best = cost, option
+    return best
+
+
+def _total(layout: Sequence[Option | None]) -> float:
+    placed = [option for option in layout if option]
+    crossed = sum(_cross(a, b) for a, b in combinations(placed, 2))
+    missing = len(layout) - len(placed)
+    return sum(o.cost for o in placed) + CROSSED * crossed + MISSING * missing
+
+
+def _cross(option: Option, another: Option) -> bool:
+    """Whether their leaders cross."""
+    one, other = option.leader, another.leader
+    if not (len(one) and len(other) and option.around.meets(another.around)):
+        return False
+
+    def side(line: Points, point: npt.NDArray[np.float64]) -> float:
+        (ax, ay), (bx, by) = line[-1] - line[0], point - line[0]
+        return float(ax * by - ay * bx)
+
+    apart = side(one, other[0]) * side(one, other[-1])
+    return apart <= 0 and side(other, one[0]) * side(other, one[-1]) <= 0

@@ -1,0 +1,163 @@
+"""The picture of a trip at any moment of it. Needs matplotlib."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from voz.config import Simulator
+from voz.robot.drawing import shapes
+from voz.robot.drawing.milestones import distance, pointings, seconds_between, time_marks
+from voz.robot.drawing.writing import write_along
+from voz.robot.simulator import Trip
+from voz.simulation.world import State
+
+WIDEST, HIGHEST = 7.8, 6.4
+"""Of the room in the picture, inches; the smaller scale counts."""
+
+LEFT, RIGHT, BOTTOM, TOP = 0.5, 0.2, 0.65, 0.4
+"""Margins around the room, inches."""
+
+DPI = 150
+"""Pixels in an inch of a PNG."""
+
+NARROWEST = 7.5
+"""Of the picture, inches: the legend needs it."""
+
+STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
+    "font.size": 9,
+    "svg.hashsalt": "voz",  # the same trip gives the same file
+    "text.parse_math": False,  # a command with $ in it is no formula
+}
+
+
+class Scene:
+    """A figure of the room, and what of it changes with time."""
+
+    def __init__(self, trip: Trip, dpi: int) -> None:
+        """Draw what does not change.
+
+        Args:
+            trip: what to draw.
+            dpi: pixels in an inch.
+        """
+        self._trip = trip
+        self._times = [state.t for state in trip.states]
+        self._way = np.array([state.pose[:2] for state in trip.states])
+        self._dots = time_marks(trip.states)
+        self._pointings = pointings(trip)
+        self._moment: list[Artist] = []
+        with rc_context(STYLE):
+            self.figure, self._axes = _empty(trip.settings, dpi)
+            self.canvas: Any = FigureCanvasAgg(self.figure)  # its methods have no types
+            things = shapes.draw_room(self._axes, trip.settings)
+            self._collisions = shapes.draw_collisions(self._axes, trip.collisions)
+            self._labels = write_along(self._axes, self.canvas, trip, self._dots, things)
+            self._title = self._axes.set_title("", loc="left", fontsize=11)
+            self._write_legend()
+
+    def show(self, t: float) -> list[Artist]:
+        """Show the state of a time.
+
+        Args:
+            t: s; the end of the trip, or later, shows all of it.
+
+        Returns:
+            All that another time changes, in the order in which it is drawn.
+        """
+        count = max(1, bisect_right(self._times, t))
+        for artist in self._moment:
+            artist.remove()
+        for label in self._labels:
+            label.show(t)
+        for since, cross in self._collisions:
+            cross.set_visible(since <= t)
+        self._title.set_text(self._summary(self._trip.states[count - 1], t))
+        with rc_context(STYLE):
+            self._moment = self._draw(count, t)
+        lasting = [artist for label in self._labels for artist in label.artists]
+        lasting += [self._title, *(cross for _, cross in self._collisions)]
+        return sorted(self._moment + lasting, key=Artist.get_zorder)
+
+    def _draw(self, count: int, t: float) -> list[Artist]:
+        axes, settings, states = self._axes, self._trip.settings, self._trip.states
+        state = states[count - 1]
+        dots = np.array([(dot.x, dot.y) for dot in self._dots if dot.t <= t]).reshape(-1, 2)
+        artists = [shapes.draw_outline(axes, states[0].pose, settings)]
+        artists += axes.plot(*self._way[:count].T, color=shapes.WAY, lw=2.2, zorder=4.5)
+        artists += axes.plot(*dots.T, ls="", zorder=4.5, **shapes.DOT)
+        for earlier in self._pointings:
+            if earlier.t < state.t:
+                artists.append(shapes.draw_outline(axes, earlier.pose, settings))
+                artists += shapes.draw_arm(axes, earlier, settings, alpha=0.4)
+        artists += shapes.draw_robot(axes, state.pose, settings)
+        return artists + shapes.draw_arm(axes, state, settings)
+
+    def _summary(self, state: State, t: float) -> str:
+        end = self._times[-1]
+        if t < end:
+            motion = f"{state.linear:.2f} m/s    {state.angular:.2f} rad/s"
+            return f"{t:.1f} s    {motion}".replace("-", "\u2212")
+        said, shown = len(self._trip.said), sum(label.commands for label in self._labels)
+        commands = f"{said} command{'' if said == 1 else 's'}"
+        if shown < said:
+            commands += f", {shown} of them shown"
+        return f"{distance(self._trip.states):.2f} m in {end:.0f} s, driven by {commands}"
+
+    def _write_legend(self) -> None:
+        """Say below the room what the marks mean, as far as there are any."""
+
+        def sign(**look: Any) -> Line2D:
+            return Line2D([], [], **look)
+
+        entries = {"start": sign(ls="", marker="o", ms=11, mfc="none", mec=shapes.FAINT, mew=1.2)}
+        if self._trip.said:
+            entries["a command heard"] = sign(ls="", marker="o", ms=7.5, color=shapes.SAID)
+        if len(self._dots) > 1:
+            every = f"a mark every {seconds_between(self._dots):g} s"
+            entries[every] = sign(color=shapes.WAY, lw=2.2, **shapes.DOT)
+        if self._pointings:
+            entries["the arm points"] = sign(color=shapes.ARM, **shapes.RAY)
+        if self._trip.collisions:
+            entries["a collision"] = sign(**shapes.CROSS)
+        self.figure.legend(
+            list(entries.values()), list(entries), loc="lower center", ncols=len(entries),
+            frameon=False, columnspacing=2, handletextpad=0.7,
+        )  # fmt: skip
+
+
+def _empty(settings: Simulator, dpi: int) -> tuple[Figure, Axes]:
+    """A figure with nothing on it, as large as the room asks for."""
+    scale = min(WIDEST / settings.room[0], HIGHEST / settings.room[1])
+    width, height = settings.room[0] * scale, settings.room[1] * scale
+    total = max(LEFT + width + RIGHT, NARROWEST), BOTTOM + height + TOP
+    figure = Figure(figsize=total, dpi=dpi)
+    place = (LEFT / total[0], BOTTOM / total[1], width / total[0], height / total[1])
+    return figure, figure.add_axes(place)
+
+
+def save(trip: Trip, path: Path) -> None:
+    """Write the picture of a whole trip.
+
+    Args:
+        trip: what to draw.
+        path: where to; its ending decides the format.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    scene = Scene(trip, DPI)
+    scene.show(trip.states[-1].t)
+    # Without the time of writing, so that the same trip gives the same file.
+    nothing = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
+    with rc_context(STYLE):
+        scene.figure.savefig(path, metadata=nothing)

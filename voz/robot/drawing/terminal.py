@@ -1,0 +1,144 @@
+"""The room in a terminal, in braille dots: a pure function of what there is to see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, cos, hypot, pi, sin
+
+from rich.text import Text
+
+from voz.config import Simulator
+from voz.simulation.arm import points
+from voz.simulation.world import State, place_of
+
+COLUMNS, ROWS = 2, 4
+"""Dots in a character; they are about as far apart across as down."""
+
+BRAILLE = 0x2800
+"""The character without a dot."""
+
+BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+"""What each dot adds to it, by row and column."""
+
+WALL, TABLE, WAY, BODY = "dim", "yellow", "blue", "bold cyan"
+ARM, RAY = "bold magenta", "magenta"
+OBJECTS = (("B", "bold yellow"), ("C", "bold red"))
+
+RAY_EVERY = 3.0
+"""From dot to dot of the line to what the arm points at, in dots."""
+
+CIRCLE = 90
+"""Dots around the base."""
+
+MOST_PLACES = 2000
+"""So many places of a way are drawn; more are not to be told apart."""
+
+
+class Dots:
+    """Dots of different styles; in a character the last one counts."""
+
+    def __init__(self, width: int, height: int, room: tuple[float, float]) -> None:
+        """Choose the scale so that a room fits.
+
+        Args:
+            width: in characters.
+            height: in characters.
+            room: sizes along x and y, m.
+        """
+        self._size = width, height
+        across, down = width * COLUMNS - 1, height * ROWS - 1
+        self._per_metre = min(across / room[0], down / room[1])
+        self._top = round(room[1] * self._per_metre)
+        self._bits: dict[tuple[int, int], int] = {}
+        self._styles: dict[tuple[int, int], str] = {}
+        self._letters: dict[tuple[int, int], str] = {}
+
+    def dot(self, x: float, y: float, style: str) -> None:
+        """Draw a dot at a place, m; one outside is not seen."""
+        cell, row, column = self._cell(x, y)
+        self._bits[cell] = self._bits.get(cell, 0) | BITS[row][column]
+        self._styles[cell] = style
+
+    def line(
+        self, start: Sequence[float], end: Sequence[float], style: str, every: float = 1.0
+    ) -> None:
+        """Draw a straight line between two places, m, with a dot at every so many."""
+        length = hypot(end[0] - start[0], end[1] - start[1])
+        steps = max(1, ceil(length * self._per_metre / every))
+        for step in range(steps + 1):
+            share = step / steps
+            x = start[0] + (end[0] - start[0]) * share
+            self.dot(x, start[1] + (end[1] - start[1]) * share, style)
+
+    def rectangle(self, x: float, y: float, width: float, depth: float, style: str) -> None:
+        """Draw the edges of a rectangle, m."""
+        for side in (0.0, 1.0):
+            dx, dy = width * side, depth * side
+            self.line((x + dx, y), (x + dx, y + depth), style)
+            self.line((x, y + dy), (x + width, y + dy), style)
+
+    def letter(self, x: float, y: float, letter: str, style: str) -> None:
+        """Write a letter at a place, m, over the dots that are there."""
+        cell, _, _ = self._cell(x, y)
+        self._letters[cell] = letter
+        self._styles[cell] = style
+
+    def text(self) -> Text:
+        """All of it, in lines of the same length."""
+        width, height = self._size
+        lines = (
+            Text.assemble(*(self._character((column, row)) for column in range(width)))
+            for row in range(height)
+        )
+        return Text("\n", no_wrap=True, end="").join(lines)
+
+    def _cell(self, x: float, y: float) -> tuple[tuple[int, int], int, int]:
+        """The character of a place, and the row and column of its dot there."""
+        across, down = round(x * self._per_metre), self._top - round(y * self._per_metre)
+        return (across // COLUMNS, down // ROWS), down % ROWS, across % COLUMNS
+
+    def _character(self, cell: tuple[int, int]) -> tuple[str, str]:
+        dots = chr(BRAILLE + self._bits[cell]) if cell in self._bits else " "
+        return self._letters.get(cell, dots), self._styles.get(cell, "")
+
+
+def draw_in_text(
+    settings: Simulator, state: State, way: Sequence[State], width: int, height: int
+) -> Text:
+    """Draw the room from above.
+
+    Args:
+        settings: the room.
+        state: where the robot and its arm are now.
+        way: where it was before.
+        width: of the drawing, in characters.
+        height: the same; the room keeps its proportions, so that one of the two may be too much.
+
+    Returns:
+        So many lines of so many characters.
+    """
+    dots = Dots(width, height, settings.room)
+    dots.rectangle(0, 0, *settings.room, WALL)
+    dots.rectangle(*settings.table, TABLE)
+    for past in way[:: len(way) // MOST_PLACES + 1]:
+        dots.dot(past.pose.x, past.pose.y, WAY)
+    _draw_robot(dots, state, settings)
+    for (letter, style), place in zip(OBJECTS, (settings.beer, settings.cocacola), strict=True):
+        dots.letter(*place, letter, style)
+    return dots.text()
+
+
+def _draw_robot(dots: Dots, state: State, settings: Simulator) -> None:
+    """Draw the base, a line to where it looks, and the arm with a thin line to its object."""
+    x, y, heading = state.pose
+    radius = settings.radius
+    for number in range(CIRCLE):
+        turn = 2 * pi * number / CIRCLE
+        dots.dot(x + radius * cos(turn), y + radius * sin(turn), BODY)
+    dots.line((x, y), (x + radius * cos(heading), y + radius * sin(heading)), BODY)
+    shoulder, elbow, hand = points(state.pose, state.arm)
+    target = place_of(state.selected, settings)
+    if target:
+        dots.line(hand, target, RAY, every=RAY_EVERY)
+    dots.line(shoulder, elbow, ARM)
+    dots.line(elbow, hand, ARM)

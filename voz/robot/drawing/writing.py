@@ -1,0 +1,179 @@
+"""What is written into the picture: the commands and times along the way. Needs matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, pi, sin
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+
+from voz.robot.drawing import shapes
+from voz.robot.drawing.labels import Box, Points, Wish, place
+from voz.robot.drawing.milestones import TimeMark, pointings, same_place
+from voz.robot.simulator import Mark, Trip
+from voz.simulation.world import place_of
+
+MOST_LINES = 10
+"""In a label; of more commands in a place it says how many they are."""
+
+MOST_LABELS = 60
+"""So many of the last places have labels at most: far more than there is room for."""
+
+FIGURE_SPACE = "\u2007"
+"""As wide as a digit: numbers below each other stand right."""
+
+AIR, FRAME = 1.0, 5.0
+"""Around a label without and with a frame, 1/72 inch."""
+
+
+WALL = 4.0
+"""From the middle of a wall to the nearest label, 1/72 inch."""
+
+BESIDE = 20.0
+"""Of the margin on the right, 1/72 inch, nothing is used."""
+
+_SAID: Any = {"color": shapes.SAID, "zorder": 7, "clip_on": False}
+
+
+class Label:
+    """Some lines beside the way, which appear one after the other."""
+
+    def __init__(self, axes: Axes, lines: Sequence[Mark], commands: int = 0) -> None:
+        """Write it, wherever that is.
+
+        Args:
+            axes: what to write on.
+            lines: the text of each line, the time since when it is there and what place it names.
+            commands: how many it tells; with any it has a frame, a dot at its place, and a line
+                between them.
+        """
+        self.place = lines[0].x, lines[0].y
+        self._lines = lines
+        self._axes = axes
+        look: Any = {"fontsize": 8, "color": shapes.WAY}
+        if commands:
+            frame = {"boxstyle": "round,pad=0.25", "fc": "white", "ec": "#b8b8b8", "lw": 0.8}
+            look = {"fontsize": 9, "bbox": frame, "linespacing": 1.25}
+        text = "\n".join(line.text for line in lines)
+        self._text = axes.text(*self.place, text, va="top", zorder=8, **look)
+        self.commands = commands
+        self.air = FRAME if commands else AIR
+        self.artists: list[Artist] = [self._text]
+
+    def size(self, canvas: Any) -> tuple[float, float]:
+        """Its width and height with some air around it, 1/72 inch."""
+        box = self._text.get_window_extent(canvas.get_renderer())
+        point = canvas.figure.dpi / 72
+        return box.width / point + 2 * self.air, box.height / point + 2 * self.air
+
+    def put(self, corner: tuple[float, float], hook: tuple[float, float]) -> None:
+        """Move it to a place, m.
+
+        Args:
+            corner: its upper left one.
+            hook: where the line to it ends.
+        """
+        self._text.set_position(corner)
+        if self.commands:
+            (x, y), look = self.place, _SAID
+            (leader,) = self._axes.plot([x, hook[0]], [y, hook[1]], lw=1, alpha=0.7, **look)
+            (dot,) = self._axes.plot(x, y, "o", ms=7.5, mec="white", mew=1, **look)
+            self.artists += [leader, dot]
+
+    def remove(self) -> None:
+        """Take it away: there is no room for it."""
+        self._text.remove()
+        self.artists = []
+
+    def show(self, t: float) -> None:
+        """Show the lines that are there at a time, s."""
+        shown = [line.text for line in self._lines if line.t <= t]
+        self._text.set_text("\n".join(shown))
+        for artist in self.artists:
+            artist.set_visible(bool(shown))
+
+
+def write_along(
+    axes: Axes, canvas: Any, trip: Trip, dots: Sequence[TimeMark], taken: Sequence[Artist]
+) -> list[Label]:
+    """Write the commands and the times beside the way, so that no text covers another.
+
+    Args:
+        axes: the room.
+        canvas: what measures the texts.
+        trip: what was said where.
+        dots: the time marks.
+        taken: what no label may cover.
+
+    Returns:
+        The labels; those that find no room are left out.
+    """
+    groups = [[Mark(*dot)] for dot in dots if dot.text]
+    labels = [Label(axes, group) for group in groups]
+    said = same_place(trip.said)[-MOST_LABELS:]
+    labels += [Label(axes, _lines(group), len(group)) for group in said]
+    point = canvas.figure.dpi / 72
+
+    def on_paper(places: npt.ArrayLike) -> Points:
+        pixels: Points = axes.transData.transform(places) / point
+        return pixels
+
+    def in_room(x: float, y: float) -> tuple[float, float]:
+        place = axes.transData.inverted().transform((x * point, y * point))
+        return float(place[0]), float(place[1])
+
+    (left, bottom), (right, top) = on_paper([(0, 0), trip.settings.room])
+    right = max(right, canvas.figure.bbox.width / point - BESIDE)  # beside a narrow room is space
+    boxes = [Box(*artist.get_window_extent().extents / point) for artist in taken]
+    wishes = [
+        Wish(tuple(on_paper(label.place)), label.size(canvas), label.commands > 0)
+        for label in labels
+    ]
+    area = Box(left + WALL, bottom + WALL, right - WALL, top - WALL)
+    places = place(wishes, on_paper(_busy(trip)), boxes, area)
+    for label, box in zip(labels, places, strict=True):
+        if box is None:
+            label.remove()
+        else:
+            label.put(in_room(box.left + label.air, box.top - label.air), in_room(*box.hook()))
+    return [label for label in labels if label.artists]
+
+
+def _lines(group: Sequence[Mark]) -> list[Mark]:
+    """The commands of one place with their times; of too many, the first ones."""
+    width = len(f"{group[-1].t:.1f}")
+    lines = [
+        mark._replace(text=f"{f'{mark.t:.1f}'.rjust(width, FIGURE_SPACE)} s  {mark.text}")
+        for mark in group
+    ]
+    if len(lines) <= MOST_LINES:
+        return lines
+    first = lines[: MOST_LINES - 1]
+    more = lines[MOST_LINES - 1]
+    return [*first, more._replace(text=f"and {len(lines) - len(first)} more")]
+
+
+def _busy(trip: Trip) -> Points:
+    """Places in the room that labels should rather not cover, m."""
+    settings, states = trip.settings, trip.states
+    x, y, along, across = settings.table
+    busy = [(x + along * i / 20, y + across * j / 20) for i in range(21) for j in range(21)]
+    for share, pose in [(1.0, states[0].pose), *((s, states[-1].pose) for s in (0.3, 0.6, 1.0))]:
+        radius, turns = settings.radius * share, [2 * pi * i / 32 for i in range(32)]
+        busy += [(pose.x + radius * cos(turn), pose.y + radius * sin(turn)) for turn in turns]
+    for state in pointings(trip):
+        target = place_of(state.selected, settings) or (state.pose.x, state.pose.y, 0.0)
+        busy += list(
+            zip(
+                np.linspace(state.pose.x, target[0], 60),
+                np.linspace(state.pose.y, target[1], 60),
+                strict=True,
+            )
+        )
+    busy += [(settings.room[0], settings.room[1] * i / 50) for i in range(51)]
+    busy += [state.pose[:2] for state in states[:: max(1, len(states) // 400)]]
+    return np.array(busy)

@@ -1,0 +1,142 @@
+"""A robot that is not there: it drives through a simulated room and remembers how."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+import msgspec
+from msgspec.structs import replace
+
+from voz.config import Simulator
+from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.simulation.world import State, gap, start, step
+
+DT = 0.01
+"""The time step, s. It is the same whenever events come, so that a run can be repeated exactly."""
+
+STEPS_KEPT = 5
+"""Every so many steps the state is remembered, if it is another than before: 20 in a second."""
+
+MOST_KEPT = 72_000
+"""So many states are remembered, an hour of motion; then the oldest go. So do commands."""
+
+
+class Mark(NamedTuple):
+    """Something that happened on the way: when (s), where (m), and what was said or hit."""
+
+    t: float
+    x: float
+    y: float
+    text: str
+
+
+class Trip(msgspec.Struct, frozen=True):
+    """What a simulated robot did; pictures are drawn from it.
+
+    Attributes:
+        settings: the room.
+        states: one after the other, only where something changed; the first is the start and the
+            last is how everything is now.
+        said: the commands that were obeyed.
+        collisions: what the base drove into.
+    """
+
+    settings: Simulator
+    states: tuple[State, ...]
+    said: tuple[Mark, ...] = ()
+    collisions: tuple[Mark, ...] = ()
+
+
+class SimulatedRobot:
+    """Follows the events through the room. The room's time is the events' own."""
+
+    def __init__(
+        self, settings: Simulator, warn: Callable[[Warning], None] = lambda _: None
+    ) -> None:
+        """Put the robot into its room.
+
+        Args:
+            settings: the room and the robot's limits.
+            warn: called once for each collision, with its time, from within `receive`.
+        """
+        self._settings = settings
+        self._warn = warn
+        self._now = start(settings), Twist(0.0, 0.0, 0.0)
+        self._steps = 0
+        self._states: deque[State] = deque([self._now[0]], MOST_KEPT)
+        self._said: deque[Mark] = deque(maxlen=MOST_KEPT)
+        self._collisions: deque[Mark] = deque(maxlen=MOST_KEPT)
+
+    def receive(self, event: Event) -> None:
+        """Let the time until the event pass, then follow it."""
+        self._advance(event.t)
+        state, twist = self._now
+        if isinstance(event, Twist):
+            self._now = state, event
+        elif isinstance(event, SelectedObject):
+            self._now = replace(state, selected=event.value), twist
+        elif isinstance(event, Utterance) and event.accepted:
+            self._said.append(Mark(event.t, state.pose.x, state.pose.y, event.text))
+
+    def state_at(self, t: float) -> State:
+        """How everything is at a time, if nothing more comes until then; this changes nothing.
+
+        Args:
+            t: a time after the last event, s; for an earlier one it is the state after that event.
+        """
+        state, twist = self._now
+        while state.t < t - DT / 2:
+            following = step(state, twist, DT, self._settings)
+            if _is_same(state, following):
+                return replace(state, t=t)
+            state = following
+        return state
+
+    def come_to_rest(self) -> None:
+        """Let time pass until nothing moves any more: without new events, soon."""
+        while self._step():
+            pass
+
+    def trip(self) -> Trip:
+        """What happened so far."""
+        now, states = self._now[0], tuple(self._states)
+        if states[-1] != now:
+            states = (*states, now)
+        return Trip(self._settings, states, tuple(self._said), tuple(self._collisions))
+
+    def _advance(self, t: float) -> None:
+        while self._now[0].t < t - DT / 2:
+            if not self._step():
+                # Nothing will happen until then, however long it is.
+                state, twist = self._now
+                self._now = replace(state, t=round(t / DT) * DT), twist
+                return
+
+    def _step(self) -> bool:
+        """Let one time step pass, and tell whether anything changed in it."""
+        before, twist = self._now
+        state = step(before, twist, DT, self._settings)
+        if _is_same(before, state):
+            if not _is_same(before, self._states[-1]):
+                self._states.append(before)
+            return False
+        self._now = state, twist
+        self._steps += 1
+        if self._steps % STEPS_KEPT == 0:
+            self._states.append(state)
+        if state.collided and not before.collided:
+            self._collide(state)
+        return True
+
+    def _collide(self, state: State) -> None:
+        hit, pose = gap(state.pose, self._settings).to, state.pose
+        self._collisions.append(Mark(round(state.t, 3), pose.x, pose.y, hit))
+        where = f"x {pose.x:.2f} m, y {pose.y:.2f} m"
+        text = f"the robot hit {hit} at {where} and stopped: drive it away or rotate it"
+        self._warn(Warning(round(state.t, 3), text))
+
+
+def _is_same(before: State, after: State) -> bool:
+    return replace(after, t=before.t) == before

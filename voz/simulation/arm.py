@@ -1,0 +1,85 @@
+"""An arm of two links on the robot's centre: which angles point at a place, and where it then is.
+
+The shoulder pans (rad, to the left of the robot's front) and tilts (rad, up from the horizontal);
+the elbow bends the forearm further up (rad, 0 is straight).
+"""
+
+from __future__ import annotations
+
+from math import atan2, copysign, cos, hypot, sin
+from typing import NamedTuple, TypeAlias
+
+from voz.simulation.base import Pose, wrapped
+
+SHOULDER_HEIGHT = 0.35
+"""Of the shoulder above the floor, m."""
+
+LINK = 0.22
+"""Length of the upper arm and of the forearm, m: short enough to be folded above a small base."""
+
+Point: TypeAlias = tuple[float, float, float]
+"""x, y and height, m."""
+
+
+class Joints(NamedTuple):
+    """The three angles, rad."""
+
+    pan: float
+    tilt: float
+    elbow: float
+
+
+FOLDED = Joints(0.0, 2.3, -2.8)
+"""The upper arm up and back, the forearm down to the front: all of it above the base."""
+
+
+def pointing(pose: Pose, target: Point) -> Joints:
+    """Stretch the arm towards a place.
+
+    Args:
+        pose: where the robot is.
+        target: where to point, in the room.
+    """
+    dx, dy, dz = target[0] - pose.x, target[1] - pose.y, target[2] - SHOULDER_HEIGHT
+    return Joints(wrapped(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
+
+
+def moved(joints: Joints, wanted: Joints, most: float) -> Joints:
+    """Turn each joint towards the angle wanted, by no more than so many rad; the pan the short way.
+
+    Args:
+        joints: the angles now.
+        wanted: where they shall be.
+        most: how far a joint turns at most, rad.
+    """
+
+    def turned(angle: float, wanted: float, by: float) -> float:
+        return wanted if abs(by) <= most else angle + copysign(most, by)
+
+    return Joints(
+        wrapped(turned(joints.pan, wanted.pan, wrapped(wanted.pan - joints.pan))),
+        turned(joints.tilt, wanted.tilt, wanted.tilt - joints.tilt),
+        turned(joints.elbow, wanted.elbow, wanted.elbow - joints.elbow),
+    )
+
+
+def points(pose: Pose, joints: Joints) -> tuple[Point, Point, Point]:
+    """Where shoulder, elbow and hand are in the room.
+
+    Args:
+        pose: where the robot is.
+        joints: the angles of its arm.
+    """
+    direction = pose.heading + joints.pan
+
+    def link(start: Point, elevation: float) -> Point:
+        flat = LINK * cos(elevation)
+        return (
+            start[0] + flat * cos(direction),
+            start[1] + flat * sin(direction),
+            start[2] + LINK * sin(elevation),
+        )
+
+    shoulder = (pose.x, pose.y, SHOULDER_HEIGHT)
+    elbow = link(shoulder, joints.tilt)
+    return shoulder, elbow, link(elbow, joints.tilt + joints.elbow)

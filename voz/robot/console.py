@@ -22,10 +22,11 @@ class ConsoleRobot(Robot):
             if velocity == self._velocity:
                 return
             self._velocity = velocity
-        print(f"{event.t:7.1f} s  {_in_words(event)}", file=self._stream, flush=True)
+        print(f"{event.t:7.1f} s  {in_words(event)}", file=self._stream, flush=True)
 
 
-def _in_words(event: Event) -> str:
+def in_words(event: Event) -> str:
+    """Say what happened, without when."""
     if isinstance(event, Utterance):
         return _heard(event)
     if isinstance(event, Partial):

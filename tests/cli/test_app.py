@@ -22,7 +22,6 @@ from recordings import GO_BACK
         (["decode", "--config", "none.toml", GO_BACK], "none.toml: cannot be read"),
         (["decode", "--nonsense", GO_BACK], "--nonsense"),
         (["nonsense"], "nonsense"),
-        (["run"], "--wav"),
         (["run", "--text", "-", "--wav", GO_BACK], "either"),
         (["run", "--text", "none.txt"], "none.txt: cannot be read"),
         (["run", "--text", "README.md", "--events", "none/e.jsonl"], "none/e.jsonl: cannot be"),
@@ -38,7 +37,8 @@ def test_a_wrong_call_is_one_line(arguments: list[object], said: str, voz: Any) 
 
 
 @pytest.mark.parametrize(
-    "command", ["build-lm", "calibrate", "decode", "eval", "fit-confidence", "run", "say"]
+    "command",
+    ["build-lm", "calibrate", "decode", "devices", "eval", "fit-confidence", "run", "say"],
 )
 def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     result = voz(command, "--help")

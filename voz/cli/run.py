@@ -64,6 +64,7 @@ def run(
     """
     from voz import pipeline
     from voz.language.files import read_sentences
+    from voz.live.quiet import quiet_libraries
     from voz.robot.console import ConsoleRobot
 
     recordings = [*(wav or []), *(more or [])]
@@ -77,6 +78,8 @@ def run(
     language = options.language(settings)
     unreadable: list[str] = []
     with ExitStack() as files:
+        if live:
+            files.enter_context(quiet_libraries())
         lines: Iterable[str] = open_text(text, "r", files) if text else []
         if not text:
             place = _microphone(device) if live else "recordings"
@@ -155,4 +158,8 @@ def _with_learnt(known: Profile | None, path: Path) -> Profile:
 def _event_log(stream: IO[str]) -> Callable[[Event], None]:
     from voz.events import to_json
 
-    return lambda event: print(to_json(event), file=stream, flush=True)
+    def receive(event: Event) -> None:
+        stream.write(f"{to_json(event)}\n")  # at once: a signal ends the run between two calls
+        stream.flush()
+
+    return receive

@@ -14,6 +14,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.microphone import BLOCK_SECONDS, Microphone, listening
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
+from voz.live.ending import end_by_force
 from voz.live.messages import Inbox
 from voz.recognition.recognizer import Recognizer
 
@@ -28,6 +29,9 @@ MUTED = 5.0
 
 RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Pauses before a lost microphone is opened again, s; the last one goes on."""
+
+LOSS_TOLD_EVERY = 5.0
+"""Of sound that is lost block after block a user wants to read a line now and then, s."""
 
 CLOSING_TIME = 1.0
 """For the microphone to be closed, s; a sound server that hangs would never let go."""
@@ -90,11 +94,8 @@ class Hearing:
     ) -> None:
         self._closing.set()
         self._thread.join(CLOSING_TIME)
-
-    @property
-    def hangs(self) -> bool:
-        """Whether the sound system does not let go of the microphone."""
-        return self._thread.is_alive()
+        if self._thread.is_alive():
+            end_by_force(error)
 
     def trouble(self) -> str | None:
         """Tell why nothing is heard right now; None if all is well."""
@@ -126,6 +127,7 @@ class Hearing:
 
     def _begin(self, microphone: Microphone) -> None:
         self.device = microphone.name
+        microphone.alive = time.monotonic()  # to open it may have taken long
         self._microphone, self._problem = microphone, None
         self._opened.set()
 
@@ -148,7 +150,8 @@ class Hearing:
             begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
             for event in stream.feed(block):
                 self._inbox.put(self._now(event, begun))
-            self._busy_since = None
+            if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
+                self._busy_since = None
 
     def _now(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
         """Give what was heard the times of the run."""
@@ -167,13 +170,15 @@ class _Watch:
         self._inbox = inbox
         self._clock = clock
         self._lost = 0
+        self._loss_told = -LOSS_TOLD_EVERY  # when
         self._zeros = 0.0  # s
 
     def look_at(self, block: Samples, lost: int) -> float:
         """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
-        if lost > self._lost:
+        now = self._clock()
+        if lost > self._lost and now - self._loss_told >= LOSS_TOLD_EVERY:
             seconds = (lost - self._lost) * BLOCK_SECONDS
-            self._lost = lost
+            self._lost, self._loss_told = lost, now
             self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
         peak = float(np.abs(block).max(initial=0)) / 32768
         before = self._zeros

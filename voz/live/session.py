@@ -79,8 +79,9 @@ def run_live(
                 lambda: hearing.peak, lambda: drive.listening, lambda: line.text, hearing.device
             )
             told.append(display.receive)
-            parts.enter_context(drawn(display, terminal))
         drive = Drive(told, settings.safety, listening)
+        if terminal:
+            parts.enter_context(drawn(display, terminal))
         parts.enter_context(zero_at_the_end(lambda: drive.zero(stamp(clock()))))
         drive_live(drive, inbox, hearing.trouble, clock)
 

@@ -51,6 +51,7 @@ def drive(
         say = parts.enter_context(replies(settings.speech))
         parts.callback(robot.close)
         robot.open()
+        node.end_between_messages()
         driven = Drive([robot.receive, say, log], settings.safety, bool(switch("listening")))
         parts.enter_context(zero_at_the_end(lambda: driven.zero(stamp(clock()))))
         drive_live(driven, inbox, trouble, clock)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -11,6 +12,9 @@ from typing import Any
 
 from voz.errors import RobotError
 from voz.ros1.master import ask, master_uri
+
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that end a node."""
 
 LOOK = 0.1
 """How often the master is asked, s; with a beat of 0.1 s the robot stops in less than 0.5 s."""
@@ -52,6 +56,7 @@ class Node:
         self.name: str = rospy.get_name()
         self._rospy = rospy
         self._problem: str | None = None
+        self._asked_to_end = False
         self._ended = threading.Event()
         self._watch = threading.Thread(target=self._look, name="voz-ros-master", daemon=True)
         self._watch.start()
@@ -69,8 +74,17 @@ class Node:
 
     @property
     def over(self) -> bool:
-        """Whether somebody ended the node, as `rosnode kill` does."""
-        return bool(self._rospy.is_shutdown())
+        """Whether somebody ended the node, by a signal or `rosnode kill`."""
+        return self._asked_to_end or bool(self._rospy.is_shutdown())
+
+    def end_between_messages(self) -> None:
+        """Let signals only set `over` from now on: an exception would cut a message in two."""
+
+        def ask(*_: object) -> None:
+            self._asked_to_end = True
+
+        for number in ENDING:
+            signal.signal(number, ask)
 
     def trouble(self) -> str | None:
         """Tell why ROS cannot be reached now; None if all is well."""

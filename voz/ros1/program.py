@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import NoReturn
 
 from voz.errors import VozError
-from voz.ros1.node import Node
+from voz.live.quiet import quiet_libraries
+from voz.ros1.node import ENDING, Node
 
 WRONG_CALL = 2
 """Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
@@ -26,10 +27,10 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
         work: what it does.
     """
     sys.setswitchinterval(SWITCH)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in ENDING:
         signal.signal(number, lambda *_: sys.exit(0))
     try:
-        with Node(name, sys.argv[1:]) as node:
+        with quiet_libraries(), Node(name, sys.argv[1:]) as node:
             work(node)
     except VozError as error:
         print(f"{name}: {error}", file=sys.stderr)

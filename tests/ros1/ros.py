@@ -16,7 +16,10 @@ from typing import Any
 from recordings import ROOT
 
 HERE = Path(__file__).parent
-STRING = {"type": "std_msgs/String", "fields": [{"name": "data", "type": "string"}]}
+STRING = {
+    "type": "std_msgs/String",
+    "definitions": [{"definitions": [{"name": "data", "type": "string"}]}],
+}
 PATIENCE = 30.0  # s, for a machine that does much else
 
 

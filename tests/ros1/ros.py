@@ -96,6 +96,10 @@ class Program:
         eventually(lambda: text in self.text or self.process.poll() is not None)
         assert text in self.text, self.text
 
+    def type(self, line: str) -> None:
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+
     def wait(self) -> int:
         code = self.process.wait(PATIENCE)
         self._reader.join(PATIENCE)
@@ -138,8 +142,7 @@ class Client(Program):
         eventually(lambda: self.velocities(topic)[-1:] == [(linear, angular)])
 
     def publish(self, topic: str, **message: Any) -> None:
-        self.process.stdin.write(json.dumps({"topic": topic, **message}) + "\n")
-        self.process.stdin.flush()
+        self.type(json.dumps({"topic": topic, **message}))
 
     def say(self, text: str, topic: str = "/recognizer/output") -> None:
         """Publish what a recogniser does; before somebody subscribed nobody gets it."""

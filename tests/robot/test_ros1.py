@@ -14,9 +14,15 @@ import sys, time
 from voz.config import Ros1
 from voz.errors import RobotError
 from voz.events import *
+from voz.config import Simulator
 from voz.robot.ros1 import Ros1Robot
+from voz.robot.simulator import SimulatedRobot
 
-robot = Ros1Robot(Ros1(node="own", selected_object="arm"), arguments=["cmd_vel:=/base"])
+robot = Ros1Robot(
+    Ros1(node="own", selected_object="arm"),
+    arguments=["cmd_vel:=/base"],
+    where=SimulatedRobot(Simulator(start=(1.0, 0.5, 0.0))).state_at,
+)
 try:
     robot.open()
 except RobotError as error:
@@ -45,7 +51,7 @@ def robot(ros: Ros) -> Program:
 
 
 def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
-    client = ros.client("/base", "/arm", "/recognizer/output")
+    client = ros.client("/base", "/arm", "/recognizer/output", "/odom")
     driven = robot(ros)
 
     def arrives() -> bool:
@@ -60,6 +66,7 @@ def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
     client.wait_for_velocity(0, 0, "/base")
     assert set(client.velocities("/base")) == {(0.1, 0.05), (0, 0)}
     assert client.of("/arm") == [{"data": 1}]
+    assert client.of("/odom")[-1]["pose"]["pose"]["position"] == {"x": 1.0, "y": 0.5, "z": 0.0}
     assert client.of("/recognizer/output") == [{"data": "go back"}]
 
 

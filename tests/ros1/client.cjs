@@ -2,7 +2,7 @@
 //
 //   node client.cjs TOPIC...    prints each message as a line of JSON: topic, type, md5, at (s), data
 //
-// Lines of JSON on its input, {"topic": ..., "type": ..., "definitions": [...], "data": ...}, are published.
+// Lines of JSON on its input, {"topic": ..., "type": ..., "definition": ..., "data": ...}, are published.
 const { createServer } = require("node:net");
 const { createInterface } = require("node:readline");
 const { RosNode } = require("@foxglove/ros1");
@@ -32,9 +32,9 @@ async function main() {
     });
   }
   for await (const line of createInterface({ input: process.stdin })) {
-    const { topic, type, definitions, data } = JSON.parse(line);
+    const { topic, type, definition, data } = JSON.parse(line);
     if (!node.isAdvertising(topic)) {
-      await node.advertise({ topic, dataType: type, messageDefinition: definitions });
+      await node.advertise({ topic, dataType: type, messageDefinitionText: definition });
     }
     if (data !== undefined) {
       await node.publish(topic, data);

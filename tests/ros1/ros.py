@@ -16,10 +16,7 @@ from typing import Any
 from recordings import ROOT
 
 HERE = Path(__file__).parent
-STRING = {
-    "type": "std_msgs/String",
-    "definitions": [{"definitions": [{"name": "data", "type": "string"}]}],
-}
+STRING = {"type": "std_msgs/String", "definition": "string data\n"}
 PATIENCE = 30.0  # s, for a machine that does much else
 
 

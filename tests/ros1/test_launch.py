@@ -98,18 +98,11 @@ def test_the_simulator_stops_by_itself_when_whoever_drives_it_is_killed(ros: Ros
     eventually(lambda: speeds(watching)[-1] == 0)
 
 
-VECTOR = [{"name": axis, "type": "float64"} for axis in "xyz"]
 TWIST = {
     "type": "geometry_msgs/Twist",
-    "definitions": [
-        {
-            "definitions": [
-                {"name": name, "type": "geometry_msgs/Vector3", "isComplex": True}
-                for name in ("linear", "angular")
-            ]
-        },
-        {"name": "geometry_msgs/Vector3", "definitions": VECTOR},
-    ],
+    "definition": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n",
 }
 
 

@@ -42,7 +42,7 @@ class RemoteEars:
         self._clock = clock
         self._problem = ""
         self._told: float | None = None  # on the monotonic clock, s
-        self._words = Subscriber(topic, String, self._hear)
+        self._words = Subscriber(topic, String, self._hear, tcp_nodelay=True)
         self.topic: str = self._words.resolved_name
         self._state = Subscriber(f"{self.topic.rpartition('/')[0]}/trouble", String, self._note)
 

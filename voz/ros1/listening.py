@@ -10,6 +10,7 @@ from pathlib import Path
 from voz.config import Config
 from voz.live.hearing import Hearing
 from voz.live.messages import Inbox
+from voz.recognition.profiles import load_profile
 from voz.recognition.recognizer import Recognizer
 from voz.ros1.language import read_language
 from voz.ros1.node import load_rospy
@@ -34,7 +35,9 @@ def make_hearing(settings: Config, inbox: Inbox, clock: Callable[[], float]) -> 
         language, warnings = read_language(settings.lm, Path(folder))
         for warning in warnings:
             load_rospy().logwarn(warning)
-        recognizer = Recognizer(language, settings.recognition)
+        profile = text("profile")
+        known = load_profile(profile) if profile else None
+        recognizer = Recognizer(language, settings.recognition, known)
     return Hearing(recognizer, _device(), inbox, clock)
 
 

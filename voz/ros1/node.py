@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import signal
 import sys
 import threading
@@ -127,7 +126,6 @@ def load_rospy() -> Any:
             f"ROS 1 is not there for {sys.executable} ({error}); on Debian 12 "
             "`sh tools/install.sh ros1` installs it"
         ) from error
-    logging.getLogger("rosout").setLevel(logging.INFO)
     return rospy
 
 

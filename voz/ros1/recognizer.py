@@ -64,7 +64,7 @@ def recognise(node: Node) -> None:
     clock = clock_from_now()
     ears = _Ears(inbox, clock)
     ears.start()
-    output = rospy.Publisher("~output", String, queue_size=10)
+    output = rospy.Publisher("~output", String, queue_size=10, tcp_nodelay=True)
     refused = rospy.Publisher("~refused", String, queue_size=10)
     trouble = rospy.Publisher("~trouble", String, queue_size=1)
     rospy.Service("~start", Empty, _service(ears.start))

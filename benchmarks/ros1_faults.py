@@ -1,6 +1,6 @@
 """How even the beat of `cmd_vel` is on ROS 1, and how soon the robot stops when a part is killed.
 
-Run `python benchmarks/ros1.py [--times N]`; it needs `make test` to have installed ROS 1. A master,
+Run `python benchmarks/ros1_faults.py [--times N]` when `make test` has installed ROS 1. A master,
 the node `control_voz` and clients that share no code with rospy are started for each measurement.
 The time runs from the kill to the first zero velocity that arrives at a client.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from types import TracebackType
 
 import numpy as np
@@ -14,6 +14,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.microphone import BLOCK_SECONDS, Microphone, listening
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
+from voz.live.duplex import HalfDuplex, Loudspeaker
 from voz.live.ending import end_by_force
 from voz.live.messages import Inbox
 from voz.recognition.recognizer import Recognizer
@@ -55,6 +56,8 @@ class Hearing:
         device: str | None,
         inbox: Inbox,
         clock: Callable[[], float],
+        loudspeaker: Loudspeaker | None = None,
+        never_missed: Collection[str] = (),
     ) -> None:
         """Prepare to listen.
 
@@ -63,6 +66,8 @@ class Hearing:
             device: the microphone's number or a part of its name; None is the default one.
             inbox: where what is heard goes.
             clock: the time of the run, s.
+            loudspeaker: what the microphone hears of the robot itself, if it does.
+            never_missed: the commands that are heard also while the robot speaks.
         """
         self.peak = 0.0
         self.device = ""
@@ -70,6 +75,8 @@ class Hearing:
         self._wanted = device
         self._inbox = inbox
         self._clock = clock
+        self._loudspeaker = loudspeaker
+        self._never_missed = never_missed
         self._microphone: Microphone | None = None
         self._problem: str | None = None
         self._failures = 0  # to listen, one after the other
@@ -136,7 +143,7 @@ class Hearing:
         self._problem = problem
 
     def _listen(self, microphone: Microphone) -> None:
-        stream = self._recognizer.stream("microphone")
+        ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed)
         watch = _Watch(self._inbox, self._clock)
         fed = 0
         for block in microphone:
@@ -147,7 +154,7 @@ class Hearing:
             self.peak = watch.look_at(block, microphone.lost)
             # When the stream began, by the clock of the run.
             begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
-            for event in stream.feed(block):
+            for event in ears.feed(block, microphone.arrived):
                 self._inbox.put(self._now(event, begun))
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits

@@ -9,6 +9,7 @@ from typing import NoReturn
 from voz.drive import CYCLES_PER_SECOND, Drive
 from voz.events import Partial, Utterance, Warning
 from voz.live.messages import Halt, Inbox, Message
+from voz.pipeline import TYPED
 
 CYCLE = 1 / CYCLES_PER_SECOND
 
@@ -41,6 +42,8 @@ def drive_live(
                 continue
             before = drive.velocities
             take(drive, message)
+            if known and isinstance(message, Utterance) and message.source != TYPED:
+                drive.halt()  # said long ago: hearing is behind
             if drive.velocities != before:
                 drive.send(stamp(clock()))
             continue

@@ -16,11 +16,11 @@ from voz.recognition.recognizer import Recognizer, Stream
 AFTERWARDS = 0.2
 """How long a room goes on giving back what was said, s."""
 
-WINDOW = int(1.5 * SAMPLE_RATE)
+WINDOW = 2 * SAMPLE_RATE
 """What the echo is estimated from."""
 
 STEP = int(0.24 * SAMPLE_RATE)
-"""How much is cleaned at a time: each time costs 15 ms of CPU."""
+"""How much is cleaned at a time: each time costs 30 ms of CPU."""
 
 
 class Loudspeaker(Protocol):

@@ -48,6 +48,10 @@ def run(
     listening: Annotated[
         bool, typer.Option("--listening", help='Obey from the start, without "start speech".')
     ] = False,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
+    ] = None,
     profile: ProfileOption = None,
     adapt: Annotated[
         bool,
@@ -71,6 +75,8 @@ def run(
     if recordings and text:
         raise ConfigError("say what to obey: either --wav FILE... or --text FILE, see --help")
     live = not recordings and not text
+    if record and not live:
+        raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
     settings = options.settings(
         safety={"enabled": False if no_safety else None},
         speech={"enabled": False if no_sound else None},
@@ -97,7 +103,7 @@ def run(
             from voz.live.session import run_live
 
             commands = read_sentences(language)
-            run_live(receivers, settings, recognizer, commands, device, listening, terminal)
+            run_live(receivers, settings, recognizer, commands, device, listening, terminal, record)
         voice = settings.speech.voice if settings.speech.enabled else None
         with pipeline.running(receivers, settings.safety, voice, listening) as robot:
             if text:

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from queue import SimpleQueue
 from typing import NoReturn
 
@@ -15,13 +16,14 @@ from rich.live import Live
 from voz.config import Config
 from voz.control.safety import zero_at_the_end
 from voz.drive import Drive
-from voz.events import Event
+from voz.events import Event, Warning
 from voz.language.commands import normalise
 from voz.live.display import Display
 from voz.live.hearing import Hearing
 from voz.live.keyboard import keys
 from voz.live.loop import drive_live, stamp
 from voz.live.messages import Message
+from voz.live.recorder import Recorder
 from voz.pipeline import NO_COMMAND, replies_to, typed
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
@@ -41,6 +43,7 @@ def run_live(
     device: str | None = None,
     listening: bool = False,
     terminal: Console | None = None,
+    record: Path | None = None,
 ) -> NoReturn:
     """Drive a robot by a microphone and the keyboard until a signal ends the program.
 
@@ -52,6 +55,7 @@ def run_live(
         device: the microphone's number or a part of its name; None is the default one.
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
+        record: the folder in which what is heard is kept.
 
     Raises:
         AudioError: there is no such microphone.
@@ -68,15 +72,26 @@ def run_live(
         if text not in NO_COMMAND:
             inbox.put(typed(text, text in commands, stamp(clock())))
 
+    def warn(text: str) -> None:
+        inbox.put(Warning(stamp(clock()), text))
+
     voice = settings.speech.voice if settings.speech.enabled else None
     with ExitStack() as parts:
-        hearing = parts.enter_context(Hearing(recognizer, device, inbox, clock))
+        recorder = None
+        if record:
+            recorder = parts.enter_context(Recorder(record, settings.recording.gigabytes, warn))
+        hearing = Hearing(recognizer, device, inbox, clock, recorder=recorder)
+        parts.enter_context(hearing)
         line = parts.enter_context(keys(inbox, obey))
         speaker = parts.enter_context(Speaker(voice)) if voice else None
         told = [*receivers, *([replies_to(speaker)] if speaker else [])]
         if terminal:
             display = Display(
-                lambda: hearing.peak, lambda: drive.listening, lambda: line.text, hearing.device
+                lambda: hearing.peak,
+                lambda: drive.listening,
+                lambda: line.text,
+                hearing.device,
+                lambda: recorder.note if recorder else "",
             )
             told.append(display.receive)
         drive = Drive(told, settings.safety, listening)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from pulseaudio import own_pulse, pulse
+from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
 from voz.config import Recognition
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 
-__all__ = ["own_pulse", "pulse"]  # fixtures too
+__all__ = ["no_sound", "own_pulse", "pulse"]  # fixtures too
 
 
 @pytest.fixture(scope="session")

@@ -33,6 +33,14 @@ def own_pulse() -> Iterator[tuple[dict[str, str], subprocess.Popen[bytes]]]:
         yield environment_and_server
 
 
+@pytest.fixture
+def no_sound(tmp_path: Path) -> dict[str, str]:
+    """The environment in which a program finds neither microphone nor loudspeaker."""
+    config = tmp_path / "alsa.conf"
+    config.write_text("pcm.default { type hw card 99 }")  # PortAudio aborts with an empty one
+    return os.environ | {"ALSA_CONFIG_PATH": str(config)}
+
+
 @contextmanager
 def sound_server() -> Iterator[tuple[dict[str, str], subprocess.Popen[bytes]]]:
     # Not tmp_path: the name of a socket must be short.

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import csv
-import math
 import random
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import soundfile
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpoint import Segment, Segmenter
@@ -20,6 +18,7 @@ from voz.audio.files import read_blocks
 from voz.audio.voice import VoiceDetector
 from voz.errors import ConfigError
 from voz.evaluation.manifest import read_manifest
+from voz.level_bar import level_bar
 from voz.recognition.calibration import FEWEST, Said
 from voz.recognition.confidence import NO_SPEECH
 
@@ -35,7 +34,7 @@ MARGIN = int(0.5 * SAMPLE_RATE)
 CLIPPED = 32_700
 """What is as loud as this is cut off at the top."""
 
-QUIETEST, LOUDEST = -60.0, 0.0  # dB of the bar that shows the level
+INDENT = " " * 11  # what stands below "  1 of 24   "
 
 
 def prompts(commands: Sequence[str], name: str) -> list[str]:
@@ -77,16 +76,15 @@ def record(
         AudioError: the microphone fails.
     """
     voice = VoiceDetector()
-    with _level_bar(console) as bar:
-        level = bar.add_task("level", total=LOUDEST - QUIETEST)
+    with level_bar(console, INDENT) as show:
         for number, text in enumerate(asked, start=1):
-            bar.console.print(f"{number:3} of {len(asked)}   say: {text}")
+            console.print(f"{number:3} of {len(asked)}   say: {text}")
             while True:
-                samples = _next_speech(_shown(blocks, bar, level))
+                samples = _next_speech(_shown(blocks, show))
                 complaint = _complaint(samples, voice)
                 if complaint is None:
                     break
-                bar.console.print(f"           {complaint}; say again: {text}")
+                console.print(f"{INDENT}{complaint}; say again: {text}")
             _keep(samples, text, folder, name)
 
 
@@ -125,15 +123,9 @@ def read_kept(folder: Path, commands: Collection[str]) -> list[Said]:
     return [Said(clip.text, np.concatenate(list(read_blocks(clip.path)))) for clip in clips]
 
 
-def _level_bar(console: Console) -> Progress:
-    columns = TextColumn("           {task.description}"), BarColumn(30)
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-
-
-def _shown(blocks: Iterator[Samples], bar: Progress, level: TaskID) -> Iterator[Samples]:
+def _shown(blocks: Iterator[Samples], show: Callable[[Samples], None]) -> Iterator[Samples]:
     for block in blocks:
-        power = float((block.astype(np.float64) ** 2).mean()) / 32768**2
-        bar.update(level, completed=10 * math.log10(power + 1e-12) - QUIETEST)
+        show(block)
         yield block
 
 

@@ -27,7 +27,7 @@ LEAST_GAIN = 0.2
 """Leaves some noise: with less, what is left of the speech sounds like nothing the model knows."""
 
 
-def energies(samples: Samples) -> Floats:
+def energies(samples: Samples | Floats) -> Floats:
     """Measure the energy of each 10 ms.
 
     Args:

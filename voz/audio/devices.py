@@ -57,17 +57,18 @@ def choose(wanted: str | None = None) -> Device:
     Raises:
         AudioError: there is no such microphone, or there are several.
     """
-    sounddevice = load_sounddevice()
     there = microphones()
     if not there:
         raise AudioError("there is no microphone; connect one and start again")
-    number = _number(sounddevice, wanted)
+    number = _number(load_sounddevice(), wanted)
     for device in there:
         if device.number == number:
             return device
     names = ", ".join(f'{device.number} "{device.name}"' for device in there)
-    which = "default microphone" if wanted is None else f'exactly one microphone "{wanted}"'
-    raise AudioError(f"there is not {which}; take the number of one of: {names}")
+    lacking = (
+        "no default microphone" if wanted is None else f'not exactly one microphone "{wanted}"'
+    )
+    raise AudioError(f"there is {lacking}; take the number of one of: {names}")
 
 
 def _number(sounddevice: ModuleType, wanted: str | None) -> int | None:

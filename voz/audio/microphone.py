@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.devices import Device, choose
 from voz.audio.files import to_int16
 from voz.audio.playback import load_sounddevice
 from voz.errors import AudioError
@@ -107,8 +108,9 @@ def listening(device: str | None = None) -> Iterator[Microphone]:
         AudioError: there is no such microphone, or it fails.
     """
     sounddevice = load_sounddevice()
-    settings, name = _settings(sounddevice, device)
-    microphone = Microphone(name, settings.rate)
+    chosen = choose(device)
+    settings = _settings(sounddevice, chosen)
+    microphone = Microphone(chosen.name, settings.rate)
     try:
         with sounddevice.InputStream(
             settings.rate,
@@ -126,31 +128,16 @@ def listening(device: str | None = None) -> Iterator[Microphone]:
         raise AudioError(f"the microphone fails ({reason}); check the sound settings") from error
 
 
-def _settings(sounddevice: ModuleType, device: str | None) -> tuple[_Settings, str]:
-    """Find the device, and a way to open it that it takes: best what the decoder needs."""
-    wanted = int(device) if device is not None and device.isdecimal() else device
-    try:
-        found = sounddevice.query_devices(wanted, "input")
-    except (sounddevice.PortAudioError, ValueError) as error:
-        raise AudioError(_no_microphone(sounddevice, device)) from error
-    own_rate = int(found["default_samplerate"])
-    for rate, channels in ((SAMPLE_RATE, 1), (own_rate, 1)):
-        settings = _Settings(found["index"], rate, channels)
+def _settings(sounddevice: ModuleType, device: Device) -> _Settings:
+    """Find a way to open the device that it takes: best what the decoder needs."""
+    for rate, channels in ((SAMPLE_RATE, 1), (device.rate, 1)):
+        settings = _Settings(device.number, rate, channels)
         try:
             sounddevice.check_input_settings(settings.device, channels, "float32", samplerate=rate)
         except sounddevice.PortAudioError:
             continue
-        return settings, str(found["name"])
-    channels = found["max_input_channels"]
-    return _Settings(found["index"], own_rate, channels), str(found["name"])
-
-
-def _no_microphone(sounddevice: ModuleType, device: str | None) -> str:
-    inputs = [d for d in sounddevice.query_devices() if d["max_input_channels"] > 0]
-    if not inputs or device is None:
-        return "there is no microphone; connect one and start again"
-    names = ", ".join(f'{d["index"]} "{d["name"]}"' for d in inputs)
-    return f'there is not exactly one microphone "{device}"; take the number of one of: {names}'
+        return settings
+    return _Settings(device.number, device.rate, device.channels)
 
 
 def _resampler(rate: int) -> Any:

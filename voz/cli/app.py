@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 import typer
 
 from voz.cli.calibrate import calibrate
+from voz.cli.devices import devices
 from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import BY_SIGNAL, WRONG_CALL
 from voz.cli.language import build_lm
@@ -39,6 +40,7 @@ app.command("eval")(evaluate)
 app.command("fit-confidence")(fit_confidence)
 app.command("run")(run)
 app.command("calibrate")(calibrate)
+app.command("devices")(devices)
 app.command("say")(say)
 
 

@@ -25,7 +25,8 @@ ProfileOption = Annotated[
     str | None, typer.Option("--profile", metavar="NAME", help="Who speaks: see `voz calibrate`.")
 ]
 DeviceOption = Annotated[
-    str | None, typer.Option("-d", "--device", metavar="N|NAME", help="Which microphone.")
+    str | None,
+    typer.Option("-d", "--device", metavar="N|NAME", help="Which microphone: see `voz devices`."),
 ]
 
 

@@ -88,8 +88,9 @@ def run_live(
                 extra=extra,
             )
             told.append(display.receive)
-            parts.enter_context(drawn(display, terminal))
         drive = Drive(told, settings.safety, listening)
+        if terminal:
+            parts.enter_context(drawn(display, terminal))
         parts.enter_context(zero_at_the_end(lambda: drive.zero(stamp(clock()))))
         drive_live(drive, inbox, hearing.trouble, clock, over_robots(drive, lost or {}))
 

@@ -1,0 +1,68 @@
+"""Which microphone is meant; each call in a new process, where PortAudio looks for devices anew."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from voz.audio.devices import Device
+
+CHOOSE = """
+import json, sys
+from voz.audio.devices import choose, microphones
+from voz.errors import AudioError
+print(json.dumps(microphones()))
+for wanted in json.loads(sys.argv[1]):
+    try:
+        print(json.dumps(choose(wanted)))
+    except AudioError as error:
+        print(json.dumps(str(error)))
+"""
+
+NO_DEFAULT = """
+import sounddevice
+sounddevice.default.device = -1
+"""
+
+
+def choose(
+    environment: dict[str, str], *wanted: str | None, before: str = ""
+) -> tuple[list[Device], list[Device | str]]:
+    """What there is, and for each wish the device or the error."""
+    command = [sys.executable, "-c", before + CHOOSE, json.dumps(wanted)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    there, *chosen = [json.loads(line) for line in done.stdout.splitlines()]
+    return [Device(*d) for d in there], [c if isinstance(c, str) else Device(*c) for c in chosen]
+
+
+@pytest.mark.slow
+def test_a_microphone_is_meant_by_its_number_or_by_a_part_of_its_name(
+    pulse: dict[str, str],
+) -> None:
+    there, chosen = choose(pulse, None, "0", "1", "PULSE", "puls", "pulse, alsa", "default")
+    first, second = there
+    assert (first.name, second.name) == ("pulse", "default")
+    assert [d.number for d in there] == [0, 1]
+    assert all(d.channels > 0 and d.rate > 0 and d.system == "ALSA" for d in there)
+    assert chosen == [second, first, second, first, first, first, second]
+
+
+@pytest.mark.slow
+def test_what_is_none_or_several_is_one_line_with_those_that_there_are(
+    pulse: dict[str, str],
+) -> None:
+    names = 'take the number of one of: 0 "pulse", 1 "default"'
+    wanted = ["nobody", "ul", "", "2", "-1", "9" * 30]
+    _, errors = choose(pulse, *wanted)
+    assert errors == [f'there is not exactly one microphone "{w}"; {names}' for w in wanted]
+    _, errors = choose(pulse, None, before=NO_DEFAULT)
+    assert errors == [f"there is no default microphone; {names}"]
+
+
+def test_a_computer_without_microphone_has_none_by_any_name(no_sound: dict[str, str]) -> None:
+    there, errors = choose(no_sound, None, "0", "mic")
+    assert there == []
+    assert set(errors) == {"there is no microphone; connect one and start again"}

@@ -1,0 +1,138 @@
+"""`voz devices`: the microphones that there are, and what is wrong with one."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from calls import VOZ, in_process
+from recordings import GO_BACK
+
+from voz.audio import SAMPLE_RATE
+
+
+@pytest.mark.slow
+def test_the_microphones_are_listed_and_the_one_that_is_used_is_marked(
+    pulse: dict[str, str],
+) -> None:
+    header, *rows, legend = in_process("devices", env=pulse).out.splitlines()
+    assert header.split() == ["name", "channels", "rate", "system"]
+    assert [row.split()[:2] for row in rows] == [["0", "pulse"], [">", "1"]]
+    assert rows[1].split()[2:] == ["default", "32", "44100", "Hz", "ALSA"]
+    assert legend.startswith("> is used")
+    _, *rows, _ = in_process("devices", "--device", "puls", env=pulse).out.splitlines()
+    assert [row.split()[0] for row in rows] == [">", "1"]
+
+
+@pytest.mark.slow
+def test_an_unknown_microphone_is_one_line(pulse: dict[str, str]) -> None:
+    for option in ([], ["--test"]):
+        result = in_process("devices", "-d", "nobody", *option, env=pulse)
+        assert 'not exactly one microphone "nobody"' in result.complaint
+
+
+@pytest.mark.parametrize("option", [[], ["--test"], ["--device", "3"]])
+def test_a_computer_without_microphone_is_one_line(
+    option: list[str], no_sound: dict[str, str]
+) -> None:
+    complaint = in_process("devices", *option, env=no_sound).complaint
+    assert complaint == "voz: there is no microphone; connect one and start again"
+
+
+@pytest.fixture(scope="module")
+def command() -> np.ndarray:
+    return soundfile.read(GO_BACK)[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("gain", "noise", "said"),
+    [
+        (1, 0, ["fine"]),
+        (0.01, 0, ["too quiet"]),
+        (10, 0, ["clipped"]),
+        (1, 0.04, ["noisy"]),
+        (0.01, 0.0004, ["too quiet", "noisy"]),
+        (0, 0.01, ["no speech"]),
+        (0, 0, ["silent"]),
+    ],
+)
+def test_what_is_spoken_into_the_microphone_is_judged(
+    gain: float,
+    noise: float,
+    said: list[str],
+    command: np.ndarray,
+    pulse: dict[str, str],
+    tmp_path: Path,
+) -> None:
+    hiss = np.random.default_rng(1).standard_normal(60 * SAMPLE_RATE) * noise
+    soundfile.write(tmp_path / "hiss.wav", hiss, SAMPLE_RATE)
+    soundfile.write(tmp_path / "said.wav", np.clip(gain * command, -1, 1), SAMPLE_RATE)
+    with playing(tmp_path / "hiss.wav", pulse):
+        output = spoken_into(pulse, tmp_path / "said.wav")
+    assert sum(line.startswith("level ") for line in output) == 6
+    verdicts = [line for line in output[6:-4] if not line.startswith("  ")]
+    assert [v[: len(s)] for v, s in zip(verdicts, said, strict=True)] == said
+    advice = [line for line in output[6:-4] if line.startswith("  ")]
+    assert len(advice) == len(verdicts if said != ["fine"] else [])
+    figures = [line.split() for line in output[-4:]]
+    assert [figure[0] for figure in figures] == ["peak", "speech", "background", "signal"]
+    units = ["dBFS", "dBFS", "dBFS", "dB"] if gain else ["dBFS", "-", "dBFS", "-"]
+    assert [figure[-1] for figure in figures] == units
+
+
+@contextmanager
+def playing(background: Path, environment: dict[str, str]) -> Iterator[None]:
+    """Let the microphone hear something all the time."""
+    command = ["paplay", "--device=mic", str(background)]
+    with subprocess.Popen(command, env=environment) as player:
+        try:
+            yield
+        finally:
+            player.terminate()
+
+
+def spoken_into(environment: dict[str, str], said: Path) -> list[str]:
+    """Speak as soon as one is asked to; returns what is printed afterwards."""
+    with subprocess.Popen(
+        [*VOZ, "devices", "--test"], env=environment, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert "say something" in process.stdout.readline()
+        subprocess.run(["paplay", "--device=mic", str(said)], env=environment, check=True)
+        output, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    return output.splitlines()
+
+
+@pytest.mark.slow
+def test_in_a_terminal_a_bar_moves(pulse: dict[str, str]) -> None:
+    terminal, its_end = pty.openpty()
+    environment = pulse | {"TERM": "xterm-256color", "COLUMNS": "100"}
+    command = [*VOZ, "devices", "--test"]
+    with subprocess.Popen(command, env=environment, stdin=its_end, stdout=its_end) as process:
+        os.close(its_end)
+        shown = read(terminal, until="say something")
+        subprocess.run(["paplay", "--device=mic", str(GO_BACK)], env=environment, check=True)
+        shown += read(terminal, until="signal to noise")
+        process.wait(timeout=60)
+    os.close(terminal)
+    assert process.returncode == 0
+    assert "━" in shown
+    assert "dBFS  #" not in shown
+    assert "\x1b[?25h" in shown  # the cursor is back
+    assert "fine" in shown
+
+
+def read(terminal: int, until: str) -> str:
+    shown = b""
+    while until.encode() not in shown:
+        shown += os.read(terminal, 4096)
+    return shown.decode()

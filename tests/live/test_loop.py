@@ -1,0 +1,147 @@
+"""The beat of 10 Hz, and what interrupts it; in a time of its own, so that nothing is noisy."""
+
+from __future__ import annotations
+
+import queue
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.config import Safety
+from voz.drive import Drive
+from voz.events import Event, Partial, Twist, Utterance, Warning
+from voz.live.loop import drive_live
+from voz.live.messages import Halt, Message
+
+GONE = "the microphone is gone"
+
+
+class Ended(Exception):
+    """The run is over, as if by a signal."""
+
+
+class Room:
+    """A clock, an inbox whose waiting lets the time pass, and a robot that notes what it is sent.
+
+    Attributes:
+        happens: what is heard or typed, and when.
+        lost: from when to when nothing is heard.
+        stalls: how long the robot takes for the first event after a time, s.
+    """
+
+    def __init__(
+        self,
+        until: float,
+        happens: list[tuple[float, Message]] | None = None,
+        lost: tuple[float, float] = (0, 0),
+        stalls: dict[float, float] | None = None,
+    ) -> None:
+        self._now = 0.0
+        self._until = until
+        self._happens = happens or []
+        self._lost = lost
+        self._stalls = stalls or {}
+        self.sent: list[tuple[float, Event]] = []
+        inbox: Any = self
+        with pytest.raises(Ended):
+            drive_live(
+                Drive([self._receive], Safety(), listening=True), inbox, self._trouble, self._clock
+            )
+
+    def get(self, timeout: float) -> Message:
+        if self._happens and self._happens[0][0] <= self._now + timeout:
+            when, message = self._happens.pop(0)
+            self._now = max(self._now, when)
+            return message
+        self._now += timeout
+        raise queue.Empty
+
+    def _clock(self) -> float:
+        if self._now > self._until:
+            raise Ended
+        return self._now
+
+    def _trouble(self) -> str | None:
+        return GONE if self._lost[0] <= self._now < self._lost[1] else None
+
+    def _receive(self, event: Event) -> None:
+        self.sent.append((self._now, event))
+        for when in [when for when in self._stalls if when <= self._now]:
+            self._now += self._stalls.pop(when)
+
+    @property
+    def twists(self) -> list[tuple[float, float]]:
+        twists = [(when, event) for when, event in self.sent if isinstance(event, Twist)]
+        return [(round(when, 3), event.linear) for when, event in twists]
+
+    @property
+    def warnings(self) -> list[tuple[float, str]]:
+        warnings = [(when, event) for when, event in self.sent if isinstance(event, Warning)]
+        return [(round(when, 3), event.text) for when, event in warnings]
+
+
+def heard(text: str) -> Utterance:
+    return Utterance(0, text, 0.9, True, 0, 0, "microphone")
+
+
+def test_the_beat_is_10_hz() -> None:
+    assert Room(1.05).twists == [(round(n / 10, 3), 0) for n in range(11)]
+
+
+def test_a_changed_velocity_goes_out_at_once_and_the_beat_goes_on() -> None:
+    room = Room(0.45, [(0.234, heard("go forward"))])
+    assert room.twists == [(0, 0), (0.1, 0), (0.2, 0), (0.234, 0.1), (0.3, 0.1), (0.4, 0.1)]
+
+
+@pytest.mark.parametrize("message", [Halt(), heard("stop"), Partial(0, "stop", 0.9)])
+def test_what_stops_goes_out_at_once(message: Message) -> None:
+    room = Room(0.35, [(0.05, heard("go back")), (0.25, message)])
+    assert (0.25, 0) in room.twists
+
+
+def test_what_changes_no_velocity_waits_for_the_beat() -> None:
+    room = Room(0.35, [(0.15, heard("point beer")), (0.25, heard("stop"))])
+    assert [when for when, _ in room.twists] == [0, 0.1, 0.2, 0.3]
+
+
+def test_a_robot_that_stalls_leaves_beats_out_and_gets_no_burst() -> None:
+    room = Room(1.25, stalls={0.3: 0.53})
+    assert [when for when, _ in room.twists] == [0, 0.1, 0.2, 0.3, 0.83, 0.9, 1, 1.1, 1.2]
+
+
+@given(st.dictionaries(st.floats(0, 3), st.floats(0, 0.7), max_size=5))
+def test_whatever_stalls_there_is_one_beat_in_a_cycle_at_most(stalls: dict[float, float]) -> None:
+    until = 4 + sum(stalls.values())
+    times = [when for when, _ in Room(until, stalls=stalls).sent]
+    cycles = [int(when * 10) for when in times]
+    assert len(cycles) == len(set(cycles))
+    assert times[-1] > until - 0.11  # and it goes on
+
+
+def test_s5_where_hearing_is_lost_the_robot_stops_once_and_is_told_why() -> None:
+    room = Room(1.55, [(0.05, heard("go forward"))], lost=(0.42, 1.13))
+    assert room.warnings == [
+        (0.5, f"{GONE}: the robot stops"),
+        (1.2, "listening again; the robot waits for a command"),
+    ]
+    moving = [when for when, linear in room.twists if linear]
+    assert moving == [0.05, 0.1, 0.2, 0.3, 0.4]
+
+
+def test_after_that_the_robot_moves_on_a_new_command() -> None:
+    room = Room(1, [(0.05, heard("go forward")), (0.75, heard("go back"))], lost=(0.2, 0.5))
+    assert [linear for when, linear in room.twists if 0.2 <= when < 0.75] == [0] * 6
+    assert (0.75, -0.1) in room.twists
+
+
+def test_typed_commands_move_the_robot_also_while_nothing_is_heard() -> None:
+    room = Room(1, [(0.45, heard("go back"))], lost=(0.2, 3))
+    assert room.twists[-1] == (1, -0.1)
+    assert len(room.warnings) == 1
+
+
+def test_warnings_are_passed_on() -> None:
+    room = Room(0.3, [(0.15, Warning(0.15, "0.30 s of sound were lost"))])
+    assert room.warnings == [(0.15, "0.30 s of sound were lost")]

@@ -1,0 +1,141 @@
+"""A `voz run` in a process of its own that listens to a microphone without hardware."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from calls import VOZ
+
+AT_REST = (0.0, 0.0)
+
+
+class Arrived(NamedTuple):
+    """An event, and when it arrived on the monotonic clock, s."""
+
+    when: float
+    event: dict[str, Any]
+
+
+class LiveRobot:
+    """The program, and its events as they arrive."""
+
+    def __init__(self, environment: dict[str, str], arguments: list[str]) -> None:
+        self.process = subprocess.Popen(
+            [*VOZ, "run", "--no-sound", "--events", "-", *arguments],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=signals_as_a_terminal_has_them,
+        )
+        self.arrived: list[Arrived] = []
+        self.words = ""
+        self._threads = [
+            threading.Thread(target=read, daemon=True) for read in (self._read, self._read_words)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout
+        for line in self.process.stdout:
+            self.arrived.append(Arrived(time.monotonic(), json.loads(line)))
+
+    def _read_words(self) -> None:
+        assert self.process.stderr
+        for line in self.process.stderr:
+            self.words += line
+
+    def type(self, line: str) -> None:
+        """Type a line."""
+        assert self.process.stdin
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+
+    def wait_for(
+        self, sought: Callable[[dict[str, Any]], bool], since: int = 0, seconds: float = 30
+    ) -> Arrived:
+        """Wait for an event; `since` leaves out those before it."""
+        deadline = time.monotonic() + seconds
+        while True:
+            found = [arrived for arrived in self.arrived[since:] if sought(arrived.event)]
+            if found:
+                return found[0]
+            assert self.process.poll() is None, self.words
+            assert time.monotonic() < deadline, (self.words, self.arrived[-1:])
+            time.sleep(0.005)
+
+    def of(self, kind: str, since: int = 0) -> list[dict[str, Any]]:
+        """The events of a kind so far."""
+        return [arrived.event for arrived in self.arrived[since:] if arrived.event["type"] == kind]
+
+    def warnings(self, since: int = 0) -> list[str]:
+        """What it warned of so far."""
+        return [event["text"] for event in self.of("warning", since)]
+
+    def commands(self) -> list[str]:
+        """What it heard and obeyed so far."""
+        return [event["text"] for event in self.of("utterance") if event["accepted"]]
+
+    def end(self, number: int = signal.SIGTERM, seconds: float = 20) -> int:
+        """End it by a signal; gives its exit code when all its events are there."""
+        self.process.send_signal(number)
+        try:
+            code = self.process.wait(seconds)
+        finally:
+            self.process.kill()
+            for thread in self._threads:
+                thread.join()
+            for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
+                assert stream
+                stream.close()
+        return code
+
+
+@contextmanager
+def live_robot(environment: dict[str, str], *arguments: str) -> Iterator[LiveRobot]:
+    """A robot that listens, for the length of a `with` block."""
+    robot = LiveRobot(environment, list(arguments))
+    try:
+        robot.wait_for(lambda event: event["type"] == "cmd_vel")
+        yield robot
+    finally:
+        robot.end()
+
+
+def signals_as_a_terminal_has_them() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def moves(event: dict[str, Any]) -> bool:
+    """Whether an event lets the robot move."""
+    return event["type"] == "cmd_vel" and velocity(event) != AT_REST
+
+
+def rests(event: dict[str, Any]) -> bool:
+    """Whether an event lets the robot stand still."""
+    return event["type"] == "cmd_vel" and velocity(event) == AT_REST
+
+
+def warns(text: str) -> Callable[[dict[str, Any]], bool]:
+    """Whether an event warns of something."""
+    return lambda event: event["type"] == "warning" and text in event["text"]
+
+
+def velocity(event: dict[str, Any]) -> tuple[float, float]:
+    return (event["linear"], event["angular"])
+
+
+def speak(environment: dict[str, str], path: Path) -> None:
+    """Speak a recording into the microphone."""
+    speaking = ["paplay", "--device=mic", "--latency-msec=20", str(path)]
+    subprocess.run(speaking, env=environment, check=True)

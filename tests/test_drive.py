@@ -1,0 +1,129 @@
+"""From what was heard to what goes out, with time as an argument."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.config import Safety
+from voz.control.controller import OBJECTS, RULES
+from voz.drive import Drive
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+
+COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
+STOPPING = ("stop", "stop speech")
+
+
+def heard(text: str, accepted: bool = True, now: float = 0) -> Utterance:
+    return Utterance(now, text, 0.9, accepted, now, now, "microphone")
+
+
+def perhaps(text: str) -> Partial:
+    return Partial(0, text, 0.9)
+
+
+def listening_drive(
+    spoken: list[str] | None = None, safety: Safety | None = None
+) -> tuple[Drive, list[Event]]:
+    events: list[Event] = []
+    drive = Drive([events.append], safety or Safety(), listening=True)
+    for text in spoken or []:
+        drive.hear(heard(text))
+    return drive, events
+
+
+@pytest.mark.parametrize("text", STOPPING)
+def test_what_may_be_a_command_that_stops_halts_at_once(text: str) -> None:
+    drive, _ = listening_drive(["go forward"])
+    drive.hear(perhaps(text))
+    assert drive.velocities == (0, 0)
+
+
+@pytest.mark.parametrize("text", [c for c in COMMANDS if c not in STOPPING])
+def test_what_may_be_any_other_command_changes_nothing(text: str) -> None:
+    for spoken in ([], ["go forward"], ["rotate left", "speed up"]):
+        drive, _ = listening_drive(spoken)
+        before = drive.velocities
+        drive.hear(perhaps(text))
+        assert drive.velocities == before
+
+
+def test_which_of_two_stops_it_was_is_settled_later() -> None:
+    drive, events = listening_drive(["go forward"])
+    drive.hear(perhaps("stop"))
+    assert drive.listening
+    drive.hear(heard("stop speech"))
+    assert not drive.listening
+    assert drive.velocities == (0, 0)
+    assert [e.text for e in events if isinstance(e, Reply)] == ["bep bep. I stop listening"]
+
+    drive, _ = listening_drive(["go forward"])
+    drive.hear(perhaps("stop"))
+    drive.hear(heard("stop"))
+    assert drive.listening
+
+
+def test_a_stop_that_was_none_leaves_the_robot_at_rest() -> None:
+    drive, _ = listening_drive(["go forward"])
+    drive.hear(perhaps("stop"))
+    drive.hear(heard("stop", accepted=False))
+    assert drive.velocities == (0, 0)
+
+
+def test_a_slow_down_that_would_stop_the_robot_halts_it_too() -> None:
+    drive, _ = listening_drive(["go forward", "slow down"])
+    drive.hear(perhaps("slow down"))
+    assert drive.velocities == (0, 0)
+
+
+@given(st.lists(st.sampled_from(COMMANDS), max_size=30), st.sampled_from(COMMANDS))
+def test_after_a_partial_the_robot_holds_its_velocity_or_stands(
+    spoken: list[str], text: str
+) -> None:
+    drive, _ = listening_drive(spoken)
+    before = drive.velocities
+    twin, _ = listening_drive([*spoken, text])
+    drive.hear(perhaps(text))
+    at_rest = twin.velocities == (0, 0)
+    assert drive.velocities == ((0, 0) if at_rest else before)
+
+
+@given(st.lists(st.sampled_from(COMMANDS), max_size=30), st.sampled_from(COMMANDS))
+def test_a_command_that_was_first_a_partial_ends_where_it_would_have(
+    spoken: list[str], text: str
+) -> None:
+    drive, _ = listening_drive(spoken)
+    twin, _ = listening_drive([*spoken, text])
+    drive.hear(perhaps(text))
+    drive.hear(heard(text))
+    assert (drive.velocities, drive.listening) == (twin.velocities, twin.listening)
+
+
+@given(st.lists(st.sampled_from(COMMANDS), max_size=30))
+def test_what_is_not_accepted_changes_nothing(spoken: list[str]) -> None:
+    drive, _ = listening_drive(["go forward"])
+    for text in spoken:
+        drive.hear(heard(text, accepted=False))
+    assert drive.velocities == (0.1, 0)
+
+
+def test_everything_reaches_every_receiver_in_order() -> None:
+    first: list[Event] = []
+    second: list[Event] = []
+    drive = Drive([first.append, second.append], Safety(), listening=True)
+    drive.hear(heard("point beer"))
+    drive.send(0.1)
+    drive.zero(0.2)
+    assert first == second
+    assert first[1:] == [SelectedObject(0, 1), Twist(0.1, 0, 0), Twist(0.2, 0, 0)]
+
+
+def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
+    drive, events = listening_drive(safety=Safety(motion_time_limit=2))
+    drive.hear(heard("go back", now=1))
+    drive.send(2.9)
+    assert drive.velocities == (-0.1, 0)
+    drive.send(3.0)
+    assert drive.velocities == (0, 0)
+    assert events[-2:] == [Warning(3.0, "no command for 2 s: the robot stops"), Twist(3.0, 0, 0)]

@@ -1,0 +1,172 @@
+"""How loud a recording is, and what is wrong with it for whoever wants it understood: pure.
+
+The limits are where commands begin to be lost: `benchmarks/microphone.py` takes such as are obeyed,
+by synthetic voices and by people, and makes them quieter, cuts them off and puts noise behind them.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from voz.audio import Samples
+from voz.audio.denoise import FRAME, Floats, energies
+from voz.audio.voice import BLOCK, VoiceDetector
+
+FULL_SCALE = 20 * math.log10(32768)
+"""The loudest that 16 bits hold, dB over one unit."""
+
+LOWEST = -FULL_SCALE
+"""One unit of the 16 bits, dBFS: digital silence is not told from it."""
+
+MOVES = 2
+"""Units between the lowest and the highest sample of what may be a converter that hears nothing."""
+
+QUIET = -40.0
+"""Speech below it is too quiet, dBFS: of 100, 89 are obeyed between -50 and -45, and 40 between -60
+and -50. Nobody speaks equally loudly all the time, hence 5 dB more."""
+
+NEAR = 18.0
+"""Speech by less above the background is noisy, dB: of 100, 89 are obeyed between 18 and 22, 71
+between 14 and 18, 56 between 5 and 10."""
+
+TOP = 0.95
+"""Of the highest sample: what is above it is at the top."""
+
+MUCH_AT_TOP = 0.01
+"""Of the samples of speech; a clean voice has 0.001. Of 100, 98 are obeyed just below it, 82 just
+above, and 49 where a fifth is at the top."""
+
+SPEECH, NO_SPEECH = 0.5, 0.2
+"""Probabilities above and below which 32 ms are speech or background; between, neither."""
+
+SYLLABLE = 6
+"""Blocks, a fifth of a second: only what is speech for so long, on average, is speech."""
+
+FEWEST = 20
+"""Frames of 10 ms that tell the background; with fewer, somebody speaks all the time."""
+
+
+class Fault(enum.Enum):
+    """What can be wrong with a recording: in words, and what to do."""
+
+    SILENT = (
+        "silent: the microphone gives nothing but zeros",
+        "unmute it, by its switch or in the sound settings, or choose another with --device",
+    )
+    NO_SPEECH = (
+        "no speech was heard",
+        "say something while it records; if you did, speak closer to the microphone, turn its "
+        "level up in the sound settings, or choose another with --device",
+    )
+    CLIPPED = (
+        "clipped: the speech is louder than the microphone can take",
+        "turn its level down in the sound settings, or speak from further away",
+    )
+    TOO_QUIET = (
+        "too quiet: the speech is hardly louder than nothing",
+        "speak closer to the microphone, or turn its level up in the sound settings",
+    )
+    NOISY = (
+        "noisy: the background is too loud beside the speech",
+        "speak closer to the microphone, take it away from what is loud, or use a headset",
+    )
+
+    def __init__(self, words: str, advice: str) -> None:
+        self.words = words
+        self.advice = advice
+
+
+class Level(NamedTuple):
+    """How loud a recording is; dBFS are dB under the loudest that 16 bits hold.
+
+    Attributes:
+        still: whether nothing moves in it.
+        peak: the highest sample, dBFS.
+        speech: the mean power where somebody speaks, dBFS; None if nobody does.
+        background: the power of most that is no speech, dBFS.
+        at_top: how much of the speech is as loud as its loudest, 0 to 1; 0 without speech.
+    """
+
+    still: bool
+    peak: float
+    speech: float | None
+    background: float
+    at_top: float
+
+    @property
+    def above_background(self) -> float | None:
+        """By how much the speech is louder than the background, dB."""
+        return None if self.speech is None else self.speech - self.background
+
+
+def dbfs(samples: Samples | Floats) -> float:
+    """Measure the mean power of some samples, dBFS; at least that of one unit."""
+    return 10 * math.log10(float(np.mean(samples.astype(np.float64) ** 2)) + 1) - FULL_SCALE
+
+
+def measure(samples: Samples) -> Level:
+    """Measure a recording in which somebody should speak.
+
+    Args:
+        samples: at least one, 16 kHz; three seconds with a pause in them tell enough.
+    """
+    highest = float(np.abs(samples.astype(np.float64)).max())
+    peak = 20 * math.log10(max(highest, 1.0)) - FULL_SCALE
+    if np.ptp(samples.astype(np.int32)) <= MOVES:
+        return Level(True, peak, None, LOWEST, 0.0)
+    sound = samples - samples.mean()  # some converters are off zero
+    voice = _voice(sound)
+    frames = energies(sound) - FULL_SCALE
+    background = _background(frames, voice)
+    spoken = sound[: len(voice) * BLOCK].reshape(-1, BLOCK)[voice >= SPEECH]
+    if not _lasts(voice):
+        return Level(False, peak, None, background, 0.0)
+    loudness = np.abs(spoken)
+    at_top = float(np.mean(loudness >= TOP * loudness.max()))
+    return Level(False, peak, dbfs(spoken), background, at_top)
+
+
+def faults(level: Level) -> list[Fault]:
+    """Tell what is wrong with a recording, the worst first; nothing if it is fine."""
+    if level.still:
+        return [Fault.SILENT]
+    if level.speech is None:
+        return [Fault.NO_SPEECH]
+    found = {
+        Fault.CLIPPED: level.at_top > MUCH_AT_TOP,
+        Fault.TOO_QUIET: level.speech < QUIET,
+        Fault.NOISY: level.speech - level.background < NEAR,
+    }
+    return [fault for fault, there in found.items() if there]
+
+
+def _voice(sound: Floats) -> Floats:
+    """How likely each block is speech, however quiet it is: the network hears it made louder."""
+    louder = sound * (0.5 * 32767 / np.abs(sound).max())
+    return np.array(VoiceDetector().course(louder.astype(np.int16)))
+
+
+def _lasts(voice: Floats) -> bool:
+    if len(voice) < SYLLABLE:
+        return False
+    means = np.convolve(voice, np.full(SYLLABLE, 1 / SYLLABLE), "valid")
+    return bool(means.max() >= SPEECH)
+
+
+def _background(frames: Floats, voice: Floats) -> float:
+    """The power of most frames that are surely no speech, dBFS; else of the quietest tenth.
+
+    Not the mean: now and then the network takes a syllable for background.
+    """
+    if not len(frames):
+        return LOWEST
+    blocks = (np.arange(len(frames)) * FRAME + FRAME // 2) // BLOCK
+    inside = blocks < len(voice)
+    quiet = frames[inside][voice[blocks[inside]] < NO_SPEECH]
+    if len(quiet) < FEWEST:
+        quiet = np.sort(frames)[: max(1, len(frames) // 10)]
+    return float(np.median(quiet))

@@ -1,0 +1,48 @@
+"""`voz devices`: the microphones, and how good one is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from voz.cli.options import DeviceOption
+
+if TYPE_CHECKING:
+    from voz.audio.devices import Device
+
+
+def devices(
+    device: DeviceOption = None,
+    test: Annotated[
+        bool, typer.Option("--test", help="Record three seconds, and tell what is wrong with them.")
+    ] = False,
+) -> None:
+    """Show the microphones and which one is used, or test it.
+
+    Every command with --device takes its number or a part of its name.
+
+    Example: voz devices --test
+    """
+    from voz.audio.devices import choose, microphones
+
+    used = choose(device)
+    if test:
+        from voz.cli.try_microphone import try_microphone
+
+        try_microphone(used)
+    else:
+        print(_table(microphones(), used))
+        print("> is used; take another with --device N or --device NAME (a part of it is enough)")
+
+
+def _table(there: list[Device], used: Device) -> str:
+    """Mark what is used as sounddevice does."""
+    width = max(len(device.name) for device in there)
+    lines = [f"     {'name':{width}}  channels      rate  system"]
+    lines += [
+        f"{'>' if device == used else ' '} {device.number:2} {device.name:{width}}  "
+        f"{device.channels:8}  {device.rate:5} Hz  {device.system}"
+        for device in there
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,72 @@
+"""What `voz devices --test` does and shows; its options are in `devices.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from rich.console import Console
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.devices import Device
+from voz.audio.level import Level, faults, measure
+from voz.audio.microphone import listening
+from voz.level_bar import level_bar, level_line
+
+SECONDS = 3
+"""Time for a command, and for a pause that tells how loud the background is."""
+
+LINE = SAMPLE_RATE // 2
+"""Samples from one line to the next where no bar can move."""
+
+
+def try_microphone(device: Device) -> None:
+    """Record somebody who speaks; tell how loud it is, what is wrong and what to do.
+
+    Args:
+        device: the microphone.
+
+    Raises:
+        AudioError: it cannot be opened, or fails.
+    """
+    console = Console()
+    with listening(str(device.number)) as blocks:
+        first = next(blocks)  # opening a device takes its time
+        print(
+            f'{device.number} "{device.name}": say something now, as "go forward"; '
+            f"it records for {SECONDS} seconds",
+            flush=True,
+        )
+        samples = _recorded(first, blocks, console)
+    print(report(measure(samples)))
+
+
+def report(level: Level) -> str:
+    """Write what is wrong and what to do, then the figures."""
+    lines = []
+    for fault in faults(level):
+        lines += [fault.words, f"  {fault.advice}"]
+    lines = lines or ["fine: the speech is loud enough and clear"]
+    figures = {
+        "peak": (level.peak, "dBFS"),
+        "speech": (level.speech, "dBFS"),
+        "background": (level.background, "dBFS"),
+        "signal to noise": (level.above_background, "dB"),
+    }
+    for name, (figure, unit) in figures.items():
+        lines.append(f"{name:16}" + ("    -" if figure is None else f"{figure:5.0f} {unit}"))
+    return "\n".join(lines)
+
+
+def _recorded(first: Samples, blocks: Iterator[Samples], console: Console) -> Samples:
+    """Collect the recording, and show how loud it is meanwhile."""
+    heard = first
+    with level_bar(console) as show:
+        while len(heard) < SECONDS * SAMPLE_RATE:
+            block = next(blocks)
+            show(block)
+            lines = len(heard) // LINE
+            heard = np.concatenate([heard, block])
+            if not console.is_terminal and len(heard) // LINE > lines:
+                print(level_line(heard[-LINE:]), flush=True)
+    return heard[: SECONDS * SAMPLE_RATE]

@@ -1,0 +1,41 @@
+"""The level of a microphone as a bar that moves. An edge: it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from voz.audio import Samples
+from voz.audio.level import dbfs
+
+QUIETEST = -60.0
+"""The left end, dBFS; the right one is 0, the loudest that there is."""
+
+WIDTH = 30
+
+
+@contextmanager
+def level_bar(console: Console, indent: str = "") -> Iterator[Callable[[Samples], None]]:
+    """Show a bar as long as the `with` block lasts; nothing where it could not move.
+
+    Args:
+        console: where it is shown, below what is printed there.
+        indent: what stands before it.
+
+    Yields:
+        A function that takes the blocks of the microphone, and shows how loud each is.
+    """
+    columns = TextColumn(indent + "{task.description}"), BarColumn(WIDTH)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as p:
+        bar = p.add_task("level", total=-QUIETEST)
+        yield lambda block: p.update(bar, completed=max(0.0, dbfs(block) - QUIETEST))
+
+
+def level_line(samples: Samples) -> str:
+    """Write a level as a bar that stands, for where none can move."""
+    level = dbfs(samples)
+    length = round(WIDTH * max(0.0, level - QUIETEST) / -QUIETEST)
+    return f"level {level:5.0f} dBFS  {'#' * length}".rstrip()

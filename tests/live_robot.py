@@ -27,9 +27,10 @@ class Arrived(NamedTuple):
 class LiveRobot:
     """The program, and its events as they arrive."""
 
-    def __init__(self, environment: dict[str, str], arguments: list[str]) -> None:
+    def __init__(self, environment: dict[str, str], arguments: list[str], before: str) -> None:
+        *python, program = VOZ
         self.process = subprocess.Popen(
-            [*VOZ, "run", "--no-sound", "--events", "-", *arguments],
+            [*python, before + program, "run", "--no-sound", "--events", "-", *arguments],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -102,9 +103,11 @@ class LiveRobot:
 
 
 @contextmanager
-def live_robot(environment: dict[str, str], *arguments: str) -> Iterator[LiveRobot]:
-    """A robot that listens, for the length of a `with` block."""
-    robot = LiveRobot(environment, list(arguments))
+def live_robot(
+    environment: dict[str, str], *arguments: str, before: str = ""
+) -> Iterator[LiveRobot]:
+    """A robot that listens, for the length of a `with` block; `before` is Python run before it."""
+    robot = LiveRobot(environment, list(arguments), before)
     try:
         robot.wait_for(lambda event: event["type"] == "cmd_vel")
         yield robot

@@ -22,7 +22,6 @@ from recordings import GO_BACK
         (["decode", "--config", "none.toml", GO_BACK], "none.toml: cannot be read"),
         (["decode", "--nonsense", GO_BACK], "--nonsense"),
         (["nonsense"], "nonsense"),
-        (["run"], "--wav"),
         (["run", "--text", "-", "--wav", GO_BACK], "either"),
         (["run", "--text", "none.txt"], "none.txt: cannot be read"),
         (["run", "--text", "README.md", "--events", "none/e.jsonl"], "none/e.jsonl: cannot be"),

@@ -78,6 +78,17 @@ def test_s7_a_signal_ends_with_zero_velocity_as_the_last_event(
     assert "Traceback" not in robot.words
 
 
+def test_s7_more_signals_do_not_keep_it_from_that(robot: LiveRobot) -> None:
+    robot.type("go forward")
+    robot.wait_for(moves)
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGINT]
+    for number in numbers:
+        robot.process.send_signal(number)
+    assert robot.end() in (130, 143, 129)
+    assert rests(robot.arrived[-1].event)
+    assert "Traceback" not in robot.words
+
+
 def test_two_commands_close_together_are_both_obeyed(
     robot: LiveRobot, pulse: dict[str, str], tmp_path: Path
 ) -> None:

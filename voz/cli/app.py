@@ -73,16 +73,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _end_by_signals() -> None:
     """Let signals end the program by way of all `finally` blocks, which stop the robot."""
-
-    def end(number: int, _frame: object) -> NoReturn:
-        sys.exit(BY_SIGNAL + number)
-
     # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
     # the same; whoever says `nohup` means it.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
+    numbers = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
-        signal.signal(signal.SIGHUP, end)
+        numbers.append(signal.SIGHUP)
+
+    def end(number: int, _frame: object) -> NoReturn:
+        for other in numbers:  # a second Ctrl-C must not keep the robot from being stopped
+            signal.signal(other, lambda *_: None)
+        sys.exit(BY_SIGNAL + number)
+
+    for number in numbers:
+        signal.signal(number, end)
 
 
 def _wrong_call(message: str) -> int:

@@ -80,11 +80,11 @@ def run(
     With a microphone, space stops the robot at once and commands may be typed too. In a text,
     `-` alone on a line lets a cycle of 0.1 s pass with no command.
 
-    Examples: voz run --robot simulator
-              voz run --wav audio_fixtures/long/session.wav --events events.jsonl
+    Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
     from voz import pipeline
     from voz.language.files import read_sentences
+    from voz.live.quiet import quiet_libraries
     from voz.robot.robots import have_a_clock, robot_names
 
     recordings = [*(wav or []), *(more or [])]
@@ -98,12 +98,14 @@ def run(
     )
     names = robot_names(settings.robot)
     clocked = live or realtime or have_a_clock(names)
-    stream = sys.stderr if events == "-" else sys.stdout
-    plan = Plan(names, live, clocked, stream, _terminal(stream), picture, animation)
-    plan.check()
-    language = options.language(settings)
     unreadable: list[str] = []
     with ExitStack() as files:
+        if live:
+            files.enter_context(quiet_libraries())
+        stream = sys.stderr if events == "-" else sys.stdout
+        plan = Plan(names, live, clocked, stream, _terminal(stream), picture, animation)
+        plan.check()
+        language = options.language(settings)
         lines: Iterable[str] = open_text(text, "r", files) if text else []
         if not text:
             place = _microphone(device) if live else "recordings"
@@ -199,4 +201,8 @@ def _with_learnt(known: Profile | None, path: Path) -> Profile:
 def _event_log(stream: IO[str]) -> Callable[[Event], None]:
     from voz.events import to_json
 
-    return lambda event: print(to_json(event), file=stream, flush=True)
+    def receive(event: Event) -> None:
+        stream.write(f"{to_json(event)}\n")  # at once: a signal ends the run between two calls
+        stream.flush()
+
+    return receive

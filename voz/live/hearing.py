@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from types import TracebackType
 
 import numpy as np
@@ -14,6 +14,8 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.microphone import BLOCK_SECONDS, Microphone, listening
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
+from voz.live.duplex import HalfDuplex, Loudspeaker
+from voz.live.ending import end_by_force
 from voz.live.messages import Inbox
 from voz.recognition.recognizer import Recognizer
 
@@ -28,6 +30,9 @@ MUTED = 5.0
 
 RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Pauses before a lost microphone is opened again, s; the last one goes on."""
+
+LOSS_TOLD_EVERY = 5.0
+"""Of sound that is lost block after block a user wants to read a line now and then, s."""
 
 CLOSING_TIME = 1.0
 """For the microphone to be closed, s; a sound server that hangs would never let go."""
@@ -51,6 +56,8 @@ class Hearing:
         device: str | None,
         inbox: Inbox,
         clock: Callable[[], float],
+        loudspeaker: Loudspeaker | None = None,
+        never_missed: Collection[str] = (),
     ) -> None:
         """Prepare to listen.
 
@@ -59,6 +66,8 @@ class Hearing:
             device: the microphone's number or a part of its name; None is the default one.
             inbox: where what is heard goes.
             clock: the time of the run, s.
+            loudspeaker: what the microphone hears of the robot itself, if it does.
+            never_missed: the commands that are heard also while the robot speaks.
         """
         self.peak = 0.0
         self.device = ""
@@ -66,6 +75,8 @@ class Hearing:
         self._wanted = device
         self._inbox = inbox
         self._clock = clock
+        self._loudspeaker = loudspeaker
+        self._never_missed = never_missed
         self._microphone: Microphone | None = None
         self._problem: str | None = None
         self._busy_since: float | None = None
@@ -90,11 +101,8 @@ class Hearing:
     ) -> None:
         self._closing.set()
         self._thread.join(CLOSING_TIME)
-
-    @property
-    def hangs(self) -> bool:
-        """Whether the sound system does not let go of the microphone."""
-        return self._thread.is_alive()
+        if self._thread.is_alive():
+            end_by_force(error)
 
     def trouble(self) -> str | None:
         """Tell why nothing is heard right now; None if all is well."""
@@ -126,6 +134,7 @@ class Hearing:
 
     def _begin(self, microphone: Microphone) -> None:
         self.device = microphone.name
+        microphone.alive = time.monotonic()  # to open it may have taken long
         self._microphone, self._problem = microphone, None
         self._opened.set()
 
@@ -135,7 +144,7 @@ class Hearing:
         self._problem = problem
 
     def _listen(self, microphone: Microphone) -> None:
-        stream = self._recognizer.stream("microphone")
+        ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed)
         watch = _Watch(self._inbox, self._clock)
         fed = 0
         for block in microphone:
@@ -146,9 +155,10 @@ class Hearing:
             self.peak = watch.look_at(block, microphone.lost)
             # When the stream began, by the clock of the run.
             begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
-            for event in stream.feed(block):
+            for event in ears.feed(block, microphone.arrived):
                 self._inbox.put(self._now(event, begun))
-            self._busy_since = None
+            if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
+                self._busy_since = None
 
     def _now(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
         """Give what was heard the times of the run."""
@@ -167,13 +177,15 @@ class _Watch:
         self._inbox = inbox
         self._clock = clock
         self._lost = 0
+        self._loss_told = -LOSS_TOLD_EVERY  # when
         self._zeros = 0.0  # s
 
     def look_at(self, block: Samples, lost: int) -> float:
         """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
-        if lost > self._lost:
+        now = self._clock()
+        if lost > self._lost and now - self._loss_told >= LOSS_TOLD_EVERY:
             seconds = (lost - self._lost) * BLOCK_SECONDS
-            self._lost = lost
+            self._lost, self._loss_told = lost, now
             self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
         peak = float(np.abs(block).max(initial=0)) / 32768
         before = self._zeros

@@ -22,7 +22,9 @@ class ConsoleRobot(Robot):
             if velocity == self._velocity:
                 return
             self._velocity = velocity
-        print(f"{event.t:7.1f} s  {_in_words(event)}", file=self._stream, flush=True)
+        # In one piece: a signal ends the run between two calls, and zero velocity still follows.
+        self._stream.write(f"{event.t:7.1f} s  {_in_words(event)}\n")
+        self._stream.flush()
 
 
 def _in_words(event: Event) -> str:

@@ -1,0 +1,99 @@
+"""Takes what the loudspeaker gave out from what the microphone heard: pure.
+
+In each band of frequencies the echo is what was played in the last moments, each moment weighted by
+how the room gives it back; the weights are those that leave the least (least squares). That is the
+convolutive transfer function of Talmon, Cohen and Gannot (2009), here for one window of sound, so
+nothing has to be learnt beforehand and nothing is remembered.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import SAMPLE_RATE, Samples
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Spectrum: TypeAlias = npt.NDArray[np.complex128]
+
+WINDOW = 512
+HOP = 256
+
+EDGE = WINDOW - HOP
+"""At either end so many samples are not whole: some of their windows lie outside."""
+
+MOMENTS = 6
+"""Hops of the past that the room gives back, 96 ms: a loudspeaker on a robot is close by."""
+
+AHEAD = 1
+"""Hops by which the delay that was found may be too long."""
+
+RIDGE = 1e-3
+"""Of the mean power, added to the diagonal: where nothing was played there are no weights."""
+
+MOST_DELAY = int(0.4 * SAMPLE_RATE)
+"""Samples between what the loudspeaker is said to give out and its arrival."""
+
+SLOPE = np.sqrt(np.hanning(WINDOW + 1)[:-1])
+
+
+def without_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
+    """Take the echo out.
+
+    Args:
+        heard: what the microphone gave, 16 kHz.
+        played: what the loudspeaker was given, 16 kHz; it ends with the same moment, as well as
+            that is known, and begins `MOST_DELAY` earlier.
+
+    Returns:
+        As many samples as were heard.
+    """
+    start = MOST_DELAY - _delay(heard, played)
+    source = _spectrum(played[start : start + len(heard)].astype(np.float64))
+    sound = _spectrum(heard.astype(np.float64))
+    moments = _moments(source)
+    adjoint = moments.conj().transpose(0, 2, 1)
+    power = adjoint @ moments
+    mean = np.einsum("fkk->f", power).real / power.shape[1]
+    ridge = RIDGE * mean + 1e-9 * mean.max(initial=0) + 1e-12
+    weights = np.linalg.solve(
+        power + ridge[:, None, None] * np.eye(power.shape[1]), adjoint @ sound.T[:, :, None]
+    )
+    rest = sound - (moments @ weights)[:, :, 0].T
+    return np.clip(np.rint(_samples(rest, len(heard))), -32768, 32767).astype(np.int16)
+
+
+def _delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
+    """Find by how many samples what is heard comes after what is played (GCC-PHAT)."""
+    size = len(heard) + len(played)
+    cross = np.fft.rfft(heard, size) * np.fft.rfft(played, size).conj()
+    likeness = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-9), size)
+    # A shift of the whole `played`: it begins `MOST_DELAY` before `heard`.
+    shifts = np.arange(MOST_DELAY + 1)
+    return int(shifts[np.argmax(likeness[shifts - MOST_DELAY])])
+
+
+def _spectrum(samples: Floats) -> Spectrum:
+    frames = np.lib.stride_tricks.sliding_window_view(samples, WINDOW)[::HOP]
+    return np.fft.rfft(frames * SLOPE, axis=1)
+
+
+def _samples(spectrum: Spectrum, length: int) -> Floats:
+    """Back to samples by overlap and add."""
+    frames = np.fft.irfft(spectrum, axis=1) * SLOPE
+    samples = np.zeros(length)
+    for number, frame in enumerate(frames):
+        samples[number * HOP : number * HOP + WINDOW] += frame
+    return samples * 2 * HOP / WINDOW
+
+
+def _moments(source: Spectrum) -> Spectrum:
+    """What was played around each frame: bands, frames, moments."""
+    frames, bands = source.shape
+    moments = np.zeros((bands, frames, AHEAD + MOMENTS), complex)
+    for number, shift in enumerate(range(-AHEAD, MOMENTS)):
+        begin, end = max(0, shift), min(frames, frames + shift)
+        moments[:, begin:end, number] = source[begin - shift : end - shift].T
+    return moments

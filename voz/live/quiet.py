@@ -1,0 +1,36 @@
+"""Keeps what C libraries write to standard error out of sight."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def quiet_libraries() -> Iterator[None]:
+    """Let nobody but Python write to standard error for the length of a `with` block.
+
+    Of a lost microphone ALSA and PortAudio write ten lines at each attempt to open it anew, in the
+    midst of the display.
+    """
+    try:
+        theirs = sys.stderr.fileno()
+    except (AttributeError, OSError, ValueError):  # there is none, or it is no file
+        yield
+        return
+    before = sys.stderr
+    before.flush()
+    with (
+        os.fdopen(os.dup(theirs), "w", buffering=1, errors="backslashreplace") as ours,
+        open(os.devnull, "w") as nowhere,  # noqa: PTH123
+    ):
+        os.dup2(nowhere.fileno(), theirs)
+        sys.stderr = ours
+        try:
+            yield
+        finally:
+            sys.stderr = before
+            ours.flush()
+            os.dup2(ours.fileno(), theirs)

@@ -11,8 +11,11 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TypeVar
 
+from msgspec.structs import replace
+
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import printable, read_blocks
+from voz.bags import Sayings
 from voz.config import Safety
 from voz.control.safety import zero_at_the_end
 from voz.drive import CYCLES_PER_SECOND, Drive
@@ -160,6 +163,25 @@ def _heard(
         except AudioError as error:
             yield error
         yield heard / SAMPLE_RATE
+
+
+def drive_by_bag(
+    pipeline: Pipeline, path: Path, sayings: Sayings, commands: Collection[str]
+) -> None:
+    """Obey the sentences in a bag, each at its time.
+
+    Args:
+        pipeline: what obeys.
+        path: the bag.
+        sayings: what it holds.
+        commands: the sentences of the command list; any other is not accepted.
+    """
+    end = sayings.seconds
+    for t, said in pipeline.awaited(sayings.said):
+        text = normalise(said)
+        pipeline.hear(replace(typed(text, text in commands, t), source=printable(path)))
+        end = max(end, t + 1 / CYCLES_PER_SECOND)  # the last command takes effect
+    pipeline.pass_until(end)
 
 
 def typed(text: str, known: bool, now: float) -> Utterance:

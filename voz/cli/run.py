@@ -42,6 +42,9 @@ def run(
     text: Annotated[
         str | None, typer.Option(metavar="FILE|-", help="Typed commands, a line each.")
     ] = None,
+    replay: Annotated[
+        Path | None, typer.Option(metavar="BAG", help="What a bag has on recognizer/output.")
+    ] = None,
     robot: Annotated[
         list[str] | None,
         typer.Option(
@@ -57,6 +60,10 @@ def run(
     ] = None,
     animation: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Show the simulator move, .gif or .mp4.")
+    ] = None,
+    bag: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what is published: .mcap, .db3, .bag, or none."),
     ] = None,
     events: Annotated[
         str | None, typer.Option(metavar="FILE|-", help="Write all events as JSON lines.")
@@ -83,14 +90,16 @@ def run(
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
     from voz import pipeline
+    from voz.bags import bag_of, check_bag, read_sayings
     from voz.language.files import read_sentences
     from voz.live.quiet import quiet_libraries
     from voz.robot.robots import have_a_clock, robot_names
 
     recordings = [*(wav or []), *(more or [])]
-    if recordings and text:
-        raise ConfigError("say what to obey: either --wav FILE... or --text FILE, see --help")
-    live = not recordings and not text
+    sources = [bool(source) for source in (recordings, text, replay)]
+    if sum(sources) > 1:
+        raise ConfigError("say what to obey: either --wav FILE... or --text FILE or --replay BAG")
+    live = not any(sources)
     settings = options.settings(
         safety={"enabled": False if no_safety else None},
         speech={"enabled": False if no_sound else None},
@@ -105,9 +114,13 @@ def run(
         stream = sys.stderr if events == "-" else sys.stdout
         plan = Plan(names, live, clocked, stream, _terminal(stream), picture, animation)
         plan.check()
+        if bag:
+            check_bag(bag)
         language = options.language(settings)
         lines: Iterable[str] = open_text(text, "r", files) if text else []
-        if not text:
+        if replay:
+            sayings = read_sayings(replay)
+        elif not text:
             place = _microphone(device) if live else "recordings"
             recognizer = files.enter_context(
                 _recognizer(language, settings.recognition, profile, place if adapt else None)
@@ -117,6 +130,8 @@ def run(
         take: Callable[[Warning], None] = inbox.put if clocked else lambda w: drive.emit(w)
         robots = files.enter_context(robots_of(plan, settings, take))
         receivers = [*robots.receivers, *log]
+        if bag:
+            receivers.append(files.enter_context(bag_of(bag)))
         if live:
             from voz.live.session import run_live
 
@@ -137,6 +152,8 @@ def run(
         with pipeline.running(receivers, settings.safety, voice, listening, kind) as drive:
             if text:
                 pipeline.drive_by_text(drive, lines, read_sentences(language))
+            elif replay:
+                pipeline.drive_by_bag(drive, replay, sayings, read_sentences(language))
             else:
                 unreadable = pipeline.drive_by_recordings(drive, recordings, recognizer)
     if unreadable:

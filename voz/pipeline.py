@@ -27,6 +27,9 @@ from voz.speech.speaker import Speaker
 
 Item = TypeVar("Item")
 
+TYPED = "text"
+"""The source of an utterance that was typed."""
+
 NO_COMMAND = ("", "-")
 """Typed lines that only let a cycle pass."""
 
@@ -193,7 +196,7 @@ def typed(text: str, known: bool, now: float) -> Utterance:
         now: the time, s.
     """
     reason: Reason | None = None if known else "not_a_command"
-    return Utterance(now, text, float(known), known, now, now, "text", reason=reason)
+    return Utterance(now, text, float(known), known, now, now, TYPED, reason=reason)
 
 
 def replies_to(speaker: Speaker) -> Callable[[Event], None]:

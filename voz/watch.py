@@ -9,7 +9,11 @@ from voz.events import Warning
 
 
 class Watch:
-    """Looks after one thing that a run needs."""
+    """Looks after one thing that a run needs.
+
+    Attributes:
+        lost: whether it was lost when last looked at.
+    """
 
     def __init__(self, drive: Drive, trouble: Callable[[], str | None], again: str) -> None:
         """Begin with all well.
@@ -22,7 +26,7 @@ class Watch:
         self._drive = drive
         self._trouble = trouble
         self._again = again
-        self._lost = False
+        self.lost = False
 
     def look(self, now: float) -> None:
         """Stop if it was lost just now, and tell; the same if it is back.
@@ -31,9 +35,9 @@ class Watch:
             now: the time of the run, s.
         """
         found = self._trouble()
-        if bool(found) == self._lost:
+        if bool(found) == self.lost:
             return
-        self._lost = bool(found)
+        self.lost = bool(found)
         self._drive.halt()  # also when it is back: what was said meanwhile is out of date
         again = f"{self._again}; the robot waits for a command"
         self._drive.emit(Warning(now, f"{found}: the robot stops" if found else again))

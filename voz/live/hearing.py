@@ -79,6 +79,7 @@ class Hearing:
         self._never_missed = never_missed
         self._microphone: Microphone | None = None
         self._problem: str | None = None
+        self._failures = 0  # to listen, one after the other
         self._busy_since: float | None = None
         self._closing = threading.Event()
         self._opened = threading.Event()
@@ -117,11 +118,9 @@ class Hearing:
         return None
 
     def _work(self) -> None:
-        failures = 0
         while not self._closing.is_set():
             try:
                 with listening(self._wanted) as microphone:
-                    failures = 0
                     self._begin(microphone)
                     self._listen(microphone)
             except VozError as error:
@@ -129,13 +128,13 @@ class Hearing:
             except Exception as error:  # whatever it is, the robot must not drive on unheard
                 self._lose(f"the recogniser fails ({error!r})")
             self._opened.set()
-            self._closing.wait(RETRIES[min(failures, len(RETRIES) - 1)])
-            failures += 1
+            self._closing.wait(RETRIES[min(self._failures, len(RETRIES) - 1)])
+            self._failures += 1
 
     def _begin(self, microphone: Microphone) -> None:
         self.device = microphone.name
         microphone.alive = time.monotonic()  # to open it may have taken long
-        self._microphone, self._problem = microphone, None
+        self._microphone = microphone
         self._opened.set()
 
     def _lose(self, problem: str) -> None:
@@ -157,6 +156,7 @@ class Hearing:
             begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
             for event in ears.feed(block, microphone.arrived):
                 self._inbox.put(self._now(event, begun))
+            self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None
 

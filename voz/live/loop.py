@@ -9,6 +9,7 @@ from typing import NoReturn
 from voz.drive import CYCLES_PER_SECOND, Drive
 from voz.events import Partial, Utterance
 from voz.live.messages import Halt, Inbox, Message
+from voz.pipeline import TYPED
 from voz.watch import Watch
 
 CYCLE = 1 / CYCLES_PER_SECOND
@@ -33,7 +34,7 @@ def drive_live(
         watches: look after what else is needed, in each cycle too.
     """
     cycle = 0
-    watches = [Watch(drive, trouble, "listening again"), *watches]
+    hearing = Watch(drive, trouble, "listening again")
     while True:
         now = clock()
         due = cycle * CYCLE
@@ -44,10 +45,12 @@ def drive_live(
                 continue
             before = drive.velocities
             take(drive, message)
+            if hearing.lost and isinstance(message, Utterance) and message.source != TYPED:
+                drive.halt()  # said long ago: hearing is behind
             if drive.velocities != before:
                 drive.send(stamp(clock()))
             continue
-        for watch in watches:
+        for watch in (hearing, *watches):
             watch.look(stamp(now))
         drive.send(stamp(now))
         cycle = max(cycle, int(now * CYCLES_PER_SECOND)) + 1  # a beat that was missed is left out

@@ -42,12 +42,18 @@ def _simulator(setup: Setup) -> Robot:
     return SimulatedRobot(setup.settings.simulator, setup.warn)
 
 
-def _ros(name: str) -> Callable[[Setup], Robot]:
-    """A robot in a module of its name, made from the settings in the table of its name."""
+def _ros(name: str, *others: str) -> Callable[[Setup], Robot]:
+    """A robot in a module of its name, made from the settings in the table of its name.
+
+    Args:
+        name: of the robot.
+        others: what else of the setup it is made from.
+    """
 
     def load(setup: Setup) -> Robot:
         kind = _imported(name, f"voz.robot.{name}", f"{name.capitalize()}Robot")
-        return kind(getattr(setup.settings, name))
+        more = (getattr(setup, other) for other in others)
+        return kind(getattr(setup.settings, name), *more)
 
     return load
 
@@ -56,7 +62,7 @@ ROBOTS: Mapping[str, Callable[[Setup], Robot]] = {
     "console": _console,
     "simulator": _simulator,
     "ros1": _ros("ros1"),
-    "ros2": _ros("ros2"),
+    "ros2": _ros("ros2", "warn"),
 }
 """What makes each robot; what it needs is imported only then."""
 

@@ -2,6 +2,7 @@
 # Installs what voz needs on Debian or Ubuntu, and only what is missing.
 #
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
+#   sh tools/install.sh demo     what draws pictures as well
 #   sh tools/install.sh tests    what the tests need as well
 #
 # Set PYTHON to use another Python than `python3`.
@@ -12,7 +13,9 @@ python=${PYTHON:-python3}
 extra=
 packages="festival festvox-kallpc16k libportaudio2"
 why="festival and its voice speak the replies, PortAudio plays them"
-if [ "${1:-}" = tests ]; then
+if [ "${1:-}" = demo ]; then
+    extra="[report]"
+elif [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg"

@@ -153,9 +153,11 @@ class Config(Section, frozen=True, kw_only=True):
 
     Attributes:
         lm: folder of the language files; None looks for `lm/` here, then in the package.
+        robot: who receives the motion, by the names in `voz.robot.robots`.
     """
 
     lm: str | None = None
+    robot: tuple[str, ...] = ("console",)
     recognition: Recognition = Recognition()
     safety: Safety = Safety()
     speech: Speech = Speech()

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from queue import SimpleQueue
 from typing import NoReturn
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.live import Live
 
 from voz.config import Config
@@ -22,11 +21,12 @@ from voz.live.display import Display
 from voz.live.hearing import Hearing
 from voz.live.keyboard import keys
 from voz.live.loop import drive_live, stamp
-from voz.live.messages import Message
+from voz.live.messages import Inbox
 from voz.live.recorder import Recorder
 from voz.pipeline import NO_COMMAND, replies_to, typed
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
+from voz.watch import over_robots
 
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""
@@ -40,10 +40,13 @@ def run_live(
     settings: Config,
     recognizer: Recognizer,
     commands: Collection[str],
+    inbox: Inbox,
     device: str | None = None,
     listening: bool = False,
     terminal: Console | None = None,
     record: Path | None = None,
+    lost: Mapping[str, Callable[[], str | None]] | None = None,
+    extra: RenderableType | None = None,
 ) -> NoReturn:
     """Drive a robot by a microphone and the keyboard until a signal ends the program.
 
@@ -52,16 +55,18 @@ def run_live(
         settings: the safety rules and the voice.
         recognizer: what understands.
         commands: the sentences that may be typed.
+        inbox: what is heard goes through it; others may warn of something by it.
         device: the microphone's number or a part of its name; None is the default one.
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
         record: the folder in which what is heard is kept.
+        lost: tells of each robot, by its name, why it is lost (S5).
+        extra: what the terminal shows besides.
 
     Raises:
         AudioError: there is no such microphone.
     """
     sys.setswitchinterval(SWITCH)
-    inbox: SimpleQueue[Message] = SimpleQueue()
     begun = time.monotonic()
 
     def clock() -> float:
@@ -92,13 +97,14 @@ def run_live(
                 lambda: line.text,
                 hearing.device,
                 lambda: recorder.note if recorder else "",
+                extra,
             )
             told.append(display.receive)
         drive = Drive(told, settings.safety, listening)
         if terminal:
             parts.enter_context(drawn(display, terminal))
         parts.enter_context(zero_at_the_end(lambda: drive.zero(stamp(clock()))))
-        drive_live(drive, inbox, hearing.trouble, clock)
+        drive_live(drive, inbox, hearing.trouble, clock, over_robots(drive, lost or {}))
 
 
 def drawn(display: Display, terminal: Console) -> Live:

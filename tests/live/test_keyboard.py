@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
 import json
 import os
@@ -76,6 +75,7 @@ class Terminal:
     def __init__(self, environment: dict[str, str], folder: Path) -> None:
         self._log = folder / "events.jsonl"
         self._ours, theirs = pty.openpty()
+        self._open = [self._ours, theirs]
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 30, 100, 0, 0))
         self.before = termios.tcgetattr(theirs)
         self._theirs = theirs
@@ -130,9 +130,8 @@ class Terminal:
 
     def hang_up(self) -> None:
         """Close the terminal, as its window does."""
-        for descriptor in (self._ours, self._theirs):
-            with contextlib.suppress(OSError):  # it is closed already
-                os.close(descriptor)
+        while self._open:
+            os.close(self._open.pop())
 
     def close(self) -> None:
         self.process.kill()

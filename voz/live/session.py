@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NoReturn
 
@@ -107,6 +107,13 @@ def run_live(
         drive_live(drive, inbox, hearing.trouble, clock, over_robots(drive, lost or {}))
 
 
-def drawn(display: Display, terminal: Console) -> Live:
-    """A display that is drawn anew for the length of a `with` block."""
-    return Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN)
+@contextmanager
+def drawn(display: Display, terminal: Console) -> Iterator[None]:
+    """Draw a display anew, again and again, for the length of a `with` block."""
+    live = Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN)
+    live.start()
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # the terminal was closed, which is why it ends
+            live.stop()

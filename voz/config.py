@@ -26,6 +26,7 @@ Metres = Annotated[float, msgspec.Meta(ge=0, le=100)]
 Length = Annotated[float, msgspec.Meta(ge=0.1, le=100)]  # thinner, and a robot drives through it
 Angle = Annotated[float, msgspec.Meta(ge=-6.3, le=6.3)]
 Rate = Annotated[float, msgspec.Meta(ge=0.01, le=10)]
+Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
 Seconds = Annotated[float, msgspec.Meta(ge=0.01, le=60)]
 
 
@@ -82,6 +83,16 @@ class Speech(Section, frozen=True, kw_only=True):
 
     enabled: bool = True
     voice: str = "kal_diphone"
+
+
+class Recording(Section, frozen=True, kw_only=True):
+    """What `voz run --record` keeps.
+
+    Attributes:
+        gigabytes: what the recordings may take on the disk; beyond it the oldest are removed.
+    """
+
+    gigabytes: Gigabytes = 1.0
 
 
 class Simulator(Section, frozen=True, kw_only=True):
@@ -150,6 +161,7 @@ class Config(Section, frozen=True, kw_only=True):
     recognition: Recognition = Recognition()
     safety: Safety = Safety()
     speech: Speech = Speech()
+    recording: Recording = Recording()
     simulator: Simulator = Simulator()
 
 

@@ -80,6 +80,10 @@ def run(
     listening: Annotated[
         bool, typer.Option("--listening", help='Obey from the start, without "start speech".')
     ] = False,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
+    ] = None,
     profile: ProfileOption = None,
     adapt: Annotated[
         bool,
@@ -104,6 +108,8 @@ def run(
     if sum(sources) > 1:
         raise ConfigError("say what to obey: either --wav FILE... or --text FILE or --replay BAG")
     live = not any(sources)
+    if record and not live:
+        raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
     settings = options.settings(
         safety={"enabled": False if no_safety else None},
         speech={"enabled": False if no_sound else None},
@@ -148,11 +154,12 @@ def run(
                 recognizer,
                 read_sentences(language),
                 inbox,
-                device,
-                listening,
-                plan.terminal,
-                robots.lost,
-                robots.view,
+                device=device,
+                listening=listening,
+                terminal=plan.terminal,
+                record=record,
+                lost=robots.lost,
+                extra=robots.view,
             )
         voice = settings.speech.voice if settings.speech.enabled else None
         kind = _by_the_clock(robots.lost, inbox) if clocked else pipeline.Pipeline

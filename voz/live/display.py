@@ -44,7 +44,7 @@ class Display:
         listening: Callable[[], bool],
         typing: Callable[[], str],
         device: str,
-        note: str = "",
+        note: Callable[[], str] = lambda: "",
         extra: RenderableType | None = None,
     ) -> None:
         """Start with nothing heard.
@@ -54,7 +54,7 @@ class Display:
             listening: whether commands are obeyed.
             typing: gives the line that is being typed.
             device: the name of the microphone.
-            note: something to be seen all the time.
+            note: gives what is to be seen all the time.
             extra: what is drawn below, or beside if there is room.
         """
         self._peak = peak
@@ -96,8 +96,8 @@ class Display:
             label = "heard" if number == 0 else ""
             table.add_row(label, self._lines[number] if number < len(self._lines) else "")
         table.add_row("type", Text(self._typing() + "▏"))
-        if self._note:
-            table.add_row("", Text(self._note, "yellow"))
+        if note := self._note():
+            table.add_row("", Text(note, "yellow"))
         on = self._listening()
         title = Text(
             " listening " if on else ' say "start speech" ', "black on green" if on else ""

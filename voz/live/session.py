@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import NoReturn
 
 from rich.console import Console, RenderableType
@@ -14,13 +15,14 @@ from rich.live import Live
 from voz.config import Config
 from voz.control.safety import zero_at_the_end
 from voz.drive import Drive
-from voz.events import Event
+from voz.events import Event, Warning
 from voz.language.commands import normalise
 from voz.live.display import Display
 from voz.live.hearing import Hearing
 from voz.live.keyboard import keys
 from voz.live.loop import drive_live, stamp
 from voz.live.messages import Inbox
+from voz.live.recorder import Recorder
 from voz.pipeline import NO_COMMAND, replies_to, typed
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
@@ -42,6 +44,7 @@ def run_live(
     device: str | None = None,
     listening: bool = False,
     terminal: Console | None = None,
+    record: Path | None = None,
     lost: Mapping[str, Callable[[], str | None]] | None = None,
     extra: RenderableType | None = None,
 ) -> NoReturn:
@@ -56,6 +59,7 @@ def run_live(
         device: the microphone's number or a part of its name; None is the default one.
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
+        record: the folder in which what is heard is kept.
         lost: tells of each robot, by its name, why it is lost (S5).
         extra: what the terminal shows besides.
 
@@ -73,9 +77,16 @@ def run_live(
         if text not in NO_COMMAND:
             inbox.put(typed(text, text in commands, stamp(clock())))
 
+    def warn(text: str) -> None:
+        inbox.put(Warning(stamp(clock()), text))
+
     voice = settings.speech.voice if settings.speech.enabled else None
     with ExitStack() as parts:
-        hearing = parts.enter_context(Hearing(recognizer, device, inbox, clock))
+        recorder = None
+        if record:
+            recorder = parts.enter_context(Recorder(record, settings.recording.gigabytes, warn))
+        hearing = Hearing(recognizer, device, inbox, clock, recorder=recorder)
+        parts.enter_context(hearing)
         line = parts.enter_context(keys(inbox, obey))
         speaker = parts.enter_context(Speaker(voice)) if voice else None
         told = [*receivers, *([replies_to(speaker)] if speaker else [])]
@@ -85,7 +96,8 @@ def run_live(
                 lambda: drive.listening,
                 lambda: line.text,
                 hearing.device,
-                extra=extra,
+                lambda: recorder.note if recorder else "",
+                extra,
             )
             told.append(display.receive)
         drive = Drive(told, settings.safety, listening)

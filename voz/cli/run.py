@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
-from typing import IO, TYPE_CHECKING, Annotated, TextIO
+from typing import IO, TYPE_CHECKING, Annotated, TextIO, TypeAlias
 
 import typer
 
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from voz.pipeline import Pipeline
     from voz.recognition.profiles import Profile
     from voz.recognition.recognizer import Recognizer
+
+
+Obey: TypeAlias = "Callable[[Pipeline], list[str] | None]"
+"""Drives by what is not live; gives what of it could not be read."""
 
 
 @with_options
@@ -94,7 +98,7 @@ def run(
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
     from voz import pipeline
-    from voz.bags import bag_of, check_bag, read_sayings
+    from voz.bags import bag_of, check_bag
     from voz.language.files import read_sentences
     from voz.live.quiet import quiet_libraries
     from voz.robot.robots import have_a_clock, robot_names
@@ -113,7 +117,7 @@ def run(
     )
     names = robot_names(settings.robot)
     clocked = live or realtime or have_a_clock(names)
-    unreadable: list[str] = []
+    unreadable: list[str] | None = None
     with ExitStack() as files:
         if live:
             files.enter_context(quiet_libraries())
@@ -123,14 +127,17 @@ def run(
         if bag:
             check_bag(bag)
         language = options.language(settings)
-        lines: Iterable[str] = open_text(text, "r", files) if text else []
-        if replay:
-            sayings = read_sayings(replay)
-        elif not text:
+        if not (text or replay):
             place = _microphone(device) if live else "recordings"
             recognizer = files.enter_context(
                 _recognizer(language, settings.recognition, profile, place if adapt else None)
             )
+        if text:
+            obey = _text(open_text(text, "r", files), language)
+        elif replay:
+            obey = _bag(replay, language)
+        elif recordings:
+            obey = partial(pipeline.drive_by_recordings, paths=recordings, recognizer=recognizer)
         log = [_event_log(open_text(events, "w", files))] if events else []
         inbox: Inbox = SimpleQueue()
         take: Callable[[Warning], None] = inbox.put if clocked else lambda w: drive.emit(w)
@@ -157,14 +164,25 @@ def run(
         voice = settings.speech.voice if settings.speech.enabled else None
         kind = _by_the_clock(robots.lost, inbox) if clocked else pipeline.Pipeline
         with pipeline.running(receivers, settings.safety, voice, listening, kind) as drive:
-            if text:
-                pipeline.drive_by_text(drive, lines, read_sentences(language))
-            elif replay:
-                pipeline.drive_by_bag(drive, replay, sayings, read_sentences(language))
-            else:
-                unreadable = pipeline.drive_by_recordings(drive, recordings, recognizer)
+            unreadable = obey(drive)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+def _text(lines: Iterable[str], language: LanguageFiles) -> Obey:
+    from voz.language.files import read_sentences
+    from voz.pipeline import drive_by_text
+
+    return partial(drive_by_text, lines=lines, commands=read_sentences(language))
+
+
+def _bag(path: Path, language: LanguageFiles) -> Obey:
+    from voz.bags import read_sayings
+    from voz.language.files import read_sentences
+    from voz.pipeline import drive_by_bag
+
+    commands = read_sentences(language)
+    return partial(drive_by_bag, path=path, sayings=read_sayings(path), commands=commands)
 
 
 def _by_the_clock(

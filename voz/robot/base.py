@@ -32,7 +32,7 @@ class Robot:
         raise NotImplementedError
 
     def lost(self) -> str | None:
-        """Tell why the robot cannot be reached now; None if it can. Asked in each cycle (S5)."""
+        """Tell why the robot cannot be reached now; None if it can. Asked after each event (S5)."""
         return None
 
     def close(self) -> None:

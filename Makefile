@@ -5,7 +5,8 @@
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
 
-demo: install ## Install what is missing, then drive a console robot by a recording
+demo: ## Install what is missing, then drive a console and a simulated robot by a recording
+	@sh tools/install.sh demo
 	@sh tools/demo.sh
 
 install: ## Install voz into .venv, with the system packages it needs
@@ -30,4 +31,5 @@ benchmark: install ## Print the figures that the README quotes
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-ros1 tests/ros1/node_modules demo build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-ros1 tests/ros1/node_modules demo demo.png build dist
+	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis

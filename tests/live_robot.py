@@ -17,6 +17,18 @@ from calls import VOZ
 AT_REST = (0.0, 0.0)
 
 
+BROKEN_WHILE_THERE = """
+import os, time
+from voz.recognition.recognizer import Stream
+feed = Stream.feed
+def broken(self, block):
+    if os.path.exists({file!r}):
+        {fault}
+    return feed(self, block)
+Stream.feed = broken
+"""
+
+
 class Arrived(NamedTuple):
     """An event, and when it arrived on the monotonic clock, s."""
 
@@ -142,3 +154,8 @@ def speak(environment: dict[str, str], path: Path) -> None:
     """Speak a recording into the microphone."""
     speaking = ["paplay", "--device=mic", "--latency-msec=20", str(path)]
     subprocess.run(speaking, env=environment, check=True)
+
+
+def broken_recognizer(file: Path, fault: str) -> str:
+    """Python that gives the recogniser a fault, a statement, for as long as a file is there."""
+    return BROKEN_WHILE_THERE.format(file=str(file), fault=fault)

@@ -18,10 +18,14 @@ step "3. Let the robot answer"
 $voz say "bep bep. I am listening you" --out demo/listening.wav
 $voz say "bep bep. I stop listening" --out demo/stopped.wav
 
+step "4. Drive a robot through a room by the same recording, and draw its way"
+$voz run --wav "$recording" --robot simulator --picture demo.png --no-sound
+
 cat <<'END'
 demo/events.jsonl    everything that happened, a line of JSON each
 demo/listening.wav   what the robot says to "start speech"
 demo/stopped.wav     what the robot says to "stop speech"
+demo.png             the way that it drove
 
 Now you: edit lm/comandos_voz.txt, then   .venv/bin/voz build-lm
          type commands yourself:          .venv/bin/voz run --text -

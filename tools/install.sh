@@ -2,6 +2,7 @@
 # Installs what voz needs on Debian or Ubuntu, and only what is missing.
 #
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
+#   sh tools/install.sh demo     what draws pictures as well
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
@@ -19,7 +20,9 @@ if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
     ros1="$ros1 python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
     ros1="$ros1 python3-rosnode python3-rosservice python3-rosparam python3-venv"
 fi
-if [ "${1:-}" = tests ]; then
+if [ "${1:-}" = demo ]; then
+    extra="[report]"
+elif [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg"

@@ -26,6 +26,7 @@ Metres = Annotated[float, msgspec.Meta(ge=0, le=100)]
 Length = Annotated[float, msgspec.Meta(ge=0.1, le=100)]  # thinner, and a robot drives through it
 Angle = Annotated[float, msgspec.Meta(ge=-6.3, le=6.3)]
 Rate = Annotated[float, msgspec.Meta(ge=0.01, le=10)]
+Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
 RosName = Annotated[str, msgspec.Meta(pattern=r"^[/~]?[A-Za-z]\w*(/\w+)*$")]
 Seconds = Annotated[float, msgspec.Meta(ge=0.01, le=60)]
 
@@ -83,6 +84,16 @@ class Speech(Section, frozen=True, kw_only=True):
 
     enabled: bool = True
     voice: str = "kal_diphone"
+
+
+class Recording(Section, frozen=True, kw_only=True):
+    """What `voz run --record` keeps.
+
+    Attributes:
+        gigabytes: what the recordings may take on the disk; beyond it the oldest are removed.
+    """
+
+    gigabytes: Gigabytes = 1.0
 
 
 class Simulator(Section, frozen=True, kw_only=True):
@@ -159,12 +170,15 @@ class Config(Section, frozen=True, kw_only=True):
 
     Attributes:
         lm: folder of the language files; None looks for `lm/` here, then in the package.
+        robot: who receives the motion, by the names in `voz.robot.robots`.
     """
 
     lm: str | None = None
+    robot: tuple[str, ...] = ("console",)
     recognition: Recognition = Recognition()
     safety: Safety = Safety()
     speech: Speech = Speech()
+    recording: Recording = Recording()
     simulator: Simulator = Simulator()
     ros1: Ros1 = Ros1()
 

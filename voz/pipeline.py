@@ -9,9 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import TypeVar
+
+from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import printable, read_blocks
+from voz.bags import Sayings
 from voz.config import Safety
 from voz.control.safety import zero_at_the_end
 from voz.drive import CYCLES_PER_SECOND, Drive
@@ -20,6 +24,11 @@ from voz.events import Event, Partial, Reason, Reply, Utterance, Warning, later
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
+
+Item = TypeVar("Item")
+
+TYPED = "text"
+"""The source of an utterance that was typed."""
 
 NO_COMMAND = ("", "-")
 """Typed lines that only let a cycle pass."""
@@ -45,9 +54,17 @@ class Pipeline(Drive):
 
     def hear(self, event: Utterance | Partial) -> None:
         """Let the cycles before something was heard pass, then take it."""
-        while self.now < event.t:
-            self.cycle()
+        self.pass_until(event.t)
         super().hear(event)
+
+    def pass_until(self, t: float) -> None:
+        """Let the cycles before a time pass, s."""
+        while self.now < t:
+            self.cycle()
+
+    def awaited(self, items: Iterable[Item]) -> Iterator[Item]:
+        """Give what is to be obeyed as it comes; here nothing happens while it does."""
+        yield from items
 
     def cycle(self) -> None:
         """Send the velocities once, and go on by 0.1 s."""
@@ -61,6 +78,7 @@ def running(
     safety: Safety,
     voice: str | None,
     listening: bool = False,
+    make: Callable[[Sequence[Callable[[Event], None]], Safety, bool], Pipeline] = Pipeline,
 ) -> Iterator[Pipeline]:
     """A pipeline for the length of a `with` block; whatever ends it, zero velocity is sent last.
 
@@ -69,12 +87,13 @@ def running(
         safety: the safety rules' settings.
         voice: who speaks the replies; None keeps the robot silent.
         listening: whether commands are obeyed before a `start speech`.
+        make: makes the pipeline, if it is to be another kind.
     """
     speaker = Speaker(voice) if voice else None
     with speaker or nullcontext():
         if speaker:
             receivers = [*receivers, replies_to(speaker)]
-        pipeline = Pipeline(receivers, safety, listening)
+        pipeline = make(receivers, safety, listening)
         with zero_at_the_end(lambda: pipeline.zero(pipeline.now)):
             yield pipeline
             if speaker:
@@ -92,7 +111,7 @@ def drive_by_text(pipeline: Pipeline, lines: Iterable[str], commands: Collection
         lines: the typed text.
         commands: the sentences of the command list; any other text is not accepted.
     """
-    for line in lines:
+    for line in pipeline.awaited(lines):
         text = normalise(line)
         if text not in NO_COMMAND:
             known = text in commands
@@ -115,6 +134,22 @@ def drive_by_recordings(
         What could not be read, one line each; each was a Warning too.
     """
     errors = []
+    for heard in pipeline.awaited(_heard(paths, recognizer)):
+        if isinstance(heard, AudioError):
+            errors.append(str(heard))
+            pipeline.emit(Warning(pipeline.now, str(heard)))
+        elif isinstance(heard, float):
+            pipeline.pass_until(heard)
+        else:
+            pipeline.hear(heard)
+    pipeline.cycle()  # the last command takes effect
+    return errors
+
+
+def _heard(
+    paths: Iterable[Path], recognizer: Recognizer
+) -> Iterator[Utterance | Partial | AudioError | float]:
+    """What is heard, what cannot be read, and when each recording ends, s."""
     heard = 0  # samples of all recordings so far
 
     def counted(blocks: Iterator[Samples]) -> Iterator[Samples]:
@@ -127,14 +162,29 @@ def drive_by_recordings(
         begin = heard / SAMPLE_RATE
         try:
             for event in recognizer.events(counted(read_blocks(path)), printable(path)):
-                pipeline.hear(later(event, begin))
+                yield later(event, begin)
         except AudioError as error:
-            errors.append(str(error))
-            pipeline.emit(Warning(pipeline.now, str(error)))
-        while pipeline.now < heard / SAMPLE_RATE:
-            pipeline.cycle()
-    pipeline.cycle()  # the last command takes effect
-    return errors
+            yield error
+        yield heard / SAMPLE_RATE
+
+
+def drive_by_bag(
+    pipeline: Pipeline, path: Path, sayings: Sayings, commands: Collection[str]
+) -> None:
+    """Obey the sentences in a bag, each at its time.
+
+    Args:
+        pipeline: what obeys.
+        path: the bag.
+        sayings: what it holds.
+        commands: the sentences of the command list; any other is not accepted.
+    """
+    end = sayings.seconds
+    for t, said in pipeline.awaited(sayings.said):
+        text = normalise(said)
+        pipeline.hear(replace(typed(text, text in commands, t), source=printable(path)))
+        end = max(end, t + 1 / CYCLES_PER_SECOND)  # the last command takes effect
+    pipeline.pass_until(end)
 
 
 def typed(text: str, known: bool, now: float) -> Utterance:
@@ -146,7 +196,7 @@ def typed(text: str, known: bool, now: float) -> Utterance:
         now: the time, s.
     """
     reason: Reason | None = None if known else "not_a_command"
-    return Utterance(now, text, float(known), known, now, now, "text", reason=reason)
+    return Utterance(now, text, float(known), known, now, now, TYPED, reason=reason)
 
 
 def replies_to(speaker: Speaker) -> Callable[[Event], None]:

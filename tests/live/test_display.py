@@ -20,7 +20,7 @@ def shown(display: Display, colours: bool = False) -> str:
 
 
 def a_display(peak: float = 0.1, listening: bool = True, note: str = "") -> Display:
-    return Display(lambda: peak, lambda: listening, lambda: "go fo", "USB Audio", note)
+    return Display(lambda: peak, lambda: listening, lambda: "go fo", "USB Audio", lambda: note)
 
 
 def heard(text: str, **others: object) -> Utterance:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from live_robot import LiveRobot, live_robot, moves, rests, speak, warns
+from live_robot import LiveRobot, broken_recognizer, live_robot, moves, rests, speak, warns
 from pulseaudio import running_server
 from recordings import GO_BACK
 
@@ -22,18 +22,6 @@ pytestmark = pytest.mark.slow
 Pulse = tuple[dict[str, str], "subprocess.Popen[bytes]"]
 
 AGAIN = warns("listening again; the robot waits for a command")
-
-WHILE_THERE = """
-import os, sys, time
-from voz.recognition.recognizer import Stream
-feed = Stream.feed
-def broken(self, block):
-    if os.path.exists("{file}"):
-        {fault}
-    return feed(self, block)
-Stream.feed = broken
-"""
-"""A decoder that is broken while a file is there."""
 
 
 @contextmanager
@@ -118,7 +106,7 @@ def test_a_recogniser_that_fails(
     fault: str, warning: str, pulse: dict[str, str], tmp_path: Path
 ) -> None:
     broken = tmp_path / "broken"
-    with driving(pulse, WHILE_THERE.format(file=broken, fault=fault)) as robot:
+    with driving(pulse, broken_recognizer(broken, fault)) as robot:
         since = len(robot.arrived)
         broken.touch()
         robot.wait_for(warns(warning), since)
@@ -132,7 +120,7 @@ def test_sound_that_is_lost_because_nobody_takes_it_is_a_warning(
     pulse: dict[str, str], tmp_path: Path
 ) -> None:
     broken = tmp_path / "broken"
-    with driving(pulse, WHILE_THERE.format(file=broken, fault="time.sleep(7)")) as robot:
+    with driving(pulse, broken_recognizer(broken, "time.sleep(7)")) as robot:
         since = len(robot.arrived)
         broken.touch()
         robot.wait_for(warns("too slow to follow"), since)

@@ -75,6 +75,7 @@ class Terminal:
     def __init__(self, environment: dict[str, str], folder: Path) -> None:
         self._log = folder / "events.jsonl"
         self._ours, theirs = pty.openpty()
+        self._open = [self._ours, theirs]
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 30, 100, 0, 0))
         self.before = termios.tcgetattr(theirs)
         self._theirs = theirs
@@ -127,11 +128,15 @@ class Terminal:
         self.look()
         return self.process.returncode
 
+    def hang_up(self) -> None:
+        """Close the terminal, as its window does."""
+        while self._open:
+            os.close(self._open.pop())
+
     def close(self) -> None:
         self.process.kill()
         self.process.wait()
-        os.close(self._ours)
-        os.close(self._theirs)
+        self.hang_up()
 
 
 def take_the_terminal() -> None:
@@ -187,4 +192,14 @@ def test_a_signal_ends_with_the_terminal_as_it_was(
     terminal.process.send_signal(number)
     assert terminal.end() == code
     assert terminal.settings() == terminal.before
+    assert terminal.events()[-1]["linear"] == 0
+
+
+@pytest.mark.slow
+def test_closing_the_terminal_stops_the_robot_and_ends(terminal: Terminal) -> None:
+    terminal.wait_for_velocity(0)
+    terminal.type("go forward\r")
+    terminal.wait_for_velocity(0.1)
+    terminal.hang_up()
+    assert terminal.process.wait(20) == 129
     assert terminal.events()[-1]["linear"] == 0

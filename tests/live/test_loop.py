@@ -82,8 +82,8 @@ class Room:
         return [(round(when, 3), event.text) for when, event in warnings]
 
 
-def heard(text: str) -> Utterance:
-    return Utterance(0, text, 0.9, True, 0, 0, "microphone")
+def heard(text: str, source: str = "microphone") -> Utterance:
+    return Utterance(0, text, 0.9, True, 0, 0, source)
 
 
 def test_the_beat_is_10_hz() -> None:
@@ -137,9 +137,14 @@ def test_after_that_the_robot_moves_on_a_new_command() -> None:
 
 
 def test_typed_commands_move_the_robot_also_while_nothing_is_heard() -> None:
-    room = Room(1, [(0.45, heard("go back"))], lost=(0.2, 3))
+    room = Room(1, [(0.45, heard("go back", "text"))], lost=(0.2, 3))
     assert room.twists[-1] == (1, -0.1)
     assert len(room.warnings) == 1
+
+
+def test_what_was_said_before_or_while_nothing_is_heard_comes_too_late() -> None:
+    room = Room(2, [(0.45, heard("go back")), (0.75, heard("go forward"))], lost=(0.2, 1.1))
+    assert all(linear == 0 for _, linear in room.twists)
 
 
 def test_warnings_are_passed_on() -> None:

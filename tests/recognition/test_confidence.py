@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.language.confusion import read_distances
-from voz.recognition.alignment import distance
 from voz.recognition.confidence import (
     A_BREATH,
     HURRIED,
@@ -32,6 +31,7 @@ SAID = Evidence(
     Path(-30.0, (Span("go", 10, 19, -8.0), Span("back(2)", 20, 49, -20.0))),
     {"go forward": -70.0, "stop": -90.0},
     Path(-25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 59, -4.0))),
+    Path(-40.0, (Span("_G", 10, 14, -5.0), Span("_OW", 15, 19, -15.0), Span("_B", 20, 44, -12.5))),
 )
 
 
@@ -43,8 +43,9 @@ def test_the_features_are_what_they_say() -> None:
             "phones": (-30 + 25) / 45,
             # go: -8 against 5 frames of _G at -1 and 5 of _B at -0.5; back: 25 frames of _B
             "worst word": min((-8 + 7.5) / 10, (-20 + 12.5) / 30),
+            # _OW: 5 frames of _B at -0.5; the others are heard as they are
+            "worst phone": (-15 + 2.5) / 5,
             "hurried": -pace - HURRIED,
-            "phones differ": distance(["G", "OW", "B", "AE", "K"], [("G", 5), ("B", 30)]) / 40,
             "not covered": 10 / 45,
             "sound after": math.log1p(10 - A_BREATH),
         }

@@ -134,9 +134,9 @@ def test_an_unsure_command_is_no_command_next_to_other_speech(
 ) -> None:
     recognizer = Recognizer(language, Recognition())
     alone = {r: utterances(recognizer, r) for r in recordings if r.kind == "command"}
-    # Sure enough alone, and not if the odds are a twelfth.
+    # Sure enough alone, and not if the odds are a twelfth, even if it is cut a little otherwise.
     unsure = [r for r, (u, *_) in alone.items() if u.accepted and u.text != "stop"]
-    unsure = [r for r in unsure if alone[r][0].confidence < 0.8]
+    unsure = [r for r in unsure if alone[r][0].confidence < 0.7]
     assert len(unsure) >= 3
     for r in unsure:
         (segment,) = segments([r.samples()])

@@ -18,7 +18,8 @@ def evidence(*word_scores: float, behind: float = 5.0) -> Evidence:
     phones = [Span("_AA", w.start, w.end, 0.0) for w in words]
     score = sum(w.score for w in words)
     rivals = {"turn left": score - behind * 20 * len(words), "stop": score - 1e4}
-    return Evidence("go go", Path(score, tuple(words)), rivals, Path(0.0, tuple(phones)))
+    path = Path(score, tuple(words))
+    return Evidence("go go", path, rivals, Path(0.0, tuple(phones)), spelled=path)
 
 
 @pytest.mark.parametrize(

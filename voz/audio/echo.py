@@ -24,8 +24,8 @@ HOP = 256
 EDGE = WINDOW - HOP
 """At either end so many samples are not whole: some of their windows lie outside."""
 
-MOMENTS = 6
-"""Hops of the past that the room gives back, 96 ms: a loudspeaker on a robot is close by."""
+MOMENTS = 12
+"""Hops of the past that the room gives back, 0.2 s."""
 
 AHEAD = 1
 """Hops by which the delay that was found may be too long."""
@@ -51,8 +51,8 @@ def without_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
         As many samples as were heard.
     """
     start = MOST_DELAY - _delay(heard, played)
-    source = _spectrum(played[start : start + len(heard)].astype(np.float64))
-    sound = _spectrum(heard.astype(np.float64))
+    source = _spectrum(played[start : start + len(heard)])
+    sound = _spectrum(heard)
     moments = _moments(source)
     adjoint = moments.conj().transpose(0, 2, 1)
     power = adjoint @ moments
@@ -62,7 +62,8 @@ def without_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
         power + ridge[:, None, None] * np.eye(power.shape[1]), adjoint @ sound.T[:, :, None]
     )
     rest = sound - (moments @ weights)[:, :, 0].T
-    return np.clip(np.rint(_samples(rest, len(heard))), -32768, 32767).astype(np.int16)
+    samples = _samples(rest)[-len(heard) :]
+    return np.clip(np.rint(samples), -32768, 32767).astype(np.int16)
 
 
 def _delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
@@ -75,15 +76,16 @@ def _delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
     return int(shifts[np.argmax(likeness[shifts - MOST_DELAY])])
 
 
-def _spectrum(samples: Floats) -> Spectrum:
-    frames = np.lib.stride_tricks.sliding_window_view(samples, WINDOW)[::HOP]
+def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:
+    whole = np.pad(samples.astype(np.float64), (-len(samples) % HOP, 0))  # the end counts
+    frames = np.lib.stride_tricks.sliding_window_view(whole, WINDOW)[::HOP]
     return np.fft.rfft(frames * SLOPE, axis=1)
 
 
-def _samples(spectrum: Spectrum, length: int) -> Floats:
+def _samples(spectrum: Spectrum) -> Floats:
     """Back to samples by overlap and add."""
     frames = np.fft.irfft(spectrum, axis=1) * SLOPE
-    samples = np.zeros(length)
+    samples = np.zeros((len(frames) - 1) * HOP + WINDOW)
     for number, frame in enumerate(frames):
         samples[number * HOP : number * HOP + WINDOW] += frame
     return samples * 2 * HOP / WINDOW

@@ -14,7 +14,8 @@ import numpy as np
 
 from voz.audio import Samples
 from voz.audio.denoise import FRAME, Floats, energies
-from voz.audio.voice import BLOCK, VoiceDetector
+from voz.audio.silero import BLOCK
+from voz.audio.voice import VoiceDetector
 
 FULL_SCALE = 20 * math.log10(32768)
 """The loudest that 16 bits hold, dB over one unit."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, TextIO
+from queue import SimpleQueue
+from typing import IO, TYPE_CHECKING, Annotated, TextIO, TypeAlias
 
 import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import DeviceOption, ProfileOption, Recognising, with_options
+from voz.cli.robots import Plan, robots_of
 from voz.cli.terminal import open_text, warn
 from voz.errors import ConfigError
 
@@ -19,10 +22,16 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from voz.config import Recognition
-    from voz.events import Event
+    from voz.events import Event, Warning
     from voz.language.files import LanguageFiles
+    from voz.live.messages import Inbox
+    from voz.pipeline import Pipeline
     from voz.recognition.profiles import Profile
     from voz.recognition.recognizer import Recognizer
+
+
+Obey: TypeAlias = "Callable[[Pipeline], list[str] | None]"
+"""Drives by what is not live; gives what of it could not be read."""
 
 
 @with_options
@@ -37,6 +46,29 @@ def run(
     text: Annotated[
         str | None, typer.Option(metavar="FILE|-", help="Typed commands, a line each.")
     ] = None,
+    replay: Annotated[
+        Path | None, typer.Option(metavar="BAG", help="What a bag has on recognizer/output.")
+    ] = None,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="console, simulator, ros1, ros2 or MODULE:CLASS; may be repeated.",
+        ),
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Recordings and text at their own pace.")
+    ] = False,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the simulator's way, .png or .svg.")
+    ] = None,
+    animation: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Show the simulator move, .gif or .mp4.")
+    ] = None,
+    bag: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what is published: .mcap, .db3, .bag, or none."),
+    ] = None,
     events: Annotated[
         str | None, typer.Option(metavar="FILE|-", help="Write all events as JSON lines.")
     ] = None,
@@ -48,6 +80,10 @@ def run(
     listening: Annotated[
         bool, typer.Option("--listening", help='Obey from the start, without "start speech".')
     ] = False,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
+    ] = None,
     profile: ProfileOption = None,
     adapt: Annotated[
         bool,
@@ -59,53 +95,102 @@ def run(
     With a microphone, space stops the robot at once and commands may be typed too. In a text,
     `-` alone on a line lets a cycle of 0.1 s pass with no command.
 
-    Examples: voz run
-              voz run --wav audio_fixtures/long/session.wav --events events.jsonl
+    Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
     from voz import pipeline
+    from voz.bags import bag_of, check_bag
     from voz.language.files import read_sentences
     from voz.live.quiet import quiet_libraries
-    from voz.robot.console import ConsoleRobot
+    from voz.robot.robots import have_a_clock, robot_names
 
     recordings = [*(wav or []), *(more or [])]
-    if recordings and text:
-        raise ConfigError("say what to obey: either --wav FILE... or --text FILE, see --help")
-    live = not recordings and not text
+    sources = [bool(source) for source in (recordings, text, replay)]
+    if sum(sources) > 1:
+        raise ConfigError("say what to obey: either --wav FILE... or --text FILE or --replay BAG")
+    live = not any(sources)
+    if record and not live:
+        raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
     settings = options.settings(
         safety={"enabled": False if no_safety else None},
         speech={"enabled": False if no_sound else None},
+        robot=robot or None,
     )
-    language = options.language(settings)
-    unreadable: list[str] = []
+    names = robot_names(settings.robot)
+    clocked = live or realtime or have_a_clock(names)
+    unreadable: list[str] | None = None
     with ExitStack() as files:
         if live:
             files.enter_context(quiet_libraries())
-        lines: Iterable[str] = open_text(text, "r", files) if text else []
-        if not text:
+        stream = sys.stderr if events == "-" else sys.stdout
+        plan = Plan(names, live, clocked, stream, _terminal(stream), picture, animation)
+        plan.check()
+        if bag:
+            check_bag(bag)
+        language = options.language(settings)
+        if not (text or replay):
             place = _microphone(device) if live else "recordings"
             recognizer = files.enter_context(
                 _recognizer(language, settings.recognition, profile, place if adapt else None)
             )
-        stream = sys.stderr if events == "-" else sys.stdout
-        terminal = _terminal(stream) if live else None
-        receivers: list[Callable[[Event], None]] = []
-        if terminal is None:
-            receivers.append(ConsoleRobot(stream).receive)
-        if events:
-            receivers.append(_event_log(open_text(events, "w", files)))
+        if text:
+            obey = _text(open_text(text, "r", files), language)
+        elif replay:
+            obey = _bag(replay, language)
+        elif recordings:
+            obey = partial(pipeline.drive_by_recordings, paths=recordings, recognizer=recognizer)
+        log = [_event_log(open_text(events, "w", files))] if events else []
+        inbox: Inbox = SimpleQueue()
+        take: Callable[[Warning], None] = inbox.put if clocked else lambda w: drive.emit(w)
+        robots = files.enter_context(robots_of(plan, settings, take))
+        receivers = [*robots.receivers, *log]
+        if bag:
+            receivers.append(files.enter_context(bag_of(bag)))
         if live:
             from voz.live.session import run_live
 
-            commands = read_sentences(language)
-            run_live(receivers, settings, recognizer, commands, device, listening, terminal)
+            run_live(
+                receivers,
+                settings,
+                recognizer,
+                read_sentences(language),
+                inbox,
+                device=device,
+                listening=listening,
+                terminal=plan.terminal,
+                record=record,
+                lost=robots.lost,
+                extra=robots.view,
+            )
         voice = settings.speech.voice if settings.speech.enabled else None
-        with pipeline.running(receivers, settings.safety, voice, listening) as robot:
-            if text:
-                pipeline.drive_by_text(robot, lines, read_sentences(language))
-            else:
-                unreadable = pipeline.drive_by_recordings(robot, recordings, recognizer)
+        kind = _by_the_clock(robots.lost, inbox) if clocked else pipeline.Pipeline
+        with pipeline.running(receivers, settings.safety, voice, listening, kind) as drive:
+            unreadable = obey(drive)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+def _text(lines: Iterable[str], language: LanguageFiles) -> Obey:
+    from voz.language.files import read_sentences
+    from voz.pipeline import drive_by_text
+
+    return partial(drive_by_text, lines=lines, commands=read_sentences(language))
+
+
+def _bag(path: Path, language: LanguageFiles) -> Obey:
+    from voz.bags import read_sayings
+    from voz.language.files import read_sentences
+    from voz.pipeline import drive_by_bag
+
+    commands = read_sentences(language)
+    return partial(drive_by_bag, path=path, sayings=read_sayings(path), commands=commands)
+
+
+def _by_the_clock(
+    lost: Mapping[str, Callable[[], str | None]], inbox: Inbox
+) -> Callable[..., Pipeline]:
+    from voz.realtime import RealtimePipeline
+
+    return partial(RealtimePipeline, lost=lost, inbox=inbox)
 
 
 def _microphone(device: str | None) -> str:

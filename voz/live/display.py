@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
@@ -26,6 +26,12 @@ FLOOR = -60.0
 LOUD = -3.0
 """Above it a microphone is about to clip, dBFS."""
 
+WIDTH = 76
+"""Of the panel, in characters."""
+
+BESIDE = 40
+"""Characters that something beside it needs; with less it goes below."""
+
 HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
 
 
@@ -38,7 +44,8 @@ class Display:
         listening: Callable[[], bool],
         typing: Callable[[], str],
         device: str,
-        note: str = "",
+        note: Callable[[], str] = lambda: "",
+        extra: RenderableType | None = None,
     ) -> None:
         """Start with nothing heard.
 
@@ -47,13 +54,15 @@ class Display:
             listening: whether commands are obeyed.
             typing: gives the line that is being typed.
             device: the name of the microphone.
-            note: something to be seen all the time.
+            note: gives what is to be seen all the time.
+            extra: what is drawn below, or beside if there is room.
         """
         self._peak = peak
         self._listening = listening
         self._typing = typing
         self._device = device
         self._note = note
+        self._extra = extra
         self._lines: deque[Text] = deque(maxlen=SHOWN)
         self._velocity = (0.0, 0.0)
         self._selected: int | None = None
@@ -71,6 +80,9 @@ class Display:
             self._lines.append(_line(event))
 
     def __rich__(self) -> RenderableType:
+        return Together(self._panel(), self._extra) if self._extra else self._panel()
+
+    def _panel(self) -> Panel:
         table = Table.grid(padding=(0, 2))
         table.add_column(style="dim", justify="right")
         table.add_column()
@@ -84,13 +96,33 @@ class Display:
             label = "heard" if number == 0 else ""
             table.add_row(label, self._lines[number] if number < len(self._lines) else "")
         table.add_row("type", Text(self._typing() + "▏"))
-        if self._note:
-            table.add_row("", Text(self._note, "yellow"))
+        if note := self._note():
+            table.add_row("", Text(note, "yellow"))
         on = self._listening()
         title = Text(
             " listening " if on else ' say "start speech" ', "black on green" if on else ""
         )
-        return Panel(Group(table), title=title, subtitle=Text(HELP, "dim"), width=76)
+        return Panel(Group(table), title=title, subtitle=Text(HELP, "dim"), width=WIDTH)
+
+
+class Together:
+    """A panel and something else: beside it in a wide terminal, below it in others."""
+
+    def __init__(self, panel: Panel, other: RenderableType) -> None:
+        self._panel = panel
+        self._other = other
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        if options.max_width < WIDTH + BESIDE:
+            yield self._panel
+            used = len(console.render_lines(self._panel, options))
+            yield from console.render(
+                self._other, options.update(height=max(1, options.size.height - used))
+            )
+            return
+        both = Table.grid(padding=(0, 1))
+        both.add_row(self._panel, self._other)
+        yield both
 
 
 def _level(peak: float) -> Text:

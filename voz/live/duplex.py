@@ -16,11 +16,11 @@ from voz.recognition.recognizer import Recognizer, Stream
 AFTERWARDS = 0.2
 """How long a room goes on giving back what was said, s."""
 
-WINDOW = int(1.5 * SAMPLE_RATE)
+WINDOW = 2 * SAMPLE_RATE
 """What the echo is estimated from."""
 
 STEP = int(0.24 * SAMPLE_RATE)
-"""How much is cleaned at a time: each time costs 15 ms of CPU."""
+"""How much is cleaned at a time: each time costs 30 ms of CPU."""
 
 
 class Loudspeaker(Protocol):
@@ -58,7 +58,7 @@ class HalfDuplex:
         self._never_missed = never_missed
         self._usual = recognizer.stream("microphone")
         self._fed = 0  # samples of the stream
-        self._window: Samples = np.zeros(0, np.int16)  # the last that were heard
+        self._window: Samples = np.zeros(WINDOW, np.int16)  # the last that were heard
         self._pending = 0  # of them that are not cleaned yet
         self._guard: Stream | None = None  # listens while the loudspeaker sounds
         self._guarded_since = 0.0  # in the stream, s
@@ -95,7 +95,7 @@ class HalfDuplex:
             self._pending = 0
             self._guarded_since = (self._fed - samples - EDGE) / SAMPLE_RATE
         self._pending += samples
-        if self._pending >= STEP and len(self._window) == WINDOW:
+        if self._pending >= STEP:
             cleaned = without_echo(self._window, self._played(loudspeaker, arrived))
             end = WINDOW - EDGE
             yield from self._counting(self._guard.feed(cleaned[end - self._pending : end]))

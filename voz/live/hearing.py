@@ -17,6 +17,7 @@ from voz.events import Partial, Utterance, Warning, later
 from voz.live.duplex import HalfDuplex, Loudspeaker
 from voz.live.ending import end_by_force
 from voz.live.messages import Inbox
+from voz.live.recorder import Recorder
 from voz.recognition.recognizer import Recognizer
 
 NO_BLOCK = 0.35
@@ -58,6 +59,7 @@ class Hearing:
         clock: Callable[[], float],
         loudspeaker: Loudspeaker | None = None,
         never_missed: Collection[str] = (),
+        recorder: Recorder | None = None,
     ) -> None:
         """Prepare to listen.
 
@@ -68,6 +70,7 @@ class Hearing:
             clock: the time of the run, s.
             loudspeaker: what the microphone hears of the robot itself, if it does.
             never_missed: the commands that are heard also while the robot speaks.
+            recorder: keeps what is heard.
         """
         self.peak = 0.0
         self.device = ""
@@ -77,8 +80,10 @@ class Hearing:
         self._clock = clock
         self._loudspeaker = loudspeaker
         self._never_missed = never_missed
+        self._recorder = recorder
         self._microphone: Microphone | None = None
         self._problem: str | None = None
+        self._failures = 0  # to listen, one after the other
         self._busy_since: float | None = None
         self._closing = threading.Event()
         self._opened = threading.Event()
@@ -117,25 +122,25 @@ class Hearing:
         return None
 
     def _work(self) -> None:
-        failures = 0
         while not self._closing.is_set():
             try:
                 with listening(self._wanted) as microphone:
-                    failures = 0
                     self._begin(microphone)
                     self._listen(microphone)
             except VozError as error:
                 self._lose(str(error))
             except Exception as error:  # whatever it is, the robot must not drive on unheard
                 self._lose(f"the recogniser fails ({error!r})")
+            if self._recorder:
+                self._recorder.end_stream()
             self._opened.set()
-            self._closing.wait(RETRIES[min(failures, len(RETRIES) - 1)])
-            failures += 1
+            self._closing.wait(RETRIES[min(self._failures, len(RETRIES) - 1)])
+            self._failures += 1
 
     def _begin(self, microphone: Microphone) -> None:
         self.device = microphone.name
         microphone.alive = time.monotonic()  # to open it may have taken long
-        self._microphone, self._problem = microphone, None
+        self._microphone = microphone
         self._opened.set()
 
     def _lose(self, problem: str) -> None:
@@ -155,8 +160,14 @@ class Hearing:
             self.peak = watch.look_at(block, microphone.lost)
             # When the stream began, by the clock of the run.
             begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
+            if self._recorder:
+                self._recorder.feed(block)
             for event in ears.feed(block, microphone.arrived):
-                self._inbox.put(self._now(event, begun))
+                told = self._now(event, begun)
+                self._inbox.put(told)
+                if self._recorder and isinstance(told, Utterance):
+                    self._recorder.mark(told, begun)
+            self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import queue
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from voz.drive import CYCLES_PER_SECOND, Drive
-from voz.events import Partial, Utterance, Warning
+from voz.events import Partial, Utterance
 from voz.live.messages import Halt, Inbox, Message
+from voz.pipeline import TYPED
+from voz.watch import Watch
 
 CYCLE = 1 / CYCLES_PER_SECOND
 
@@ -18,6 +20,7 @@ def drive_live(
     inbox: Inbox,
     trouble: Callable[[], str | None],
     clock: Callable[[], float],
+    watches: Sequence[Watch] = (),
 ) -> NoReturn:
     """Drive the robot until a signal ends the program.
 
@@ -28,9 +31,10 @@ def drive_live(
         inbox: what is heard and typed, and what goes wrong.
         trouble: tells why nothing is heard right now; asked in each cycle (S5).
         clock: the time of the run, s.
+        watches: look after what else is needed, in each cycle too.
     """
     cycle = 0
-    known: str | None = None
+    hearing = Watch(drive, trouble, "listening again")
     while True:
         now = clock()
         due = cycle * CYCLE
@@ -41,16 +45,13 @@ def drive_live(
                 continue
             before = drive.velocities
             take(drive, message)
+            if hearing.lost and isinstance(message, Utterance) and message.source != TYPED:
+                drive.halt()  # said long ago: hearing is behind
             if drive.velocities != before:
                 drive.send(stamp(clock()))
             continue
-        found = trouble()
-        if found and not known:
-            drive.halt()
-            drive.emit(Warning(stamp(now), f"{found}: the robot stops"))
-        elif known and not found:
-            drive.emit(Warning(stamp(now), "listening again; the robot waits for a command"))
-        known = found
+        for watch in (hearing, *watches):
+            watch.look(stamp(now))
         drive.send(stamp(now))
         cycle = max(cycle, int(now * CYCLES_PER_SECOND)) + 1  # a beat that was missed is left out
 

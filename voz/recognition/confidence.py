@@ -11,8 +11,7 @@ from msgspec.structs import replace
 
 from voz.errors import ConfigError
 from voz.language.confusion import read_distances
-from voz.recognition.alignment import distance
-from voz.recognition.evidence import Evidence, Path, Span
+from voz.recognition.evidence import Evidence, Path, Span, covered, overlap
 
 MODEL = FilePath(__file__).with_name("confidence.json")
 
@@ -92,16 +91,16 @@ def features(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> dict
     return {
         "phones": (command.score - phones.score) / phones.frames,
         "worst word": min(word_ratio(span, phones) for span in command.spans),
+        "worst phone": min(word_ratio(span, phones) for span in evidence.spelled.spans),
         "hurried": max(0.0, -min(_pace(w, phones_of[w.name]) for w in command.spans) - HURRIED),
-        "phones differ": _difference(evidence, phones_of),
-        "not covered": 1 - _covered(command, phones) / phones.frames,
+        "not covered": 1 - covered(command, phones) / phones.frames,
         "sound after": math.log1p(max(0, after - A_BREATH)),
     }
 
 
 def word_ratio(word: Span, phones: Path) -> float:
     """A word's log-likelihood ratio to the phones in its frames, nats for each frame."""
-    against = sum(_overlap(word, span) * span.score / span.frames for span in phones.spans)
+    against = sum(overlap(word, span) * span.score / span.frames for span in phones.spans)
     return (word.score - against) / word.frames
 
 
@@ -139,7 +138,8 @@ def among_speech(sure: float) -> float:
 
 def with_odds(share: float, factor: float) -> float:
     """Multiply the odds of a probability."""
-    return share * factor / (share * factor + 1 - share)
+    more = share * factor
+    return more / (more + (1 - share))  # so bracketed, never above 1
 
 
 def threshold_for(model: Model, alarms: float) -> float:
@@ -163,22 +163,3 @@ def _pace(word: Span, phones: Sequence[str]) -> float:
     """How slowly a word is said: the logarithm of its time over what its phones usually take."""
     usual = read_distances().frames
     return math.log(word.frames / sum(usual[phone] for phone in phones))
-
-
-def _difference(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> float:
-    """How far the phones heard are from those of the command, nats for each of its frames."""
-    words = evidence.command.spans
-    whole = Span("", words[0].start, words[-1].end, 0.0)
-    said = [phone for word in words for phone in phones_of[word.name]]
-    heard = [(p.name.removeprefix("_"), _overlap(whole, p)) for p in evidence.phones.spans]
-    # What overlaps by less than a phone's three states belongs to the neighbours.
-    return distance(said, [part for part in heard if part[1] > 2]) / whole.frames
-
-
-def _covered(command: Path, phones: Path) -> int:
-    """Frames of speech, as the phone loop has it, in which the command has a word too."""
-    return sum(_overlap(word, span) for word in command.spans for span in phones.spans)
-
-
-def _overlap(one: Span, other: Span) -> int:
-    return max(0, min(one.end, other.end) - max(one.start, other.start) + 1)

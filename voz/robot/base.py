@@ -24,11 +24,15 @@ class Robot:
         """
 
     def receive(self, event: Event) -> None:
-        """Take one event, in the order of time; a `Twist` comes 10 times a second."""
+        """Take one event, in the order of time; a `Twist` comes 10 times a second.
+
+        Each robot has a thread of its own for this. If it takes too long, only the newest `Twist`
+        is kept for it, and comes first.
+        """
         raise NotImplementedError
 
     def lost(self) -> str | None:
-        """Tell why the robot cannot be reached now; None if it can. Asked in each cycle (S5)."""
+        """Tell why the robot cannot be reached now; None if it can. Asked after each event (S5)."""
         return None
 
     def close(self) -> None:

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from voz.config import Simulator
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.robot.base import Robot
 from voz.simulation.world import State, gap, start, step
 
 DT = 0.01
@@ -49,7 +50,7 @@ class Trip(msgspec.Struct, frozen=True):
     collisions: tuple[Mark, ...] = ()
 
 
-class SimulatedRobot:
+class SimulatedRobot(Robot):
     """Follows the events through the room. The room's time is the events' own."""
 
     def __init__(

@@ -1,0 +1,216 @@
+"""`voz run --robot`: several robots, real time, and what is drawn."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from calls import VOZ, Result
+from recordings import Recording
+
+MOVES = ("cmd_vel", "selected_object")
+LINES = "start speech\ngo forward\n-\n-\nstop\n"
+
+
+def changes(run: Result) -> list[Any]:
+    """What the robot was asked to do, each as long as it was asked."""
+    asked = [e.get("value") or (e["linear"], e["angular"]) for e in run.json if e["type"] in MOVES]
+    return [after for before, after in itertools.pairwise(asked) if before != after]
+
+
+@pytest.fixture
+def typed(tmp_path: Path) -> Path:
+    path = tmp_path / "typed.txt"
+    path.write_text(LINES)
+    return path
+
+
+@pytest.fixture
+def serial_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot on a serial port, which is a file here; the README shows it."""
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    code = readme.split("# serial_robot.py\n")[1].split("```")[0]
+    port = tmp_path / "port"
+    port.touch()
+    (tmp_path / "serial_robot.py").write_text(code.replace("/dev/ttyUSB0", str(port)))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "serial_robot", raising=False)
+    return port
+
+
+def test_several_robots_get_the_same_and_voz_toml_names_them_too(
+    voz: Any, typed: Path, tmp_path: Path
+) -> None:
+    picture = tmp_path / "way.svg"
+    arguments = ["run", "--text", typed, "--no-sound", "--picture", picture]
+    by_option = voz(*arguments, "--robot", "console", "--robot", "simulator")
+    assert "drives forward" in by_option.out
+    drawn = picture.read_bytes()
+    (tmp_path / "voz.toml").write_text('robot = ["console", "simulator"]\n')
+    by_file = voz(*arguments, "--config", tmp_path / "voz.toml")
+    assert by_file.out == by_option.out
+    assert picture.read_bytes() == drawn
+
+
+def test_a_picture_shows_what_a_recording_made_the_simulator_do(
+    voz: Any, session: Recording, tmp_path: Path
+) -> None:
+    picture, animation = tmp_path / "way.svg", tmp_path / "way.gif"
+    result = voz(
+        "run", "--wav", session.path, "--no-sound", "--robot", "simulator",
+        "--picture", picture, "--animation", animation,
+    )  # fmt: skip
+    assert (result.code, result.out, result.err) == (0, "", "")
+    assert "go forward" in picture.read_text()
+    assert animation.read_bytes().startswith(b"GIF8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--robot", "sim"], "there is no robot sim"),
+        (["--picture", "a.png"], "add --robot simulator"),
+        (["--robot", "simulator", "--picture", "a.jpg"], "end it with .png or .svg"),
+        (["--robot", "simulator", "--animation", "no/a.gif"], "cannot be written there"),
+        (["--robot", "no_module:Robot"], "the robot no_module:Robot cannot be used here"),
+    ],
+)
+def test_what_cannot_be_is_told_before_the_run(
+    arguments: list[str], complaint: str, voz: Any, typed: Path
+) -> None:
+    result = voz("run", "--text", typed, *arguments)
+    assert complaint in result.complaint
+    assert result.out == ""
+
+
+def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> None:
+    (tmp_path / "typed.txt").write_text("start speech\ngo back\n" + "-\n" * 80)
+    arguments = ["run", "--text", tmp_path / "typed.txt", "--robot", "simulator", "--no-sound"]
+    result = voz(*arguments, "--events", "-")
+    (warning,) = [event for event in result.json if event["type"] == "warning"]
+    assert warning["text"].startswith("the robot hit a wall at x 0.17 m")
+    times = [event["t"] for event in result.json]
+    assert times == sorted(times)
+    assert "the robot hit a wall" in result.err  # the console is not among the robots
+
+
+def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
+    arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
+    begun = time.monotonic()
+    clocked = voz(*arguments, "--realtime")
+    assert time.monotonic() - begun > 0.4
+    assert clocked.json == voz(*arguments).json
+    assert "drives forward" in clocked.err
+
+
+def test_a_robot_of_ten_lines_gets_every_velocity_and_zero_last(
+    voz: Any, typed: Path, serial_robot: Path
+) -> None:
+    result = voz("run", "--text", typed, "--no-sound", "--robot", "serial_robot:SerialRobot")
+    assert (result.code, result.err) == (0, "")
+    sent = serial_robot.read_text().splitlines()
+    assert sent[-1] == "0.00 0.00"
+    assert "0.10 0.00" in sent
+
+
+def test_a_robot_that_fails_stops_the_others_and_is_named(
+    voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "bad_robot.py").write_text(
+        "class Bad:\n"
+        "    def open(self): pass\n"
+        "    def lost(self): return None\n"
+        "    def close(self): pass\n"
+        "    def receive(self, event):\n"
+        "        if getattr(event, 'linear', 0): raise OSError('the cable is out')\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    typed.write_text("start speech\ngo forward\n" + "-\n" * 6)
+    result = voz(
+        "run", "--text", typed, "--no-sound", "--robot", "bad_robot:Bad,console", "--events", "-"
+    )
+    (warning,) = [event["text"] for event in result.json if event["type"] == "warning"]
+    assert warning == "the robot bad_robot:Bad is lost (the cable is out): the robot stops"
+    moves = [event["linear"] for event in result.json if event["type"] == "cmd_vel"]
+    assert moves[1] == 0.1
+    assert moves[-4:] == [0, 0, 0, 0]
+    assert "drives forward" in result.err
+    assert "stands still" in result.err
+
+
+@pytest.mark.parametrize("name", ["drive.mcap", "drive.bag", "drive"])
+def test_a_bag_of_a_spoken_run_drives_again(
+    name: str, voz: Any, session: Recording, tmp_path: Path
+) -> None:
+    arguments = ["--no-sound", "--events", "-"]
+    first = voz("run", "--wav", session.path, "--bag", tmp_path / name, *arguments)
+    second = voz("run", "--replay", tmp_path / name, *arguments)
+    assert (first.code, second.code) == (0, 0)
+    # A bag has no partials, which let a stop that is spoken take effect a little earlier.
+    assert changes(first) == changes(second)
+    assert len(changes(first)) == 7 + 2 * 2  # after an object the velocity comes again
+    again = voz("run", "--wav", session.path, "--bag", tmp_path / name, *arguments)
+    assert "is there already" in again.complaint
+    assert again.out == ""
+
+
+def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Path) -> None:
+    command = [*VOZ, "run", "--text", "-", "--no-sound", "--robot", "serial_robot:SerialRobot"]
+    folders = [str(serial_robot.parent), os.environ.get("PYTHONPATH", "")]
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(folders)},
+    ) as process:
+        assert process.stdin
+        assert process.stderr
+        process.stdin.write("start speech\ngo forward\n")
+        process.stdin.flush()
+        deadline = time.monotonic() + 30
+        while "0.10" not in serial_robot.read_text():
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 143
+        assert process.stderr.read() == ""
+    assert serial_robot.read_text().splitlines()[-1] == "0.00 0.00"
+
+
+@pytest.mark.parametrize("arguments", [[], ["--realtime"]])
+def test_a_terminal_shows_the_room(arguments: list[str], typed: Path) -> None:
+    ours, theirs = pty.openpty()
+    command = [*VOZ, "run", "--text", str(typed), "--no-sound", "--robot", "simulator,console"]
+    with subprocess.Popen(
+        [*command, *arguments],
+        stdout=theirs,
+        stderr=theirs,
+        env=os.environ | {"TERM": "xterm", "COLUMNS": "80", "LINES": "40"},
+    ) as process:
+        os.close(theirs)
+        shown = b""
+        while data := _read(ours):
+            shown += data
+    os.close(ours)
+    assert process.returncode == 0
+    text = shown.decode()
+    assert "drives forward at 0.10 m/s" in text
+    assert any("\u2801" <= character <= "\u28ff" for character in text)
+    assert (text.count("B") > 1) == bool(arguments)  # drawn again and again, or once
+
+
+def _read(descriptor: int) -> bytes:
+    try:
+        return os.read(descriptor, 65536)
+    except OSError:  # Linux says so when the other end is closed
+        return b""

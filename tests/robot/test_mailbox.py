@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+
+from voz.errors import RobotError
+from voz.events import Event, Reply, SelectedObject, Twist
+from voz.robot import mailbox
+from voz.robot.base import Robot
+from voz.robot.mailbox import MOST_WAITING, ONE_COMMAND, Box, Mailbox
+
+
+class BoxMachine(RuleBasedStateMachine):
+    """Whatever comes and goes: the newest velocity is there, and the rest in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.box = Box()
+        self.time = 0.0
+        self.newest: Twist | None = None
+        self.others: list[Event] = []
+
+    @rule(linear=st.sampled_from([0.0, 0.1, -0.1]))
+    def put_velocity(self, linear: float) -> None:
+        self.time += 1
+        self.newest = Twist(self.time, linear, 0.0)
+        self.box.put(self.newest)
+
+    @rule(count=st.integers(1, MOST_WAITING))
+    def put_others(self, count: int) -> None:
+        for _ in range(count):
+            self.time += 1
+            self.others.append(SelectedObject(self.time, 1))
+            self.box.put(self.others[-1])
+        del self.others[:-MOST_WAITING]
+
+    @rule()
+    def take(self) -> None:
+        taken = self.box.take()
+        waiting = len(self.others)
+        if isinstance(taken, Twist):
+            assert taken == self.newest
+            assert waiting > ONE_COMMAND or not waiting or taken.t < self.others[0].t
+            self.newest = None
+        elif taken:
+            assert taken == self.others.pop(0)
+            assert not self.newest or (waiting <= ONE_COMMAND and taken.t < self.newest.t)
+        else:
+            assert not self.newest
+            assert not self.others
+
+    @invariant()
+    def it_is_full_at_the_bound(self) -> None:
+        assert self.box.full == (len(self.others) == MOST_WAITING)
+
+
+TestBox = BoxMachine.TestCase
+
+
+@given(st.lists(st.sampled_from(["velocity", "other"]), max_size=200))
+def test_a_velocity_waits_for_no_more_than_one_command(kinds: list[str]) -> None:
+    box = Box()
+    for number, kind in enumerate(kinds):
+        box.put(Twist(number, 0, 0) if kind == "velocity" else Reply(number, ""))
+    taken = [box.take() for _ in range(ONE_COMMAND + 1)]
+    assert any(isinstance(event, Twist) for event in taken) == ("velocity" in kinds)
+
+
+class Recorder(Robot):
+    """Keeps what it gets; what it does with each event may be given."""
+
+    def __init__(self, do: Callable[[Event], None] = lambda _: None) -> None:
+        self.got: list[Event] = []
+        self.gone: str | None = None
+        self.closed = 0
+        self._do = do
+
+    def receive(self, event: Event) -> None:
+        self._do(event)
+        self.got.append(event)
+
+    def lost(self) -> str | None:
+        return self.gone
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def until(condition: Callable[[], object]) -> None:
+    deadline = time.monotonic() + 10
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+@contextmanager
+def blocking() -> Iterator[tuple[Recorder, threading.Event]]:
+    """A robot that takes nothing until the event is set."""
+    free = threading.Event()
+    try:
+        yield Recorder(lambda _: free.wait() and None), free
+    finally:
+        free.set()
+
+
+def test_a_robot_gets_everything_in_order_and_is_closed_after_the_last() -> None:
+    robot = Recorder()
+    with Mailbox("mine", robot) as box:
+        for number in range(20):
+            box.receive(Reply(number, "yes"))
+            until(lambda count=number + 1: len(robot.got) == count)
+        box.receive(Twist(20, 0, 0))
+        assert not robot.closed
+    assert [event.t for event in robot.got] == list(range(21))
+    assert robot.closed == 1
+    assert not box.hangs
+    assert box.lost() is None
+
+
+def test_a_robot_that_blocks_is_lost_and_gets_the_newest_velocity_when_it_is_free() -> None:
+    with blocking() as (robot, free), Mailbox("slow", robot) as box:
+        box.receive(Twist(0, 0.1, 0))
+        until(box.lost)
+        assert box.lost() == "the robot slow is lost (does not take its events)"
+        for number in range(1, 1000):
+            box.receive(Twist(number, 0, 0))
+        free.set()
+        until(lambda: len(robot.got) == 2)
+        assert [event.t for event in robot.got] == [0, 999]
+        assert box.lost() is None
+
+
+def test_a_robot_that_takes_nothing_has_only_so_much_waiting(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mailbox, "STUCK", 1e9)
+    with blocking() as (robot, free), Mailbox("slow", robot) as box:
+        for number in range(3 * MOST_WAITING):
+            box.receive(Reply(number, ""))
+        assert box.lost() == "the robot slow is lost (cannot follow)"
+        free.set()
+        until(lambda: not box.lost())
+    assert [event.t for event in robot.got][-MOST_WAITING:] == [
+        *range(2 * MOST_WAITING, 3 * MOST_WAITING)
+    ]
+
+
+def test_a_robot_that_hangs_for_ever_does_not_keep_the_run_from_its_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mailbox, "CLOSING_TIME", 0.05)
+    with blocking() as (robot, _):
+        with Mailbox("dead", robot) as box:
+            box.receive(Twist(0, 0, 0))
+        assert box.hangs
+        assert not robot.closed
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [(RobotError("the cable is out"), "the cable is out"), (ZeroDivisionError(), "ZeroDivision")],
+)
+def test_a_robot_that_raises_is_lost_and_still_gets_zero_velocities(
+    error: Exception, told: str
+) -> None:
+    def do(event: Event) -> None:
+        if isinstance(event, SelectedObject):
+            raise error
+
+    robot = Recorder(do)
+    with Mailbox("mine", robot) as box:
+        box.receive(SelectedObject(0, 1))
+        until(box.lost)
+        assert told in str(box.lost())
+        box.receive(Reply(1, "not for it any more"))
+        box.receive(Twist(2, 0.5, 0.5))
+        until(lambda: robot.got)
+        box.receive(Twist(3, 0, 0))
+    assert robot.got == [Twist(2, 0, 0), Twist(3, 0, 0)]
+    assert robot.closed == 1
+
+
+def test_while_a_robot_is_lost_it_is_asked_to_stand_still() -> None:
+    robot = Recorder()
+    robot.gone = "no answer"
+    with Mailbox("far", robot) as box:
+        assert box.lost() == "the robot far is lost (no answer)"
+        box.receive(Twist(0, 0.1, 0))
+        until(lambda: len(robot.got) == 1)
+        robot.gone = None
+        box.receive(Twist(1, 0, 0))
+        until(lambda: not box.lost())
+        box.receive(Twist(2, 0.1, 0))
+    assert robot.got == [Twist(0, 0, 0), Twist(1, 0, 0), Twist(2, 0.1, 0)]
+
+
+def test_a_robot_that_cannot_be_opened_says_so_at_once() -> None:
+    class Shut(Recorder):
+        def open(self) -> None:
+            raise RobotError("no such port")
+
+    with pytest.raises(RobotError, match="no such port"), Mailbox("mine", Shut()):
+        raise AssertionError

@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from voz.config import Config
+from voz.errors import ConfigError, RobotError
+from voz.events import Event, Twist
+from voz.robot.base import Robot
+from voz.robot.console import ConsoleRobot
+from voz.robot.robots import (
+    ROBOTS,
+    Setup,
+    have_a_clock,
+    mailboxes,
+    make_robots,
+    opened,
+    robot_names,
+)
+from voz.robot.simulator import SimulatedRobot
+
+
+def setup() -> Setup:
+    return Setup(Config(), io.StringIO(), lambda _: None)
+
+
+def test_names_are_given_one_by_one_or_with_commas_and_count_once() -> None:
+    assert robot_names(["console,simulator", "ros1", " console "]) == [
+        "console",
+        "simulator",
+        "ros1",
+    ]
+
+
+def test_an_unknown_name_is_told_with_those_that_are_known() -> None:
+    with pytest.raises(ConfigError, match="no robot rso1; name one of console, simulator, ros1"):
+        robot_names(["console,rso1"])
+
+
+def test_only_the_console_and_the_simulator_go_without_a_clock() -> None:
+    assert not have_a_clock(["console", "simulator"])
+    assert [name for name in ROBOTS if have_a_clock([name])] == ["ros1", "ros2"]
+    assert have_a_clock(["console", "serial_robot:SerialRobot"])
+
+
+def test_robots_are_made_by_their_names() -> None:
+    made = make_robots(["console", "simulator"], setup())
+    assert [type(robot) for robot in made.values()] == [ConsoleRobot, SimulatedRobot]
+
+
+def test_a_robot_of_the_users_own_is_a_class_in_a_module_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_wheels.py").write_text(
+        "from voz.robot.base import Robot\n\nclass Wheels(Robot):\n    pass\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    made = make_robots(["my_wheels:Wheels"], setup())
+    assert isinstance(made["my_wheels:Wheels"], Robot)
+
+
+@pytest.mark.parametrize("name", ["no_such_module:Robot", "voz.robot.base:Rowboat"])
+def test_a_robot_that_cannot_be_imported_is_one_line(name: str) -> None:
+    with pytest.raises(RobotError, match=f"^the robot {name} cannot be used here: [^\n]*$"):
+        make_robots([name], setup())
+
+
+class Kept(Robot):
+    def __init__(self, log: list[str], name: str, fails: bool = False) -> None:
+        self._log, self._name, self._fails = log, name, fails
+
+    def open(self) -> None:
+        if self._fails:
+            raise RobotError(f"{self._name} is not there")
+        self._log.append(f"{self._name} opens")
+
+    def receive(self, event: Event) -> None:
+        self._log.append(f"{self._name} gets {event.t:g}")
+
+    def close(self) -> None:
+        self._log.append(f"{self._name} closes")
+
+
+@pytest.mark.parametrize("how", [opened, lambda robots: mailboxes(robots, print)])
+def test_if_one_cannot_be_opened_the_others_are_closed(how: Callable[..., object]) -> None:
+    log: list[str] = []
+    robots = {"a": Kept(log, "a"), "b": Kept(log, "b", fails=True)}
+    with pytest.raises(RobotError, match="b is not there"), how(robots):  # type: ignore[attr-defined]
+        raise AssertionError
+    assert log == ["a opens", "a closes"]
+
+
+def test_each_gets_the_last_event_before_it_is_closed() -> None:
+    log: list[str] = []
+    with mailboxes({"a": Kept(log, "a"), "b": Kept(log, "b")}, log.append) as boxes:
+        for box in boxes.values():
+            box.receive(Twist(7, 0, 0))
+    for name in "ab":
+        assert [line for line in log if line.startswith(name)] == [
+            f"{name} opens",
+            f"{name} gets 7",
+            f"{name} closes",
+        ]

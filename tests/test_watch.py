@@ -1,0 +1,80 @@
+"""S5: what is lost stops the robot, and what is back does not set it going."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.config import Safety
+from voz.drive import Drive
+from voz.events import Event, Utterance, Warning
+from voz.watch import over_robots
+
+
+def go_forward(t: float) -> Utterance:
+    return Utterance(t, "go forward", 1.0, True, t, t, "text")
+
+
+class Run:
+    def __init__(self, *names: str) -> None:
+        self.lost: dict[str, str | None] = dict.fromkeys(names)
+        self.events: list[Event] = []
+        self.drive = Drive([self.events.append], Safety(), listening=True)
+        self.watches = over_robots(
+            self.drive, {name: (lambda name=name: self.lost[name]) for name in names}
+        )
+
+    def look(self, t: float) -> tuple[float, float]:
+        for watch in self.watches:
+            watch.look(t)
+        return self.drive.velocities
+
+    @property
+    def warnings(self) -> list[str]:
+        return [event.text for event in self.events if isinstance(event, Warning)]
+
+
+def test_a_lost_robot_stops_the_motion_and_is_named_once() -> None:
+    run = Run("ros1", "ros2")
+    run.drive.hear(go_forward(0))
+    assert run.look(0.1) == (0.1, 0)
+    run.lost["ros2"] = "the robot ros2 is lost (nobody listens)"
+    assert run.look(0.2) == run.look(0.3) == (0, 0)
+    assert run.warnings == ["the robot ros2 is lost (nobody listens): the robot stops"]
+
+
+def test_what_was_said_while_it_was_lost_does_not_move_it_when_it_is_back() -> None:
+    run = Run("ros1")
+    run.lost["ros1"] = "gone"
+    run.look(0)
+    run.drive.hear(go_forward(0.1))
+    run.lost["ros1"] = None
+    assert run.look(0.2) == (0, 0)
+    assert run.warnings[-1] == "ros1 is there; the robot waits for a command"
+    run.drive.hear(go_forward(0.3))
+    assert run.look(0.4) == (0.1, 0)
+
+
+def test_the_second_of_two_that_are_lost_stops_it_too() -> None:
+    run = Run("ros1", "ros2")
+    run.lost["ros1"] = "gone"
+    run.look(0)
+    run.drive.hear(go_forward(0.1))  # for the other one
+    run.lost["ros2"] = "gone too"
+    assert run.look(0.2) == (0, 0)
+    assert run.warnings == ["gone: the robot stops", "gone too: the robot stops"]
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=50))
+def test_motion_ends_with_every_change_and_goes_on_without_one(
+    steps: list[tuple[bool, bool, bool]],
+) -> None:
+    run = Run("a", "b")
+    before = (False, False)
+    for t, (a, b, command) in enumerate(steps):
+        if command:
+            run.drive.hear(go_forward(t))
+        moving = run.drive.velocities
+        run.lost = {"a": "a" if a else None, "b": "b" if b else None}
+        assert run.look(t) == ((0, 0) if (a, b) != before else moving)
+        before = (a, b)

@@ -1,0 +1,50 @@
+"""Draw docs/live.svg: what a terminal shows while `voz run` listens, here to a recording.
+
+Run `python tools/draw_display.py`.
+"""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+
+from rich.console import Console
+
+from voz.audio.files import read_blocks
+from voz.config import Recognition, Safety
+from voz.drive import Drive
+from voz.events import later
+from voz.language.files import find_language
+from voz.live.display import Display
+from voz.recognition.recognizer import Recognizer
+
+ROOT = Path(__file__).parent.parent
+RECORDINGS = (
+    "commands/festival_slt__start_speech.flac",
+    "commands/festival_slt__go_forward.flac",
+    "near_misses/festival_slt__turn_around.flac",
+    "commands/festival_slt__turn_left.flac",
+    "near_misses/festival_slt__point.flac",
+    "commands/festival_slt__speed_up.flac",
+)
+
+
+def main() -> None:
+    """Let the display hear some recordings, and keep how it looks then."""
+    recognizer = Recognizer(find_language(None), Recognition())
+    terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
+    display = Display(lambda: 0.12, lambda: drive.listening, lambda: "", "USB Audio Device")
+    drive = Drive([display.receive], Safety())
+    now = 0.0
+    for name in RECORDINGS:
+        blocks = list(read_blocks(ROOT / "audio_fixtures" / name))
+        for event in recognizer.events(blocks, "microphone"):
+            drive.hear(later(event, now))
+            drive.send(now + event.t)
+        now += sum(map(len, blocks)) / 16000
+    terminal.print(display)
+    terminal.save_svg(str(ROOT / "docs" / "live.svg"), title="voz run")
+
+
+if __name__ == "__main__":
+    main()

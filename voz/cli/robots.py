@@ -1,0 +1,168 @@
+"""The robots of a run: who gets the events, what a terminal shows of them, what is drawn after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeAlias
+
+from voz.cli.terminal import warn
+from voz.errors import ConfigError
+from voz.events import Event, Warning
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from voz.config import Config
+    from voz.robot.base import Robot
+    from voz.robot.drawing.view import RoomView
+    from voz.robot.simulator import SimulatedRobot
+
+Receiver: TypeAlias = Callable[[Event], None]
+Lost: TypeAlias = dict[str, Callable[[], str | None]]
+
+CONSOLE, SIMULATOR = "console", "simulator"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Which robots a run has, and what is to be seen of them.
+
+    Attributes:
+        names: of the robots.
+        live: whether a microphone drives them; a terminal then shows what the console would say.
+        clocked: whether the run has a real clock, and each robot a thread.
+        stream: where the robots print to.
+        terminal: the same, if it can be drawn on.
+        picture: where the simulator's way is drawn after the run.
+        animation: the same, moving.
+    """
+
+    names: list[str]
+    live: bool
+    clocked: bool
+    stream: TextIO
+    terminal: Console | None
+    picture: Path | None = None
+    animation: Path | None = None
+
+    def check(self) -> None:
+        """Refuse, before the run, what cannot be drawn after it."""
+        from voz.robot.drawing import check_animation, check_picture
+
+        for path, check in ((self.picture, check_picture), (self.animation, check_animation)):
+            if path and SIMULATOR not in self.names:
+                raise ConfigError(f"{path}: shows the simulator; add --robot simulator")
+            if path:
+                check(path)
+
+
+class Robots(NamedTuple):
+    """What a run needs of its robots.
+
+    Attributes:
+        receivers: what takes the events.
+        lost: tells of each robot, by its name, why it is lost; none without a clock.
+        view: the simulated room, for a terminal.
+    """
+
+    receivers: list[Receiver]
+    lost: Lost
+    view: RoomView | None
+
+
+@contextmanager
+def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> Iterator[Robots]:
+    """Open the robots for a `with` block; at its end draw what the simulated one did.
+
+    Args:
+        plan: which robots, and what is to be seen.
+        settings: each robot has its own table there.
+        take: takes the warnings of the robots.
+    """
+    from voz.robot.robots import Setup, make_robots
+
+    displayed = plan.live and plan.terminal is not None
+    # The simulator first: what it warns of comes before the event that let it notice.
+    names = [SIMULATOR] if SIMULATOR in plan.names else []
+    names += [name for name in plan.names if name not in (SIMULATOR, CONSOLE if displayed else "")]
+    with ExitStack() as stack:
+        stream = _above_the_drawing(plan)
+        robots = make_robots(names, Setup(settings, stream, take))
+        view = stack.enter_context(_drawn(robots, plan, settings))
+        receivers, lost = stack.enter_context(_opened(robots, plan.clocked))
+        if view:
+            receivers.append(view.receive)
+        if CONSOLE not in plan.names and not displayed:
+            receivers.append(_tell_warnings)
+        yield Robots(receivers, lost, view)
+
+
+def _above_the_drawing(plan: Plan) -> TextIO:
+    """Where lines go to; above the simulated room, if that is drawn while it is driven through."""
+    if not (plan.terminal and plan.clocked and SIMULATOR in plan.names):
+        return plan.stream
+    from rich.file_proxy import FileProxy
+
+    return FileProxy(plan.terminal, plan.stream)  # type: ignore[return-value]
+
+
+@contextmanager
+def _opened(robots: Mapping[str, Robot], clocked: bool) -> Iterator[tuple[list[Receiver], Lost]]:
+    """Open robots; gives what takes their events, and what tells of their loss."""
+    from voz.robot.robots import mailboxes, opened
+
+    if clocked:
+        with mailboxes(robots, warn) as boxes:
+            receivers: list[Receiver] = [box.receive for box in boxes.values()]
+            yield receivers, {name: box.lost for name, box in boxes.items()}
+    else:
+        with opened(robots):
+            yield [robot.receive for robot in robots.values()], {}
+
+
+@contextmanager
+def _drawn(robots: Mapping[str, Robot], plan: Plan, settings: Config) -> Iterator[RoomView | None]:
+    """Draw the simulated room, if there is one, while it is driven through or after that."""
+    from voz.robot.simulator import SimulatedRobot
+
+    simulated = robots.get(SIMULATOR)
+    if not isinstance(simulated, SimulatedRobot):
+        yield None
+        return
+    from voz.robot.drawing.view import RoomView, redrawn
+
+    view = RoomView(simulated, settings.simulator)
+    try:
+        if plan.terminal and plan.clocked and not plan.live:
+            with redrawn(view, plan.terminal):
+                yield view
+        else:
+            yield view
+    finally:
+        _draw(simulated, plan)
+
+
+def _draw(simulated: SimulatedRobot, plan: Plan) -> None:
+    simulated.come_to_rest()
+    trip = simulated.trip()
+    if plan.terminal and not plan.clocked:
+        from voz.robot.drawing.view import TripView
+
+        plan.terminal.print(TripView(trip))
+    if plan.picture:
+        from voz.robot.drawing import save_picture
+
+        save_picture(trip, plan.picture)
+    if plan.animation:
+        from voz.robot.drawing import save_animation
+
+        save_animation(trip, plan.animation)
+
+
+def _tell_warnings(event: Event) -> None:
+    """Take the events where no robot of the run shows them: warnings must be seen."""
+    if isinstance(event, Warning):
+        warn(event.text)

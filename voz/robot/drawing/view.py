@@ -1,0 +1,75 @@
+"""The simulated room in a terminal: as it is now, each time that it is drawn, or after a run."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Sequence
+
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.live import Live
+from rich.text import Text
+
+from voz.config import Simulator
+from voz.events import Event, Twist
+from voz.robot.drawing.terminal import COLUMNS, MOST_PLACES, ROWS, draw_in_text
+from voz.robot.simulator import SimulatedRobot, Trip
+from voz.simulation.world import State
+
+WIDEST = 76
+"""Characters; more shows no more of a room."""
+
+REDRAWN = 5
+"""Times a second; more costs a small computer too much."""
+
+LEFT_FREE = 2
+"""Lines of the terminal that stay free, for the cursor and what was typed last."""
+
+
+class RoomView:
+    """Draws where a simulated robot is at the moment, and the way that it has been seen to go."""
+
+    def __init__(self, robot: SimulatedRobot, settings: Simulator) -> None:
+        """Begin with no way behind it; the settings are those of the robot."""
+        self._robot = robot
+        self._settings = settings
+        self._behind = 0.0  # from the events' time to the clock's, s
+        self._way: deque[State] = deque(maxlen=MOST_PLACES)
+
+    def receive(self, event: Event) -> None:
+        """Learn from the velocities, which come at their time, what time it is."""
+        if isinstance(event, Twist):
+            self._behind = time.monotonic() - event.t
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        state = self._robot.state_at(time.monotonic() - self._behind)
+        self._way.append(state)
+        yield _fitted(self._settings, state, self._way, options)
+
+
+class TripView:
+    """Draws what a simulated robot did."""
+
+    def __init__(self, trip: Trip) -> None:
+        """Take what is to be drawn."""
+        self._trip = trip
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        trip = self._trip
+        yield _fitted(trip.settings, trip.states[-1], trip.states, options)
+
+
+def _fitted(
+    settings: Simulator, state: State, way: Sequence[State], options: ConsoleOptions
+) -> Text:
+    """The room as large as the terminal takes it, with no more lines than it needs."""
+    along_x, along_y = settings.room
+    width = min(options.max_width, WIDEST)
+    needed = width * COLUMNS * along_y / along_x / ROWS
+    height = min(round(needed) + 1, options.height or options.size.height - LEFT_FREE)
+    return draw_in_text(settings, state, list(way), width, max(1, height))
+
+
+def redrawn(view: RoomView, terminal: Console) -> Live:
+    """The room as it is, drawn anew for the length of a `with` block."""
+    return Live(get_renderable=lambda: view, console=terminal, refresh_per_second=REDRAWN)

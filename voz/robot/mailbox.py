@@ -1,0 +1,139 @@
+"""Hands events to a robot on a thread of its own: one that blocks or fails harms no other."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections import deque
+from types import TracebackType
+
+from voz.events import Event, Twist
+from voz.robot.base import Robot
+
+ONE_COMMAND = 4
+"""What comes before the velocity that a command causes: a partial, the utterance, an object, a
+reply. If more than that waits, the velocity overtakes it."""
+
+MOST_WAITING = 64
+"""Events that may wait besides the velocity; then the oldest goes, and the robot counts as lost."""
+
+STUCK = 0.35
+"""A robot that takes so long for one event is lost, s: with the beat, half a second."""
+
+CLOSING_TIME = 1.0
+"""For a robot to take what waits, the last velocity with it, and to close, s."""
+
+
+class Box:
+    """Events that wait: of the velocities the newest, of the others all up to a bound. Pure."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._twist: tuple[int, Twist] | None = None
+        self._others: deque[tuple[int, Event]] = deque(maxlen=MOST_WAITING)
+
+    def put(self, event: Event) -> None:
+        """Add an event; a velocity takes the place of the one that waits."""
+        self._count += 1
+        if isinstance(event, Twist):
+            self._twist = self._count, event
+        else:
+            self._others.append((self._count, event))
+
+    def take(self) -> Event | None:
+        """Take the oldest event, or the velocity if too much waits before it; None if none does."""
+        twist, others = self._twist, self._others
+        if twist and (not others or twist[0] < others[0][0] or len(others) > ONE_COMMAND):
+            self._twist = None
+            return twist[1]
+        return others.popleft()[1] if others else None
+
+    @property
+    def full(self) -> bool:
+        """Whether one more would be too many."""
+        return len(self._others) == MOST_WAITING
+
+
+class Mailbox:
+    """What a run knows of a robot: takes its events at once, and tells whether it is lost.
+
+    Use it in a `with` block: the robot is opened at its beginning, and at its end it gets what
+    waits and is closed. A robot that raised is lost for good; it still gets velocities of zero.
+    """
+
+    def __init__(self, name: str, robot: Robot) -> None:
+        """Prepare to hand events to a robot; the name is for messages."""
+        self._name = name
+        self._robot = robot
+        self._box = Box()
+        self._changed = threading.Condition()
+        self._closing = False
+        self._failure: str | None = None
+        self._answer: str | None = None
+        self._busy_since: float | None = None
+        self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
+
+    def __enter__(self) -> Mailbox:
+        """Open the robot; raises what it raises."""
+        self._robot.open()
+        self._answer = self._robot.lost()
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
+        self._thread.join(CLOSING_TIME)
+
+    @property
+    def hangs(self) -> bool:
+        """Whether the robot did not take all that it was to get."""
+        return self._thread.is_alive()
+
+    def receive(self, event: Event) -> None:
+        """Take an event; this never waits for the robot."""
+        with self._changed:
+            self._box.put(event)
+            self._changed.notify()
+
+    def lost(self) -> str | None:
+        """Tell why the robot is lost; None if it is not. This never waits for it either."""
+        problem = self._failure or self._answer
+        busy_since = self._busy_since
+        if busy_since is not None and time.monotonic() - busy_since > STUCK:
+            problem = "does not take its events"
+        elif self._box.full:
+            problem = "cannot follow"
+        return f"the robot {self._name} is lost ({problem})" if problem else None
+
+    def _work(self) -> None:
+        while (event := self._next()) is not None:
+            self._busy_since = time.monotonic()
+            self._deliver(event)
+            self._busy_since = None
+        with contextlib.suppress(Exception):  # nothing more is asked of it
+            self._robot.close()
+
+    def _next(self) -> Event | None:
+        with self._changed:
+            while (event := self._box.take()) is None and not self._closing:
+                self._changed.wait()
+            return event
+
+    def _deliver(self, event: Event) -> None:
+        if self._failure and not isinstance(event, Twist):
+            return
+        if isinstance(event, Twist) and (self._failure or self._answer):
+            event = Twist(event.t, 0.0, 0.0)  # what is asked now must not be done when it is back
+        try:
+            self._robot.receive(event)
+            self._answer = self._robot.lost()
+        except Exception as error:  # whatever it is, the others go on
+            self._failure = self._failure or str(error) or repr(error)

@@ -1,0 +1,159 @@
+"""Which robots there are, by the names that `voz run --robot` takes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from typing import NamedTuple, TextIO
+
+from voz.config import Config
+from voz.errors import ConfigError, RobotError
+from voz.events import Warning
+from voz.robot.base import Robot
+from voz.robot.mailbox import Mailbox
+
+
+class Setup(NamedTuple):
+    """What robots are made from.
+
+    Attributes:
+        settings: each robot has its own table there.
+        stream: where one that prints prints to.
+        warn: takes the warnings of one that has some, on any thread.
+    """
+
+    settings: Config
+    stream: TextIO
+    warn: Callable[[Warning], None]
+
+
+def _console(setup: Setup) -> Robot:
+    from voz.robot.console import ConsoleRobot
+
+    return ConsoleRobot(setup.stream)
+
+
+def _simulator(setup: Setup) -> Robot:
+    from voz.robot.simulator import SimulatedRobot
+
+    return SimulatedRobot(setup.settings.simulator, setup.warn)
+
+
+def _ros(name: str, *others: str) -> Callable[[Setup], Robot]:
+    """A robot in a module of its name, made from the settings in the table of its name.
+
+    Args:
+        name: of the robot.
+        others: what else of the setup it is made from.
+    """
+
+    def load(setup: Setup) -> Robot:
+        kind = _imported(name, f"voz.robot.{name}", f"{name.capitalize()}Robot")
+        more = (getattr(setup, other) for other in others)
+        return kind(getattr(setup.settings, name), *more)
+
+    return load
+
+
+ROBOTS: Mapping[str, Callable[[Setup], Robot]] = {
+    "console": _console,
+    "simulator": _simulator,
+    "ros1": _ros("ros1"),
+    "ros2": _ros("ros2", "warn"),
+}
+"""What makes each robot; what it needs is imported only then."""
+
+IN_ANY_TIME = ("console", "simulator")
+"""They take the events as fast as a recording gives them; any other robot has a real clock."""
+
+
+def have_a_clock(names: Sequence[str]) -> bool:
+    """Whether robots of these names have a real clock, so that a run with them must have one."""
+    return not set(names) <= set(IN_ANY_TIME)
+
+
+def robot_names(wanted: Sequence[str]) -> list[str]:
+    """Find out which robots are wanted.
+
+    Args:
+        wanted: names as they are in voz.toml or were given as options, some with commas between.
+
+    Returns:
+        Each once, in that order.
+
+    Raises:
+        ConfigError: there is no robot of that name.
+    """
+    names = [name.strip() for text in wanted for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in ROBOTS and ":" not in name:
+            known = ", ".join(ROBOTS)
+            raise ConfigError(
+                f"there is no robot {name}; name one of {known}, or your own as MODULE:CLASS"
+            )
+    return list(dict.fromkeys(names))
+
+
+def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
+    """Make robots by their names.
+
+    Args:
+        names: of `ROBOTS`, or MODULE:CLASS for a class of the user's own that takes no arguments.
+        setup: what they are made from.
+
+    Raises:
+        RobotError: a robot's module cannot be imported.
+    """
+    return {name: ROBOTS[name](setup) if name in ROBOTS else _own(name) for name in names}
+
+
+@contextmanager
+def opened(robots: Mapping[str, Robot]) -> Iterator[None]:
+    """Open robots and close them at the end of a `with` block, for events without a clock."""
+    with ExitStack() as stack:
+        for robot in robots.values():
+            robot.open()
+            stack.callback(robot.close)
+        yield
+
+
+@contextmanager
+def mailboxes(
+    robots: Mapping[str, Robot], tell: Callable[[str], None]
+) -> Iterator[dict[str, Mailbox]]:
+    """Open robots for a `with` block, each with a mailbox; all take the last event before it ends.
+
+    Args:
+        robots: by their names.
+        tell: takes a line about a robot that did not.
+
+    Raises:
+        RobotError: one cannot be reached.
+    """
+    boxes = {name: Mailbox(name, robot) for name, robot in robots.items()}
+    try:
+        with ExitStack() as stack:
+            for box in boxes.values():
+                stack.enter_context(box)
+            yield boxes
+    finally:
+        for name, box in boxes.items():
+            if box.hangs:
+                tell(f"the robot {name} did not take its last velocity in time")
+
+
+def _own(name: str) -> Robot:
+    if os.curdir not in sys.path:
+        sys.path.insert(0, os.curdir)  # a module beside voz.toml, as `python` itself would find it
+    return _imported(name, *name.split(":", 1))()
+
+
+def _imported(name: str, module: str, kind: str) -> Callable[..., Robot]:
+    try:
+        found: Callable[..., Robot] = getattr(import_module(module), kind)
+    except (ImportError, AttributeError) as error:
+        raise RobotError(f"the robot {name} cannot be used here: {error}") from error
+    return found

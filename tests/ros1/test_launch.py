@@ -24,11 +24,15 @@ def hearing(
     client = ros.client(
         "/cmd_vel", "/recognizer/output", "/recognizer/trouble", "/selected_object", "/odom", "/tf"
     )
-    eventually(lambda: client.of("/cmd_vel") or launch.process.poll() is not None)
+    eventually(lambda: hears(client, launch) or launch.process.poll() is not None)
     assert launch.process.poll() is None, launch.text
-    if "one_process:=true" not in arguments:
-        launch.wait_for("listening again")  # the control has found the recogniser
     return launch, client
+
+
+def hears(client: Client, control: Program) -> bool:
+    """Whether the control runs, and has found the recogniser if it did not at once."""
+    lost, found = (control.text.count(t) for t in ("the robot stops", "listening again"))
+    return bool(client.velocities()) and lost == found
 
 
 def test_comandos_voz_is_the_recogniser_alone(ros_with_sound: Ros) -> None:
@@ -69,7 +73,7 @@ def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> No
     recogniser = ros.node("recognizer")
     control = ros.node("control_voz", "_listening:=true", "_sound:=none")
     client = ros.client("/cmd_vel", "/recognizer/trouble")
-    control.wait_for("listening again")
+    eventually(lambda: hears(client, control))
     speak(ros.environment, FORWARD)
     client.wait_for_velocity(0.1, 0)
     recogniser.process.send_signal(signal.SIGSTOP)  # hangs, but its connections are there

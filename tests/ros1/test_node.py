@@ -30,15 +30,20 @@ def test_something_else_at_the_masters_address_is_no_master(ros: Ros) -> None:
 
 
 @pytest.mark.parametrize(
-    ("parameter", "what"),
+    ("name", "parameter", "what"),
     [
-        ("_safety:=perhaps", "~safety: perhaps is neither true nor false"),
-        ("_sound:=loud", "~sound: loud is none of voz, ros, none"),
-        ("_config:=/none.toml", "/none.toml: cannot be read"),
+        ("control_voz", "_safety:=perhaps", "~safety: perhaps is neither true nor false"),
+        ("control_voz", "_sound:=loud", "~sound: loud is none of voz, ros, none"),
+        ("control_voz", "_config:=/none.toml", "/none.toml: cannot be read"),
+        ("recognizer", "_threshold:=high", "~threshold: high is no number"),
+        ("recognizer", "_dict:=/1234.dic", "~lm and ~dict are both needed"),
+        ("recognizer", "_search:=best", "an option cannot be used"),
     ],
 )
-def test_a_parameter_that_cannot_be_is_one_line(ros: Ros, parameter: str, what: str) -> None:
-    done = ros.call(str(ROOT / "ros" / "scripts" / "control_voz"), parameter)
+def test_a_parameter_that_cannot_be_is_one_line(
+    ros: Ros, name: str, parameter: str, what: str
+) -> None:
+    done = ros.call(str(ROOT / "ros" / "scripts" / name), parameter)
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert what in line

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from ros1.ros import Client, Program, Ros, eventually
@@ -110,6 +112,19 @@ def test_replies_are_asked_for_on_robotsound(ros: Ros) -> None:
         "arg": "bep bep. I am listening you",
         "arg2": "voice_kal_diphone",
     }
+
+
+def test_without_festival_there_is_a_warning_and_the_robot_obeys(ros: Ros, tmp_path: Path) -> None:
+    (tmp_path / "python3").symlink_to(shutil.which("python3", path="/usr/bin"))
+    for tool in ("sh", "dirname", "readlink"):
+        (tmp_path / tool).symlink_to(shutil.which(tool))
+    node = ros.node("control_voz", env={"PATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)})
+    client = ros.client("/cmd_vel")
+    connect(client, node)
+    client.say("start speech")
+    node.wait_for("sudo apt-get install festival")
+    client.say("go back")
+    client.wait_for_velocity(-0.1, 0)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

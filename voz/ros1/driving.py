@@ -42,17 +42,21 @@ def drive(
     def trouble() -> str | None:
         if node.over:
             sys.exit(0)
+        for problem in speech.problems():
+            driven.emit(Warning(stamp(clock()), problem))
         lost = robot.lost()
         if lost:  # in every cycle: what is heard meanwhile is not to move it when ROS is back
             driven.halt()
         return lost or unheard()
 
     with ExitStack() as parts:
-        say = parts.enter_context(replies(settings.speech))
+        speech = parts.enter_context(replies(settings.speech))
         parts.callback(robot.close)
         robot.open()
         node.end_between_messages()
-        driven = Drive([robot.receive, say, log], settings.safety, bool(switch("listening")))
+        driven = Drive(
+            [robot.receive, speech.receive, log], settings.safety, bool(switch("listening"))
+        )
         parts.enter_context(zero_at_the_end(lambda: driven.zero(stamp(clock()))))
         drive_live(driven, inbox, trouble, clock)
 

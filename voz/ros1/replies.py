@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import NamedTuple
 
 from voz.config import Speech
 from voz.events import Event, Reply
@@ -12,9 +13,16 @@ from voz.ros1.parameters import choice
 from voz.speech.speaker import Speaker
 
 
+class Replies(NamedTuple):
+    """Says the replies among the events, and tells what went wrong since the last call."""
+
+    receive: Callable[[Event], None]
+    problems: Callable[[], list[str]] = list
+
+
 @contextmanager
-def replies(settings: Speech) -> Iterator[Callable[[Event], None]]:
-    """A receiver that lets the replies be said, by `~sound`: `voz`, `ros` or `none`.
+def replies(settings: Speech) -> Iterator[Replies]:
+    """Let the replies be said, by `~sound`: `voz`, `ros` or `none`.
 
     Args:
         settings: whose voice, and whether at all.
@@ -22,11 +30,11 @@ def replies(settings: Speech) -> Iterator[Callable[[Event], None]]:
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "voz":
         with Speaker(settings.voice) as speaker:
-            yield replies_to(speaker)
+            yield Replies(replies_to(speaker), speaker.drain_warnings)
     elif sound == "ros":
-        yield _replies_on_robotsound(settings.voice)
+        yield Replies(_replies_on_robotsound(settings.voice))
     else:
-        yield lambda event: None
+        yield Replies(lambda event: None)
 
 
 def _replies_on_robotsound(voice: str) -> Callable[[Event], None]:

@@ -1,9 +1,9 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo install test fixtures benchmark clean
+.PHONY: help demo install ros1 test fixtures benchmark clean
 
 help: ## Show this list
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
 
 demo: ## Install what is missing, then drive a console and a simulated robot by a recording
 	@sh tools/install.sh demo
@@ -11,6 +11,9 @@ demo: ## Install what is missing, then drive a console and a simulated robot by 
 
 install: ## Install voz into .venv, with the system packages it needs
 	@sh tools/install.sh
+
+ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
+	@sh tools/install.sh ros1
 
 test: ## Install what the tests need, then check style and types and run all tests
 	@sh tools/install.sh tests
@@ -28,4 +31,5 @@ benchmark: install ## Print the figures that the README quotes
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv demo demo.png build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-ros1 tests/ros1/node_modules demo demo.png build dist
+	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -3,9 +3,10 @@
 #
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
 #   sh tools/install.sh demo     what draws pictures as well
-#   sh tools/install.sh tests    what the tests need as well
+#   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
+#   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
-# Set PYTHON to use another Python than `python3`.
+# Set PYTHON to use another Python than `python3`; ROS 1 has Debian's.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -13,6 +14,12 @@ python=${PYTHON:-python3}
 extra=
 packages="festival festvox-kallpc16k libportaudio2"
 why="festival and its voice speak the replies, PortAudio plays them"
+ros1=
+if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
+    ros1="python3-rospy python3-std-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs"
+    ros1="$ros1 python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
+    ros1="$ros1 python3-rosnode python3-rosservice python3-rosparam python3-venv"
+fi
 if [ "${1:-}" = demo ]; then
     extra="[report]"
 elif [ "${1:-}" = tests ]; then
@@ -28,34 +35,64 @@ if ! "$python" -c "import ensurepip, venv" 2>/dev/null; then
     why="$why; Python runs it all"
 fi
 
-missing=
-for package in $packages; do
-    status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
-    [ "$status" = installed ] || missing="$missing $package"
-done
-if [ -n "$missing" ]; then
-    sudo=
-    [ "$(id -u)" = 0 ] || sudo=sudo
+# For the client of ROS 1 that the tests compare with. Another npm than Debian's will do.
+if [ "${1:-}" = tests ] && ! command -v npm >/dev/null; then
+    packages="$packages nodejs npm"
+fi
+
+sudo=
+[ "$(id -u)" = 0 ] || sudo=sudo
+
+# Install those of some packages that are missing, and say why.
+install_packages() {
+    missing=
+    for package in $1; do
+        status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+        [ "$status" = installed ] || missing="$missing $package"
+    done
+    [ -n "$missing" ] || return 0
     echo "Installing system packages with ${sudo:+$sudo }apt-get:$missing"
-    echo "($why)"
+    echo "($2)"
     $sudo apt-get update -qq
     # shellcheck disable=SC2086 # the packages are words of their own
     $sudo env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -qq --no-install-recommends $missing >/dev/null
-fi
+}
+
+install_packages "$packages" "$why"
 
 if ! "$python" -c "import sys; sys.exit(sys.version_info < (3, 10))"; then
     echo "voz needs Python 3.10 or newer, $python is $("$python" -V); set PYTHON to another" >&2
     exit 2
 fi
-[ -x .venv/bin/python ] || "$python" -m venv .venv
 
-# Nothing to do when this was done before and pyproject.toml is still the same.
-stamp=".venv/installed${extra}"
-if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
-    echo "Installing voz$extra and the Python packages it needs into .venv"
-    # Not every Python has a ready-made wheel of the newest pocketsphinx: then the one before it.
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --prefer-binary \
-        --editable ".$extra"
-    touch "$stamp"
+# Install voz with an extra into a virtual environment. Nothing to do when this was done before and
+# pyproject.toml is still the same.
+install_voz() {
+    stamp="$1/installed$2"
+    if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
+        echo "Installing voz$2 and the Python packages it needs into $1"
+        # Not every Python has a ready-made wheel of the newest pocketsphinx: then the one before it.
+        "$1/bin/python" -m pip install --quiet --disable-pip-version-check --prefer-binary \
+            --editable ".$2"
+        touch "$stamp"
+    fi
+}
+
+[ -x .venv/bin/python ] || "$python" -m venv .venv
+install_voz .venv "$extra"
+
+if [ "${1:-}" = tests ] && [ ! -e tests/ros1/node_modules/@foxglove/ros1 ]; then
+    echo "Installing a client of ROS 1 for the tests into tests/ros1/node_modules"
+    npm install --prefix tests/ros1 --silent --no-audit --no-fund --no-package-lock
+fi
+
+if [ -n "$ros1" ]; then
+    if ! install_packages "$ros1" "ROS 1, for robots that are driven by it"; then
+        echo "ROS 1 cannot be installed: this system has no packages of it; Debian 12 has" >&2
+        exit 2
+    fi
+    # rospy is there for the system's Python alone, and its own environment sees it.
+    [ -x .venv-ros1/bin/python ] || /usr/bin/python3 -m venv --system-site-packages .venv-ros1
+    install_voz .venv-ros1 ""
 fi

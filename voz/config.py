@@ -27,6 +27,7 @@ Length = Annotated[float, msgspec.Meta(ge=0.1, le=100)]  # thinner, and a robot 
 Angle = Annotated[float, msgspec.Meta(ge=-6.3, le=6.3)]
 Rate = Annotated[float, msgspec.Meta(ge=0.01, le=10)]
 Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
+RosName = Annotated[str, msgspec.Meta(pattern=r"^[/~]?[A-Za-z]\w*(/\w+)*$")]
 Seconds = Annotated[float, msgspec.Meta(ge=0.01, le=60)]
 
 
@@ -148,6 +149,22 @@ class Simulator(Section, frozen=True, kw_only=True):
             raise ValueError("at its start the robot is in the table")
 
 
+class Ros1(Section, frozen=True, kw_only=True):
+    """Names in ROS 1; relative ones are below the namespace, `ROS_NAMESPACE`.
+
+    Attributes:
+        node: what voz is called.
+        cmd_vel: the topic of the velocity.
+        selected_object: the topic of what the arm points at.
+        recognizer_output: the topic of the commands that were understood.
+    """
+
+    node: RosName = "voz"
+    cmd_vel: RosName = "cmd_vel"
+    selected_object: RosName = "selected_object"
+    recognizer_output: RosName = "recognizer/output"
+
+
 class Config(Section, frozen=True, kw_only=True):
     """All settings.
 
@@ -163,6 +180,7 @@ class Config(Section, frozen=True, kw_only=True):
     speech: Speech = Speech()
     recording: Recording = Recording()
     simulator: Simulator = Simulator()
+    ros1: Ros1 = Ros1()
 
 
 def load_config(path: Path) -> Config:

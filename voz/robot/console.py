@@ -23,11 +23,12 @@ class ConsoleRobot(Robot):
                 return
             self._velocity = velocity
         # In one piece: a signal ends the run between two calls, and zero velocity still follows.
-        self._stream.write(f"{event.t:7.1f} s  {_in_words(event)}\n")
+        self._stream.write(f"{event.t:7.1f} s  {in_words(event)}\n")
         self._stream.flush()
 
 
-def _in_words(event: Event) -> str:
+def in_words(event: Event) -> str:
+    """Say what happened, without when."""
     if isinstance(event, Utterance):
         return _heard(event)
     if isinstance(event, Partial):

@@ -1,0 +1,173 @@
+"""The node `control_voz`: any recogniser's strings drive the robot, and nothing drives it on."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+from ros1.ros import Client, Program, Ros, eventually
+
+COMMANDS = {
+    "go forward": (0.1, 0.0),
+    "speed up": (0.15, 0.0),
+    "turn left": (0.15, 0.1),
+    "slow down": (0.1, 0.1),
+    "turn right": (0.1, -0.1),
+    "rotate left": (0.0, 0.1),
+    "rotate right": (0.0, -0.1),
+    "go back": (-0.1, 0.0),
+    "stop": (0.0, 0.0),
+}
+"""In this order; the velocities are those of the README's table."""
+
+
+def driving(ros: Ros, *arguments: str, topics: tuple[str, ...] = ()) -> tuple[Program, Client]:
+    """A node that obeys a client, and that client."""
+    node = ros.node("control_voz", "_sound:=none", "_listening:=true", *arguments)
+    client = ros.client("/cmd_vel", "/selected_object", *topics)
+    connect(client, node)
+    eventually(client.velocities)
+    return node, client
+
+
+def connect(client: Client, node: Program, topic: str = "/recognizer/output") -> None:
+    """Wait until the node hears the client; what is said before is lost."""
+    hello = f"hello from {client.process.pid}"
+
+    def is_heard() -> bool:
+        client.say(hello, topic)
+        time.sleep(0.1)
+        return hello in node.text
+
+    eventually(is_heard)
+
+
+def test_each_command_does_what_the_readme_says(ros: Ros) -> None:
+    _, client = driving(ros)
+    for command, velocity in COMMANDS.items():
+        client.say(command)
+        client.wait_for_velocity(*velocity)
+    for command in ("point beer", "point cocacola", "fold arm"):
+        client.say(command)
+    eventually(lambda: client.of("/selected_object") == [{"data": n} for n in (1, 2, 100)])
+    types = {(message["topic"], message["type"]) for message in client.messages}
+    assert types == {("/cmd_vel", "geometry_msgs/Twist"), ("/selected_object", "std_msgs/Int16")}
+
+
+def test_nothing_is_obeyed_before_start_speech_and_case_does_not_matter(ros: Ros) -> None:
+    node, client = driving(ros, "_listening:=false")
+    client.say("go forward")
+    node.wait_for('heard "go forward"')
+    client.say("START  SPEECH")
+    client.say("Go Back")
+    client.wait_for_velocity(-0.1, 0)
+    assert set(client.velocities()) == {(0, 0), (-0.1, 0)}
+
+
+def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
+    node = ros.node(
+        "control_voz", "_sound:=none", "_listening:=true", "cmd_vel:=/base/velocity",
+        "recognizer/output:=words", env={"ROS_NAMESPACE": "robot1"},
+    )  # fmt: skip
+    client = ros.client("/base/velocity", "/robot1/selected_object")
+    connect(client, node, "/robot1/words")
+    client.say("point beer", "/robot1/words")
+    eventually(lambda: client.of("/robot1/selected_object"))
+    client.say("go forward", "/robot1/words")
+    client.wait_for_velocity(0.1, 0, "/base/velocity")
+
+
+def test_the_beat_is_10_hertz(ros: Ros) -> None:
+    driving(ros)
+    counting = ros.start("rostopic", "hz", "-w", "50", "/cmd_vel")
+    counting.wait_for("window: 50")
+    rates = [float(line.split()[-1]) for line in counting.lines if "average rate" in line]
+    assert rates[-1] == pytest.approx(10, abs=0.1)
+
+
+def test_rostopic_reads_what_is_published(ros: Ros) -> None:
+    _, client = driving(ros)
+    client.say("go back")
+    client.wait_for_velocity(-0.1, 0)
+    echoed = ros.call("rostopic", "echo", "-n", "1", "/cmd_vel").stdout
+    assert "linear: \n  x: -0.1\n" in echoed
+
+
+def test_replies_are_asked_for_on_robotsound(ros: Ros) -> None:
+    _, client = driving(ros, "_listening:=false", "_sound:=ros", topics=("/robotsound",))
+    client.say("start speech")
+    eventually(lambda: client.of("/robotsound"))
+    (message,) = [m for m in client.messages if m["topic"] == "/robotsound"]
+    assert (message["type"], message["md5"]) == (
+        "sound_play/SoundRequest",
+        "d098ce4a040686259137ece23a625167",
+    )
+    assert message["data"] == {
+        "sound": -3,
+        "command": 1,
+        "volume": 1.0,
+        "arg": "bep bep. I am listening you",
+        "arg2": "voice_kal_diphone",
+    }
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_s7_a_signal_ends_with_zero_velocity(ros: Ros, number: int) -> None:
+    node, client = driving(ros)
+    client.say("go forward")
+    client.wait_for_velocity(0.1, 0)
+    node.process.send_signal(number)
+    assert node.wait() == 0
+    assert "Traceback" not in node.text
+    client.wait_for_velocity(0, 0)
+
+
+def test_s7_rosnode_kill_ends_with_zero_velocity(ros: Ros) -> None:
+    node, client = driving(ros)
+    client.say("go forward")
+    client.wait_for_velocity(0.1, 0)
+    assert ros.call("rosnode", "kill", "/control_voz").returncode == 0
+    assert node.wait() == 0
+    client.wait_for_velocity(0, 0)
+
+
+def test_s5_the_robot_stops_when_the_recogniser_is_killed(ros: Ros) -> None:
+    node, client = driving(ros)
+    watching = ros.client("/cmd_vel")
+    client.say("go forward")
+    watching.wait_for_velocity(0.1, 0)
+    client.kill()
+    watching.wait_for_velocity(0, 0)
+    node.wait_for("no recogniser publishes on /recognizer/output: the robot stops")
+    another = ros.client()
+    connect(another, node)
+    another.say("go back")
+    watching.wait_for_velocity(-0.1, 0)
+
+
+def test_s5_the_robot_stops_when_the_master_is_killed_and_obeys_the_next_master(ros: Ros) -> None:
+    node, client = driving(ros)
+    client.say("go forward")
+    client.wait_for_velocity(0.1, 0)
+    ros.master.kill()
+    client.wait_for_velocity(0, 0)
+    node.wait_for("does not answer: the robot stops")
+    ros.start_master()
+    node.wait_for("listening again; the robot waits for a command")
+    assert client.velocities()[-1] == (0, 0)
+    another = ros.client("/cmd_vel")
+    connect(another, node)
+    another.say("go back")
+    another.wait_for_velocity(-0.1, 0)
+
+
+def test_the_robot_process_may_die_and_come_back(ros: Ros) -> None:
+    node, client = driving(ros)
+    base = ros.client("/cmd_vel")
+    client.say("go forward")
+    base.wait_for_velocity(0.1, 0)
+    base.kill()
+    client.say("go back")
+    ros.client("/cmd_vel").wait_for_velocity(-0.1, 0)
+    assert "robot stops" not in node.text.split('"go forward"')[-1]

@@ -1,0 +1,117 @@
+"""Both launch files, spoken to through a microphone, with the robot at the other end."""
+
+from __future__ import annotations
+
+import signal
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+from live_robot import speak
+from recordings import GO_BACK, ROOT
+from ros1.ros import Client, Program, Ros, eventually
+
+COMMANDS = GO_BACK.parent
+START, FORWARD, POINT = (
+    COMMANDS / f"festival_slt__{name}.flac" for name in ("start_speech", "go_forward", "point_beer")
+)
+
+
+def hearing(
+    ros: Ros, file: str, *arguments: str, topic: str = "/cmd_vel"
+) -> tuple[Program, Client]:
+    """A launch file that drives, and a client that sees everything."""
+    launch = ros.launch(file, *arguments)
+    client = ros.client(
+        "/cmd_vel", "/recognizer/output", "/recognizer/trouble", "/selected_object", "/odom", "/tf"
+    )
+    eventually(lambda: client.of("/cmd_vel") or launch.process.poll() is not None)
+    assert launch.process.poll() is None, launch.text
+    if "one_process:=true" not in arguments:
+        launch.wait_for("listening again")  # the control has found the recogniser
+    return launch, client
+
+
+def test_comandos_voz_is_the_recogniser_alone(ros_with_sound: Ros) -> None:
+    ros = ros_with_sound
+    ros.launch("comandos_voz.launch", "device:=pulse")
+    client = ros.client("/recognizer/output", "/recognizer/trouble")
+    eventually(lambda: {"data": ""} in client.of("/recognizer/trouble"))
+    speak(ros.environment, GO_BACK)
+    eventually(lambda: client.of("/recognizer/output") == [{"data": "go back"}])
+    nodes = ros.call("rosnode", "list").stdout.split()
+    assert {node for node in nodes if "client" not in node} == {"/recognizer"}
+
+
+@pytest.mark.parametrize("one_process", ["false", "true"])
+def test_control_voz_drives_the_simulator(ros_with_sound: Ros, one_process: str) -> None:
+    ros = ros_with_sound
+    launch, client = hearing(
+        ros, "control_voz.launch", "robot:=simulator", f"one_process:={one_process}"
+    )
+    for recording in (START, POINT, FORWARD):
+        speak(ros.environment, recording)
+    client.wait_for_velocity(0.1, 0)
+    assert client.of("/selected_object") == [{"data": 1}]
+    eventually(lambda: client.of("/odom")[-1]["twist"]["twist"]["linear"]["x"] > 0.09)
+    odometry, transform = client.of("/odom")[-1], client.of("/tf")[-1]["transforms"][0]
+    assert odometry["pose"]["pose"]["position"]["x"] > 0.7
+    frames = (transform["header"]["frame_id"], transform["child_frame_id"])
+    assert frames == (odometry["header"]["frame_id"], odometry["child_frame_id"])
+    assert frames == ("odom", "base_link")
+    launch.process.send_signal(signal.SIGINT)
+    assert launch.wait() == 0
+    client.wait_for_velocity(0, 0)
+    assert "Traceback" not in launch.text
+
+
+def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> None:
+    ros = ros_with_sound
+    recogniser = ros.node("recognizer")
+    control = ros.node("control_voz", "_listening:=true", "_sound:=none")
+    client = ros.client("/cmd_vel", "/recognizer/trouble")
+    control.wait_for("listening again")
+    speak(ros.environment, FORWARD)
+    client.wait_for_velocity(0.1, 0)
+    recogniser.process.send_signal(signal.SIGSTOP)  # hangs, but its connections are there
+    client.wait_for_velocity(0, 0)
+    control.wait_for("the recogniser does not answer: the robot stops")
+    recogniser.process.send_signal(signal.SIGCONT)
+    control.wait_for("waits for a command")
+    speak(ros.environment, FORWARD)
+    client.wait_for_velocity(0.1, 0)
+    recogniser.kill()
+    client.wait_for_velocity(0, 0)
+    control.wait_for("no recogniser publishes")
+
+
+def test_the_simulator_stops_by_itself_when_whoever_drives_it_is_killed(ros: Ros) -> None:
+    ros.node("simulator")
+    driver, watching = ros.client(), ros.client("/odom")
+    velocity = {"linear": {"x": 0.2, "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": 0}}
+
+    def moves() -> bool:
+        driver.publish("/cmd_vel", data=velocity, **TWIST)
+        return bool(speeds(watching)) and speeds(watching)[-1] > 0.1
+
+    eventually(moves)
+    driver.kill()
+    eventually(lambda: speeds(watching)[-1] == 0)
+
+
+TWIST = {
+    "type": "geometry_msgs/Twist",
+    "definition": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n",
+}
+
+
+def speeds(client: Client) -> list[float]:
+    return [data["twist"]["twist"]["linear"]["x"] for data in client.of("/odom")]
+
+
+def test_the_package_names_the_version_of_voz() -> None:
+    package = ElementTree.parse(ROOT / "ros" / "package.xml").getroot()
+    assert package.findtext("name") == "voz"
+    version = package.findtext("version")
+    assert f'version = "{version}"' in (ROOT / "pyproject.toml").read_text()

@@ -1,0 +1,89 @@
+"""The node `recognizer` hears a microphone, and does what the old package's node did."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from live_robot import speak
+from recordings import GO_BACK, ROOT, Recording
+from ros1.ros import Ros, eventually
+
+FORWARD = GO_BACK.with_name("festival_slt__go_forward.flac")
+
+
+def heard_well(ros: Ros, *arguments: str) -> tuple:
+    node = ros.node("recognizer", *arguments)
+    client = ros.client("/recognizer/output", "/recognizer/refused", "/recognizer/trouble")
+    eventually(lambda: {"data": ""} in client.of("/recognizer/trouble") or node.process.poll())
+    assert node.process.poll() is None, node.text
+    return node, client
+
+
+def words(client) -> list[str]:
+    return [data["data"] for data in client.of("/recognizer/output")]
+
+
+def test_it_publishes_what_is_understood_and_what_is_refused(
+    ros_with_sound: Ros, recordings: list[Recording]
+) -> None:
+    ros = ros_with_sound
+    _, client = heard_well(ros)
+    speak(ros.environment, FORWARD)
+    eventually(lambda: words(client) == ["go forward"])
+    other = next(r for r in recordings if r.kind == "near-miss")
+    speak(ros.environment, other.path)
+    eventually(lambda: client.of("/recognizer/refused"))
+    assert not json.loads(client.of("/recognizer/refused")[0]["data"])["accepted"]
+    assert words(client) == ["go forward"]
+    types = {m["type"] for m in client.messages}
+    assert types == {"std_msgs/String"}
+
+
+def test_start_and_stop_are_services_and_start_reads_the_parameters_again(
+    ros_with_sound: Ros, tmp_path: Path
+) -> None:
+    ros = ros_with_sound
+    node, client = heard_well(ros)
+    assert ros.call("rosservice", "type", "/recognizer/stop").stdout.strip() == "std_srvs/Empty"
+    assert ros.call("rosservice", "call", "/recognizer/stop").returncode == 0
+    stopped = {"data": "the recogniser was stopped by its service"}
+    eventually(lambda: client.of("/recognizer/trouble")[-1] == stopped)
+    speak(ros.environment, FORWARD)
+    own = tmp_path / "own.txt"
+    own.write_text("open gripper\ngo back\n")
+    ros.call("rosparam", "set", "/recognizer/commands", str(own))
+    assert ros.call("rosservice", "call", "/recognizer/start").returncode == 0
+    speak(ros.environment, GO_BACK)
+    eventually(lambda: words(client) == ["go back"])
+    speak(ros.environment, FORWARD)  # is not in this list
+    eventually(lambda: client.of("/recognizer/refused"))
+    ros.call("rosparam", "set", "/recognizer/commands", "/none.txt")
+    failed = ros.call("rosservice", "call", "/recognizer/start")
+    assert failed.returncode
+    assert "/none.txt: cannot be read" in failed.stderr
+    assert "Traceback" not in node.text
+
+
+def test_models_of_the_online_lmtool_and_a_pulseaudio_source_are_taken(
+    ros_with_sound: Ros, tmp_path: Path
+) -> None:
+    ros = ros_with_sound
+    for ending in ("lm", "dic", "sent"):
+        text = (ROOT / "lm" / f"comandos_voz.{ending}").read_text()
+        # lmtool writes upper case.
+        upper = text.upper().replace("<S>", "<s>").replace("</S>", "</s>")
+        (tmp_path / f"1234.{ending}").write_text(upper)
+    _, client = heard_well(
+        ros, f"_lm:={tmp_path}/1234.lm", f"_dict:={tmp_path}/1234.dic", "_search:=lm",
+        "_mic_name:=mic.monitor",
+    )  # fmt: skip
+    speak(ros.environment, FORWARD)
+    eventually(lambda: words(client) == ["go forward"])
+
+
+def test_a_microphone_that_is_not_there_is_one_line(ros: Ros) -> None:
+    done = ros.call(str(ROOT / "ros" / "scripts" / "recognizer"), "_device:=none of these")
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("recognizer: there is")

@@ -1,0 +1,110 @@
+"""A robot that is driven by ROS 1: publishes the velocity, the selected object, what was heard."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from voz.config import Ros1
+from voz.events import Event, SelectedObject, Twist, Utterance
+from voz.robot.base import Robot
+from voz.ros1.node import Node
+from voz.ros1.odometry import OdometryPublisher
+from voz.simulation.world import State
+
+
+class Ros1Robot(Robot):
+    """Publishes the events on topics.
+
+    `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
+    as `std_msgs/String` in lower case on `recognizer/output`.
+    """
+
+    def __init__(
+        self,
+        settings: Ros1,
+        node: Node | None = None,
+        arguments: Sequence[str] = (),
+        says_heard: bool = True,
+        where: Callable[[float], State] | None = None,
+    ) -> None:
+        """Prepare to publish.
+
+        Args:
+            settings: the names of the topics.
+            node: the process's node; None makes one, and ends it in the end.
+            arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
+            says_heard: whether what is obeyed is published, or comes from that topic.
+            where: tells where a simulated robot is at a time, to be published as `odom` and `tf`.
+        """
+        self._settings = settings
+        self._own = node is None
+        self._node = node
+        self._arguments = arguments
+        self._says_heard = says_heard
+        self._where = where
+        self._lock = threading.Lock()
+        self._ended = False
+        self._velocity: Any = None
+        self._selected: Any = None
+        self._heard: Any = None
+        self._odometry: OdometryPublisher | None = None
+
+    def open(self) -> None:
+        """Join ROS and tell it what will be published; raises RobotError if there is no master."""
+        self._node = self._node or Node(self._settings.node, self._arguments)
+        from geometry_msgs.msg import Twist as Velocity
+        from rospy import Publisher
+        from std_msgs.msg import Int16, String
+
+        names = self._settings
+        # A base wants the latest velocity; what waits for a slow one is out of date. With Nagle's
+        # algorithm a stop would also wait until the message just before it is acknowledged.
+        self._velocity = Publisher(names.cmd_vel, Velocity, queue_size=1, tcp_nodelay=True)
+        self._selected = Publisher(names.selected_object, Int16, queue_size=10)
+        if self._says_heard:
+            self._heard = Publisher(names.recognizer_output, String, queue_size=10)
+        if self._where:
+            self._odometry = OdometryPublisher()
+        self._node.before_the_end(self._stop)
+
+    def receive(self, event: Event) -> None:
+        """Publish an event; this never waits for anybody. While ROS is lost, zero goes out."""
+        if isinstance(event, Twist):
+            with self._lock:
+                if self._ended:
+                    return
+                lost = self.lost()
+                self._publish_velocity(*((0.0, 0.0) if lost else (event.linear, event.angular)))
+            if self._odometry and self._where:
+                self._odometry.publish(self._where(event.t))
+        elif isinstance(event, SelectedObject):
+            self._selected.publish(event.value)
+        elif isinstance(event, Utterance) and event.accepted and self._heard:
+            self._heard.publish(event.text)
+
+    def lost(self) -> str | None:
+        """Tell why ROS cannot be reached now; None if it can."""
+        return self._node.trouble() if self._node else "ROS was not joined yet"
+
+    def close(self) -> None:
+        """Leave ROS with zero velocity as the last message."""
+        if self._node and self._velocity:
+            self._stop()
+        if self._node and self._own:
+            self._node.close()
+
+    def _stop(self) -> None:
+        """Publish zero, and no velocity after it: another thread may be about to."""
+        with self._lock:
+            self._ended = True
+            self._publish_velocity(0.0, 0.0)
+
+    def _publish_velocity(self, linear: float, angular: float) -> None:
+        from geometry_msgs.msg import Twist as Velocity
+
+        message = Velocity()
+        message.linear.x = linear
+        message.angular.z = angular
+        self._velocity.publish(message)

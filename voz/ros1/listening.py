@@ -1,0 +1,50 @@
+"""The microphone of a node: everything that its parameters say, ready to listen."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from voz.config import Config
+from voz.live.hearing import Hearing
+from voz.live.messages import Inbox
+from voz.recognition.profiles import load_profile
+from voz.recognition.recognizer import Recognizer
+from voz.ros1.language import read_language
+from voz.ros1.node import load_rospy
+from voz.ros1.parameters import text
+
+PULSE = "pulse"
+"""PortAudio's name of PulseAudio, whose source `PULSE_SOURCE` chooses."""
+
+
+def make_hearing(settings: Config, inbox: Inbox, clock: Callable[[], float]) -> Hearing:
+    """Read the node's parameters and load the recogniser; its `with` block listens.
+
+    Args:
+        settings: how it is recognised.
+        inbox: where what is heard goes.
+        clock: the time of the run, s.
+
+    Raises:
+        VozError: the language files cannot be used.
+    """
+    with tempfile.TemporaryDirectory(prefix="voz-lm-") as folder:
+        language, warnings = read_language(settings.lm, Path(folder))
+        for warning in warnings:
+            load_rospy().logwarn(warning)
+        profile = text("profile")
+        known = load_profile(profile) if profile else None
+        recognizer = Recognizer(language, settings.recognition, known)
+    return Hearing(recognizer, _device(), inbox, clock)
+
+
+def _device() -> str | None:
+    """The microphone: `~device` as in `voz run`, or `~mic_name`, a source of PulseAudio's."""
+    device, source = text("device"), text("mic_name")
+    if device or not source:
+        return device
+    os.environ["PULSE_SOURCE"] = source
+    return PULSE

@@ -1,0 +1,145 @@
+"""This process as a ROS 1 node: how it begins, how it notices that ROS is gone, how it ends."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any
+
+from voz.errors import RobotError
+from voz.ros1.master import ask, master_uri
+
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that end a node."""
+
+LOOK = 0.1
+"""How often the master is asked, s; with a beat of 0.1 s the robot stops in less than 0.5 s."""
+
+ON_THE_WIRE = 0.2
+"""For the last messages to leave, s: rospy sends them on threads that nobody can wait for."""
+
+
+class Node:
+    """A ROS node for the length of a `with` block; there is one in a process.
+
+    Attributes:
+        name: its full name, with its namespace.
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str] = ()) -> None:
+        """Join ROS.
+
+        Args:
+            name: of the node, unless the arguments give another.
+            arguments: those of the process, for remappings and private parameters.
+
+        Raises:
+            RobotError: rospy is not there, or no master.
+        """
+        rospy = load_rospy()
+        try:
+            ask("getPid", "/voz")
+        except OSError as error:
+            raise RobotError(
+                f"there is no ROS master at {master_uri()} ({error.strerror or error}); "
+                "start `roscore`, or set ROS_MASTER_URI"
+            ) from error
+        try:
+            # Signals are ours: they end the program by way of what stops the robot.
+            rospy.init_node(name, argv=["voz", *arguments], disable_signals=True)
+        except (rospy.ROSException, ValueError) as error:
+            raise RobotError(f"the ROS node {name} cannot be ({error}); correct it") from error
+        self.name: str = rospy.get_name()
+        self._rospy = rospy
+        self._problem: str | None = None
+        self._asked_to_end = False
+        self._ended = threading.Event()
+        self._watch = threading.Thread(target=self._look, name="voz-ros-master", daemon=True)
+        self._watch.start()
+
+    def __enter__(self) -> Node:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def over(self) -> bool:
+        """Whether somebody ended the node, by a signal or `rosnode kill`."""
+        return self._asked_to_end or bool(self._rospy.is_shutdown())
+
+    def end_between_messages(self) -> None:
+        """Let signals only set `over` from now on: an exception would cut a message in two."""
+
+        def ask(*_: object) -> None:
+            self._asked_to_end = True
+
+        for number in ENDING:
+            signal.signal(number, ask)
+
+    def trouble(self) -> str | None:
+        """Tell why ROS cannot be reached now; None if all is well."""
+        return "the ROS node was ended" if self.over else self._problem
+
+    def before_the_end(self, act: Callable[[], None]) -> None:
+        """Let something be done when somebody ends the node, while messages can still be sent."""
+
+        def last() -> None:
+            act()
+            self._ended.wait(ON_THE_WIRE)
+
+        self._rospy.on_shutdown(last)
+
+    def close(self) -> None:
+        """Leave ROS, when what was published last is on the wire."""
+        self._ended.wait(ON_THE_WIRE)
+        self._ended.set()
+        self._rospy.signal_shutdown("voz ends")
+
+    def _look(self) -> None:
+        """Ask the master again and again; one that was started anew is told of the node."""
+        while not self._ended.wait(LOOK) and not self.over:
+            try:
+                known = ask("lookupNode", self.name, self.name)
+                if known is None and not self.over:
+                    _register_again()
+            except OSError:
+                self._problem = f"the ROS master at {master_uri()} does not answer"
+            else:
+                self._problem = None
+
+
+def load_rospy() -> Any:
+    """Import rospy; raises RobotError if it is not there."""
+    try:
+        import rospy
+    except ImportError as error:
+        raise RobotError(
+            f"ROS 1 is not there for {sys.executable} ({error}); on Debian 12 "
+            "`sh tools/install.sh ros1` installs it"
+        ) from error
+    return rospy
+
+
+def _register_again() -> None:
+    """Tell a new master all that the node publishes, subscribes and serves, as rospy does once."""
+    from rospy.impl import registration
+    from rospy.topics import get_topic_manager
+
+    topics, kinds = get_topic_manager(), registration.Registration
+    listeners = registration.get_registration_listeners()
+    for kind, entries in (
+        (kinds.PUB, topics.get_publications()),
+        (kinds.SUB, topics.get_subscriptions()),
+        (kinds.SRV, registration.get_service_manager().get_services()),
+    ):
+        for name, what in entries:
+            listeners.notify_added(name, what, kind)

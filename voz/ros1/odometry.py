@@ -1,0 +1,63 @@
+"""Where a simulated robot is, as `odom` and `tf`, so that RViz shows it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from voz.simulation.world import State
+
+ODOM, BASE = "odom", "base_link"
+"""The frames; the first has its origin in a corner of the room."""
+
+
+class OdometryPublisher:
+    """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
+
+    def __init__(self) -> None:
+        from nav_msgs.msg import Odometry
+        from rospy import Publisher
+        from tf2_msgs.msg import TFMessage
+
+        self._odom = Publisher("odom", Odometry, queue_size=10)
+        self._tf = Publisher("/tf", TFMessage, queue_size=10)
+
+    def publish(self, state: State) -> None:
+        """Tell where the robot is now."""
+        from rospy import Time
+        from tf2_msgs.msg import TFMessage
+
+        now = Time.now()
+        self._odom.publish(_odometry(state, now))
+        self._tf.publish(TFMessage([_transform(state, now)]))
+
+
+def _odometry(state: State, now: Any) -> Any:
+    from nav_msgs.msg import Odometry
+
+    message = Odometry()
+    message.header.stamp, message.header.frame_id = now, ODOM
+    message.child_frame_id = BASE
+    position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    position.x, position.y = state.pose.x, state.pose.y
+    orientation.z, orientation.w = _half_turn(state)
+    message.twist.twist.linear.x = state.linear
+    message.twist.twist.angular.z = state.angular
+    return message
+
+
+def _transform(state: State, now: Any) -> Any:
+    from geometry_msgs.msg import TransformStamped
+
+    message = TransformStamped()
+    message.header.stamp, message.header.frame_id = now, ODOM
+    message.child_frame_id = BASE
+    place, rotation = message.transform.translation, message.transform.rotation
+    place.x, place.y = state.pose.x, state.pose.y
+    rotation.z, rotation.w = _half_turn(state)
+    return message
+
+
+def _half_turn(state: State) -> tuple[float, float]:
+    """The z and w of the heading as a quaternion."""
+    return math.sin(state.pose.heading / 2), math.cos(state.pose.heading / 2)

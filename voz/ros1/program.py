@@ -1,0 +1,44 @@
+"""How each node's program begins and ends: one line for what is wrong, and zero velocity last."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable
+from typing import NoReturn
+
+from voz.errors import VozError
+from voz.live.quiet import quiet_libraries
+from voz.ros1.node import ENDING, Node
+
+WRONG_CALL = 2
+"""Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
+
+SWITCH = 0.001
+"""How long a thread waits for another to let go of Python, s; see `voz.live.session`."""
+
+
+def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
+    """Run a node until a signal or `rosnode kill` ends it, both of which are a good end.
+
+    Args:
+        name: of the node, unless it is given another on the command line.
+        work: what it does.
+    """
+    sys.setswitchinterval(SWITCH)
+    for number in ENDING:
+        signal.signal(number, lambda *_: sys.exit(0))
+    try:
+        with quiet_libraries(), Node(name, sys.argv[1:]) as node:
+            work(node)
+    except VozError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        sys.exit(WRONG_CALL)
+    sys.exit(0)
+
+
+def clock_from_now() -> Callable[[], float]:
+    """A clock that starts at 0, s."""
+    begun = time.monotonic()
+    return lambda: time.monotonic() - begun

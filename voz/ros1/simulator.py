@@ -1,0 +1,58 @@
+"""The node `simulator`: a robot that is not there, for RViz and for trying out."""
+
+from __future__ import annotations
+
+import queue
+from queue import SimpleQueue
+from typing import Any, NoReturn
+
+from voz.events import SelectedObject, Twist
+from voz.robot.simulator import SimulatedRobot
+from voz.ros1.node import Node, load_rospy
+from voz.ros1.odometry import OdometryPublisher
+from voz.ros1.parameters import read_settings
+from voz.ros1.program import clock_from_now, run_node
+
+PERIOD = 0.05
+"""How often `odom` and `tf` go out, s."""
+
+
+def simulate(node: Node) -> None:
+    """Follow `cmd_vel` and `selected_object`, and tell where the robot is, until the end."""
+    from geometry_msgs.msg import Twist as Velocity
+    from rospy import Subscriber
+    from std_msgs.msg import Int16
+
+    settings, clock = read_settings(), clock_from_now()
+    rospy = load_rospy()
+    robot = SimulatedRobot(settings.simulator, lambda warning: rospy.logwarn(warning.text))
+    inbox: SimpleQueue[Twist | SelectedObject] = SimpleQueue()
+
+    def velocity(message: Any) -> None:
+        inbox.put(Twist(clock(), message.linear.x, message.angular.z))
+
+    Subscriber(settings.ros1.cmd_vel, Velocity, velocity)
+    Subscriber(
+        settings.ros1.selected_object,
+        Int16,
+        lambda message: inbox.put(SelectedObject(clock(), message.data)),
+    )
+    odometry = OdometryPublisher()
+    due = 0.0
+    while not node.over:
+        due = max(due + PERIOD, clock())  # what was missed is left out
+        while (left := due - clock()) > 0:
+            try:
+                robot.receive(inbox.get(timeout=left))
+            except queue.Empty:
+                break
+        odometry.publish(robot.state_at(clock()))
+
+
+def main() -> NoReturn:
+    """Run the node."""
+    run_node("simulator", simulate)
+
+
+if __name__ == "__main__":
+    main()

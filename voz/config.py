@@ -27,6 +27,10 @@ Length = Annotated[float, msgspec.Meta(ge=0.1, le=100)]  # thinner, and a robot 
 Angle = Annotated[float, msgspec.Meta(ge=-6.3, le=6.3)]
 Rate = Annotated[float, msgspec.Meta(ge=0.01, le=10)]
 Seconds = Annotated[float, msgspec.Meta(ge=0.01, le=60)]
+ROS_NAME = r"/?[a-zA-Z_][a-zA-Z0-9_]*(/[a-zA-Z_][a-zA-Z0-9_]*)*"
+TopicName = Annotated[str, msgspec.Meta(pattern=rf"^{ROS_NAME}\Z")]
+Namespace = Annotated[str, msgspec.Meta(pattern=rf"^({ROS_NAME})?\Z")]
+Domain = Annotated[int, msgspec.Meta(ge=0, le=232)]
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -137,6 +141,32 @@ class Simulator(Section, frozen=True, kw_only=True):
             raise ValueError("at its start the robot is in the table")
 
 
+class Ros2(Section, frozen=True, kw_only=True):
+    """The robot on ROS 2. A topic that begins with / is outside the namespace.
+
+    Attributes:
+        domain: only programs in the same one find each other; None asks `ROS_DOMAIN_ID`.
+        namespace: goes before the topics, so that several robots have each their own.
+        cmd_vel: topic of the velocities.
+        stamped: whether they are sent as TwistStamped, as newer bases want, or as Twist.
+        frame_id: the coordinate frame that a TwistStamped names.
+        selected_object: topic of the objects for the arm.
+        output: topic of the commands that were heard.
+        diagnostics: topic of what `rqt_robot_monitor` shows.
+        wait: how long the start waits for somebody to listen, s.
+    """
+
+    domain: Domain | None = None
+    namespace: Namespace = ""
+    cmd_vel: TopicName = "cmd_vel"
+    stamped: bool = False
+    frame_id: str = "base_link"
+    selected_object: TopicName = "selected_object"
+    output: TopicName = "recognizer/output"
+    diagnostics: TopicName = "/diagnostics"
+    wait: NotNegative = 5.0
+
+
 class Config(Section, frozen=True, kw_only=True):
     """All settings.
 
@@ -149,6 +179,7 @@ class Config(Section, frozen=True, kw_only=True):
     safety: Safety = Safety()
     speech: Speech = Speech()
     simulator: Simulator = Simulator()
+    ros2: Ros2 = Ros2()
 
 
 def load_config(path: Path) -> Config:

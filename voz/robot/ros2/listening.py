@@ -59,18 +59,17 @@ def _listen(
     something.attach(end)
     while not end.read():
         something.wait(duration(seconds=3600))
-        while taken := _take(reader):
-            for text in taken:
-                heard(text)
+        for text in _waiting(reader):
+            heard(text)
 
 
-def _take(reader: DataReader[String]) -> list[str] | None:
-    """The next text; none of it if it is not text; None if there is no more."""
-    try:
-        samples = reader.take(1)
-    except UnicodeDecodeError:
-        return [""]
-    if not samples:
-        return None
-    # That a writer has gone is told by a sample without a message.
-    return [sample.data for sample in samples if isinstance(sample, String)] or [""]
+def _waiting(reader: DataReader[String]) -> Iterator[str]:
+    while True:
+        try:
+            samples = reader.take(1)
+        except UnicodeDecodeError:
+            continue  # a command it was not
+        if not samples:
+            return
+        # That a writer has gone is told by a sample without a message.
+        yield from (sample.data for sample in samples if isinstance(sample, String))

@@ -31,8 +31,17 @@ _domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
 """A process can be in a domain only once."""
 
 
+class _Participant(DomainParticipant):
+    """Keeps its domain, with all that is in it: that ends with the last reference to it."""
+
+    def __init__(self, number: int) -> None:
+        self._domain = _domains.get(number) or Domain(number, cyclone_settings(os.environ))
+        _domains[number] = self._domain
+        super().__init__(number)
+
+
 class Node:
-    """Makes writers and readers of topics; lives until nobody uses it."""
+    """Makes writers and readers of topics; lives until nobody uses them."""
 
     def __init__(self, settings: Ros2) -> None:
         """Join the domain.
@@ -47,10 +56,7 @@ class Node:
         self._namespace = settings.namespace
         number = domain_number(settings, os.environ)
         try:
-            # Kept here, because a domain ends with its last reference.
-            self._domain = _domains.get(number) or Domain(number, cyclone_settings(os.environ))
-            _domains[number] = self._domain
-            self.participant = DomainParticipant(number)
+            self.participant = _Participant(number)
         except DDSException as error:
             raise RobotError(
                 f"ROS 2 domain {number} cannot be joined ({_short(error)}): "

@@ -95,6 +95,11 @@ def main() -> None:
                     for info in node.get_publishers_info_by_topic(topic)
                     if info.node_name != node.get_name()
                 ],
+                "own": [
+                    [info.topic_type, str(info.topic_type_hash)]
+                    for info in node.get_subscriptions_info_by_topic(topic)
+                    if info.node_name == node.get_name()
+                ],
             }
             for topic, types in node.get_topic_names_and_types()
         }

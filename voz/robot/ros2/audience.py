@@ -4,32 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Set
 
-PATIENCE = 5
-"""After so many messages in a row that are not acknowledged nobody is there: 0.5 s of velocities.
+PATIENCE = 0.5
+"""Who has acknowledged nothing for so long, s, is not there.
 
 A program that is killed says no goodbye, and DDS itself takes it for alive for 10 or 20 s more.
 """
 
 
 class Audience:
-    """Counts what is not acknowledged; knows neither the network nor the time."""
+    """Notes what is not acknowledged; time comes in with each call."""
 
     def __init__(self) -> None:
-        self._unanswered = 0
+        self._asked: float | None = None
         self._silent: Set[int] = frozenset()
 
-    def note(self, listeners: Set[int], answered: bool) -> None:
+    def note(self, now: float, listeners: Set[int], answered: bool) -> None:
         """Tell how the last message was received.
 
         Args:
+            now: by any clock, s.
             listeners: who is connected.
             answered: whether all of them have acknowledged it.
         """
         if answered:
-            self._unanswered, self._silent = 0, frozenset()
-            return
-        self._unanswered += 1
-        if self._unanswered == PATIENCE:
+            self._asked, self._silent = None, frozenset()
+        elif self._asked is None:
+            self._asked = now
+        elif now - self._asked >= PATIENCE and not self._silent:
             # It is not known which of them; who comes later is not meant.
             self._silent = frozenset(listeners)
 

@@ -83,12 +83,13 @@ class Ros2Robot(Robot):
         """Publish the event, if ROS 2 has a topic for it."""
         self._diagnosis.receive(event)
         if isinstance(event, Twist):
-            self._audience.note(self._listeners.handles(), answered(self._cmd_vel, 0.0))
+            handles = self._listeners.handles()
+            self._audience.note(time.monotonic(), handles, answered(self._cmd_vel, 0.0))
             write(self._cmd_vel, self._velocity(event))
             if event.t - self._diagnosed >= DIAGNOSED:
                 self._look_around(event.t)
                 self._diagnose(event.t)
-            elif self._listeners.handles() != self._names.keys():
+            elif handles != self._names.keys():
                 self._look_around(event.t)
         elif isinstance(event, SelectedObject):
             write(self._selected_object, messages.Int16(event.value))

@@ -29,6 +29,10 @@ Rate = Annotated[float, msgspec.Meta(ge=0.01, le=10)]
 Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
 RosName = Annotated[str, msgspec.Meta(pattern=r"^[/~]?[A-Za-z]\w*(/\w+)*$")]
 Seconds = Annotated[float, msgspec.Meta(ge=0.01, le=60)]
+ROS_NAME = r"/?[a-zA-Z_][a-zA-Z0-9_]*(/[a-zA-Z_][a-zA-Z0-9_]*)*"
+TopicName = Annotated[str, msgspec.Meta(pattern=rf"^{ROS_NAME}\Z")]
+Namespace = Annotated[str, msgspec.Meta(pattern=rf"^({ROS_NAME})?\Z")]
+Domain = Annotated[int, msgspec.Meta(ge=0, le=232)]
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -165,6 +169,32 @@ class Ros1(Section, frozen=True, kw_only=True):
     recognizer_output: RosName = "recognizer/output"
 
 
+class Ros2(Section, frozen=True, kw_only=True):
+    """The robot on ROS 2. A topic that begins with / is outside the namespace.
+
+    Attributes:
+        domain: only programs in the same one find each other; None asks `ROS_DOMAIN_ID`.
+        namespace: goes before the topics, so that several robots have each their own.
+        cmd_vel: topic of the velocities.
+        stamped: whether they are sent as TwistStamped, as newer bases want, or as Twist.
+        frame_id: the coordinate frame that a TwistStamped names.
+        selected_object: topic of the objects for the arm.
+        output: topic of the commands that were heard.
+        diagnostics: topic of what `rqt_robot_monitor` shows.
+        wait: how long the start waits for somebody to listen, s.
+    """
+
+    domain: Domain | None = None
+    namespace: Namespace = ""
+    cmd_vel: TopicName = "cmd_vel"
+    stamped: bool = False
+    frame_id: str = "base_link"
+    selected_object: TopicName = "selected_object"
+    output: TopicName = "recognizer/output"
+    diagnostics: TopicName = "/diagnostics"
+    wait: NotNegative = 5.0
+
+
 class Config(Section, frozen=True, kw_only=True):
     """All settings.
 
@@ -181,6 +211,7 @@ class Config(Section, frozen=True, kw_only=True):
     recording: Recording = Recording()
     simulator: Simulator = Simulator()
     ros1: Ros1 = Ros1()
+    ros2: Ros2 = Ros2()
 
 
 def load_config(path: Path) -> Config:

@@ -1,0 +1,76 @@
+"""A ROS 2 domain of its own for each test, and other programs in it."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from itertools import count
+from pathlib import Path
+
+import pytest
+from programs import Program
+from recordings import ROOT
+
+HERE = Path(__file__).parent
+RCLPY = ROOT / ".venv-rclpy" / "bin" / "python"
+"""tools/install.sh makes it."""
+
+numbers = count(os.getpid())
+
+# The unofficial wheels of rclpy are for this processor only; elsewhere there is nothing to compare
+# with, and the header of the test run says so.
+CAN_COMPARE = platform.machine() == "x86_64"
+collect_ignore = [] if CAN_COMPARE else ["test_with_rclpy.py", "test_on_the_wire.py"]
+
+
+def pytest_report_header() -> list[str]:
+    if CAN_COMPARE:
+        return []
+    return [f"ROS 2: NOT compared with rclpy, which has no wheels for {platform.machine()}"]
+
+
+@pytest.fixture
+def domain(monkeypatch: pytest.MonkeyPatch) -> int:
+    """A domain that no other test uses now; its programs are on this computer alone."""
+    number = 1 + next(numbers) % 100
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    for name in ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "CYCLONEDDS_URI"):
+        monkeypatch.delenv(name, raising=False)
+    return number
+
+
+@pytest.fixture
+def programs(domain: int) -> Iterator[Callable[..., Program]]:
+    """Starts programs: a Python file, and its argument as JSON."""
+    with ExitStack() as stack:
+
+        def start(python: Path, file: str, **options: object) -> Program:
+            program = Program([str(python), str(HERE / file), json.dumps(options)])
+            stack.callback(program.close)
+            return program
+
+        yield start
+
+
+@pytest.fixture
+def base(programs: Callable[..., Program]) -> Callable[..., Program]:
+    """Starts an rclpy node `/base` that listens to all topics; options are those of rclpy_peer."""
+    assert RCLPY.exists(), f"{RCLPY} is missing: run `sh tools/install.sh tests`"
+
+    def start(**options: object) -> Program:
+        node = programs(RCLPY, "rclpy_peer.py", **options)
+        node.wait_for(lambda line: line.get("ready"))
+        return node
+
+    return start
+
+
+@pytest.fixture
+def own(programs: Callable[..., Program]) -> Callable[..., Program]:
+    """Starts a program with voz's own Python."""
+    return lambda file, **options: programs(Path(sys.executable), file, **options)

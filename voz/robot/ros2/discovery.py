@@ -1,0 +1,83 @@
+"""How programs of a ROS 2 domain find each other: what the environment says, for Cyclone DDS."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from xml.sax.saxutils import quoteattr
+
+from voz.config import Ros2
+from voz.errors import ConfigError
+
+MOST_PROGRAMS = 32
+"""So many programs on one computer find each other without multicast, as in ROS 2's own Cyclone."""
+
+MAKES = "1.15,1.16"
+"""Fast DDS and Cyclone, by their vendor numbers. ROS 2 goes by the names of types alone, and what
+Fast DDS tells of a list's type Cyclone cannot read: it would never connect to /diagnostics."""
+
+
+def domain_number(settings: Ros2, environment: Mapping[str, str]) -> int:
+    """Which domain: the settings' or that of `ROS_DOMAIN_ID`.
+
+    Raises:
+        ConfigError: `ROS_DOMAIN_ID` is no number from 0 to 232.
+    """
+    if settings.domain is not None:
+        return settings.domain
+    said = environment.get("ROS_DOMAIN_ID") or "0"
+    if not said.isdecimal() or int(said) > 232:
+        raise ConfigError(f"ROS_DOMAIN_ID is {said!r}: set it to a number from 0 to 232")
+    return int(said)
+
+
+def cyclone_settings(environment: Mapping[str, str]) -> str:
+    """Write Cyclone's configuration so that it finds other programs as ROS 2's own does.
+
+    Args:
+        environment: `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY` and `ROS_STATIC_PEERS`
+            mean what they mean to ROS 2; what `CYCLONEDDS_URI` says wins over them.
+
+    Raises:
+        ConfigError: there is no such range.
+    """
+    reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "SUBNET"
+    if environment.get("ROS_LOCALHOST_ONLY") == "1":
+        reach = "LOCALHOST"
+    if reach not in ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"):
+        raise ConfigError(
+            f"ROS_AUTOMATIC_DISCOVERY_RANGE is {reach!r}: "
+            "set it to SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT"
+        )
+    found = _discovery(reach, environment)
+    names = f"<IgnoreTypeInformation>{MAKES}</IgnoreTypeInformation>"
+    own = environment.get("CYCLONEDDS_URI", "")
+    return (
+        f"<CycloneDDS><Domain><Compatibility>{names}</Compatibility>{found}</Domain></CycloneDDS>,"
+        f"{own}"
+    )
+
+
+def _discovery(reach: str, environment: Mapping[str, str]) -> str:
+    if reach == "SYSTEM_DEFAULT":
+        return ""
+    if reach == "OFF":
+        # Only a program with the same tag could find this one.
+        return (
+            "<General><AllowMulticast>false</AllowMulticast></General><Discovery>"
+            f"<ParticipantIndex>none</ParticipantIndex><Tag>ros_discovery_off_{os.getpid()}</Tag>"
+            "</Discovery>"
+        )
+    here = (
+        '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+        "<AllowMulticast>false</AllowMulticast></General>"
+    )
+    named = environment.get("ROS_STATIC_PEERS", "").split(";")
+    # On a computer that is in no network there is no multicast, so those here are always asked.
+    peers = "".join(f"<Peer address={quoteattr(p)}/>" for p in ["localhost", *filter(None, named)])
+    return (
+        f"{here if reach == 'LOCALHOST' else ''}"
+        "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+        f"<MaxAutoParticipantIndex>{MOST_PROGRAMS}</MaxAutoParticipantIndex>"
+        f"<Peers>{peers}</Peers></Discovery>"
+    )

@@ -1,0 +1,114 @@
+"""The ROS 2 messages that voz sends and reads, as DDS types: field by field those of ROS.
+
+No `from __future__ import annotations` here: cyclonedds looks the written types up in this module.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.annotations import final
+from cyclonedds.idl.types import float64, int16, int32, sequence, uint8, uint32
+
+
+@dataclass
+@final
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    """Seconds and nanoseconds since 1970."""
+
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+@final
+class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+    """When, and in which coordinate frame."""
+
+    stamp: Time
+    frame_id: str
+
+
+@dataclass
+@final
+class Int16(IdlStruct, typename="std_msgs::msg::dds_::Int16_"):
+    """A number."""
+
+    data: int16
+
+
+@dataclass
+@final
+class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
+    """A text."""
+
+    data: str
+
+
+@dataclass
+@final
+class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
+    """Along or around the three axes; m/s or rad/s."""
+
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dataclass
+@final
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    """A velocity."""
+
+    linear: Vector3
+    angular: Vector3
+
+
+@dataclass
+@final
+class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
+    """A velocity with its time."""
+
+    header: Header
+    twist: Twist
+
+
+@dataclass
+@final
+class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
+    """A figure and its name."""
+
+    key: str
+    value: str
+
+
+@dataclass
+@final
+class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticStatus_"):
+    """How a part is; the level is 0 for well, 1 for a warning, 2 for an error."""
+
+    level: uint8
+    name: str
+    message: str
+    hardware_id: str
+    values: Annotated[Sequence[KeyValue], sequence(KeyValue)]
+
+
+@dataclass
+@final
+class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
+    """How parts are at a time."""
+
+    header: Header
+    status: Annotated[Sequence[DiagnosticStatus], sequence(DiagnosticStatus)]
+
+
+TYPE_HASHES: dict[type[Any], str] = {
+    Int16: "RIHS01_1dcc3464e47c288a55f943a389d337cdb06804de3f5cd7a266b0de718eee17e5",
+    String: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    Twist: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+    TwistStamped: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
+    DiagnosticArray: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
+}
+"""By these a ROS since Iron knows that its definition is the same; the packages' JSON has them."""

@@ -1,0 +1,140 @@
+"""A robot on ROS 2: what voz wants becomes messages that any of its nodes can read."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from cyclonedds.qos import Policy
+
+from voz.config import Ros2
+from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.robot.base import Robot
+from voz.robot.ros2 import messages
+from voz.robot.ros2.audience import Audience
+from voz.robot.ros2.diagnostics import Diagnosis
+from voz.robot.ros2.listeners import Listeners
+from voz.robot.ros2.listening import HEARD_ON_ROS
+from voz.robot.ros2.node import Node, answered, write
+
+DEADLINE = 0.2
+"""Between two velocities there is promised to be no more, s: two cycles."""
+
+LEASE = 0.5
+"""A base that asks for it is told when no velocity was sent for so long, s."""
+
+DIAGNOSED = 1.0
+"""From one message on `/diagnostics` to the next, s."""
+
+LAST_WORD = 0.3
+"""How long the end waits for the last velocity to be acknowledged, s."""
+
+LOOK = 0.02
+"""How often it looks at first whether somebody listens, s."""
+
+
+class Ros2Robot(Robot):
+    """Publishes what it receives, and tells whether anybody listens."""
+
+    def __init__(self, settings: Ros2, warn: Callable[[Warning], None] = lambda _: None) -> None:
+        """Remember what to do; `open` does it.
+
+        Args:
+            settings: the domain, the topics and their types.
+            warn: told who listens, and that nobody does, from within `open` and `receive`.
+        """
+        self._settings = settings
+        self._warn = warn
+        self._audience = Audience()
+        self._diagnosis = Diagnosis()
+        self._names: dict[int, str] = {}
+        self._obstacle: str | None = None
+        self._diagnosed = -DIAGNOSED
+
+    def open(self) -> None:
+        """Join the domain, and give a base the time to be found: until then no command counts.
+
+        Raises:
+            ConfigError: the environment says what cannot be.
+            RobotError: the domain cannot be joined.
+        """
+        settings = self._settings
+        self._node = node = Node(settings)
+        self._topic = node.name(settings.cmd_vel)
+        self._cmd_vel = node.writer(
+            settings.cmd_vel,
+            messages.TwistStamped if settings.stamped else messages.Twist,
+            Policy.Deadline(round(DEADLINE * 1e9)),
+            # Asserted by each velocity: a program that hangs is noticed like one that is gone.
+            Policy.Liveliness.ManualByTopic(round(LEASE * 1e9)),
+        )
+        self._selected_object = node.writer(settings.selected_object, messages.Int16)
+        self._output = node.writer(settings.output, messages.String)
+        self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
+        self._listeners = Listeners(node, self._cmd_vel)
+        until = time.monotonic() + settings.wait
+        while not self._listeners.handles() and time.monotonic() < until:
+            time.sleep(LOOK)
+        self._look_around(0.0)
+        if trouble := self.lost():
+            self._warn(Warning(0.0, f"{trouble}: commands count when somebody does"))
+
+    def receive(self, event: Event) -> None:
+        """Publish the event, if ROS 2 has a topic for it."""
+        self._diagnosis.receive(event)
+        if isinstance(event, Twist):
+            handles = self._listeners.handles()
+            self._audience.note(time.monotonic(), handles, answered(self._cmd_vel, 0.0))
+            write(self._cmd_vel, self._velocity(event))
+            if event.t - self._diagnosed >= DIAGNOSED:
+                self._look_around(event.t)
+                self._diagnose(event.t)
+            elif handles != self._names.keys():
+                self._look_around(event.t)
+        elif isinstance(event, SelectedObject):
+            write(self._selected_object, messages.Int16(event.value))
+        elif isinstance(event, Utterance) and event.accepted and event.source != HEARD_ON_ROS:
+            write(self._output, messages.String(event.text.lower()))
+
+    def lost(self) -> str | None:
+        """Tell why no base can receive a velocity now; None if one can."""
+        handles = self._listeners.handles()
+        if self._audience.present(handles):
+            return None
+        if handles:
+            names = " and ".join(self._names.get(handle, "somebody") for handle in handles)
+            return f"{names} gives no answer to {self._topic}"
+        return self._obstacle or f"nobody listens to {self._topic}"
+
+    def close(self) -> None:
+        """Wait until the last velocity has arrived, and leave the domain."""
+        answered(self._cmd_vel, LAST_WORD)
+        del self._cmd_vel, self._selected_object, self._output, self._diagnostics
+        del self._listeners, self._node
+
+    def _velocity(self, twist: Twist) -> messages.Twist | messages.TwistStamped:
+        velocity = messages.Twist(
+            messages.Vector3(x=twist.linear), messages.Vector3(z=twist.angular)
+        )
+        if self._settings.stamped:
+            return messages.TwistStamped(self._header(self._settings.frame_id), velocity)
+        return velocity
+
+    def _look_around(self, now: float) -> None:
+        """Say who came and who went; if nobody is there, look why."""
+        handles = self._listeners.handles()
+        for handle in handles - self._names.keys():
+            self._names[handle] = self._listeners.name(handle)
+            self._warn(Warning(now, f"{self._names[handle]} listens to {self._topic}"))
+        for handle in self._names.keys() - handles:
+            self._warn(Warning(now, f"{self._names.pop(handle)} left {self._topic}"))
+        self._obstacle = None if handles else self._listeners.obstacle(self._topic)
+
+    def _diagnose(self, now: float) -> None:
+        self._diagnosed = now
+        status = self._diagnosis.status(now, list(self._names.values()), self.lost())
+        write(self._diagnostics, messages.DiagnosticArray(self._header(""), [status]))
+
+    def _header(self, frame_id: str) -> messages.Header:
+        seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
+        return messages.Header(messages.Time(seconds, nanoseconds), frame_id)

@@ -27,4 +27,4 @@ benchmark: install ## Print the figures that the README quotes
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv demo build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-rclpy demo build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

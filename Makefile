@@ -31,5 +31,5 @@ benchmark: install ## Print the figures that the README quotes
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-ros1 tests/ros1/node_modules demo demo.png build dist
+	rm -rf .venv .venv-rclpy .venv-ros1 tests/ros1/node_modules demo demo.png build dist
 	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -96,3 +96,15 @@ if [ -n "$ros1" ]; then
     [ -x .venv-ros1/bin/python ] || /usr/bin/python3 -m venv --system-site-packages .venv-ros1
     install_voz .venv-ros1 ""
 fi
+
+# The real rclpy, to compare ROS 2 with: unofficial wheels, for x86-64 only, and in an environment of
+# their own. Elsewhere the header of the test run says that this comparison is not made.
+rclpy=9.1.2
+stamp=".venv-rclpy/installed-$rclpy"
+if [ "${1:-}" = tests ] && [ "$(uname -m)" = x86_64 ] && [ ! -e "$stamp" ]; then
+    echo "Installing rclpy $rclpy into .venv-rclpy (250 MB; the tests compare ROS 2 with it)"
+    "$python" -m venv .venv-rclpy
+    .venv-rclpy/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: \
+        "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs
+    touch "$stamp"
+fi

@@ -17,6 +17,7 @@ from voz.robot.ros1 import Ros1Robot
 from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.replies import replies
+from voz.watch import over_robots
 
 
 def drive(
@@ -44,10 +45,7 @@ def drive(
             sys.exit(0)
         for problem in speech.problems():
             driven.emit(Warning(stamp(clock()), problem))
-        lost = robot.lost()
-        if lost:  # in every cycle: what is heard meanwhile is not to move it when ROS is back
-            driven.halt()
-        return lost or unheard()
+        return unheard()
 
     with ExitStack() as parts:
         speech = parts.enter_context(replies(settings.speech))
@@ -58,7 +56,7 @@ def drive(
             [robot.receive, speech.receive, log], settings.safety, bool(switch("listening"))
         )
         parts.enter_context(zero_at_the_end(lambda: driven.zero(stamp(clock()))))
-        drive_live(driven, inbox, trouble, clock)
+        drive_live(driven, inbox, trouble, clock, over_robots(driven, {"ROS": robot.lost}))
 
 
 def log(event: Event) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import tempfile
 import time
@@ -53,21 +54,31 @@ def sound_server() -> Iterator[tuple[dict[str, str], subprocess.Popen[bytes]]]:
             "PULSE_RUNTIME_PATH": str(folder / "run" / "pulse"),
             "PULSE_SERVER": f"unix:{folder}/native",
         }
-        options = (
-            "-n -F voz.pa --use-pid-file=no --exit-idle-time=-1 --disable-shm --daemonize=no "
-            "--realtime=no --high-priority=no --log-target=stderr"
-        )
-        with subprocess.Popen(
-            ["pulseaudio", *options.split()],
-            cwd=folder,
-            env=environment,
-            stderr=subprocess.DEVNULL,
-        ) as server:
-            try:
-                wait_for_server(environment)
-                yield environment, server
-            finally:
-                server.terminate()
+        with running_server(environment) as server:
+            yield environment, server
+
+
+@contextmanager
+def running_server(environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run the server of an environment; once it was killed, a new one can take its place."""
+    folder = Path(environment["HOME"])
+    (folder / "native").unlink(missing_ok=True)  # a killed server leaves its socket
+    options = (
+        "-n -F voz.pa --use-pid-file=no --exit-idle-time=-1 --disable-shm --daemonize=no "
+        "--realtime=no --high-priority=no --log-target=stderr"
+    )
+    with subprocess.Popen(
+        ["pulseaudio", *options.split()],
+        cwd=folder,
+        env=environment,
+        stderr=subprocess.DEVNULL,
+    ) as server:
+        try:
+            wait_for_server(environment)
+            yield server
+        finally:
+            server.send_signal(signal.SIGCONT)
+            server.terminate()
 
 
 def wait_for_server(environment: dict[str, str]) -> None:

@@ -72,11 +72,16 @@ def recording(environment: dict[str, str]) -> Iterator[Recorder]:
 @pytest.fixture
 def loudspeaker(pulse: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Recorder]:
     """This process plays into a loudspeaker that is recorded."""
-    for name, value in pulse.items():
-        monkeypatch.setenv(name, value)
-    portaudio.look_for_devices()
+    play_into(pulse, monkeypatch)
     with recording(pulse) as recorder:
         yield recorder
+
+
+def play_into(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let this process use the sound server of an environment."""
+    for name in ("HOME", "XDG_RUNTIME_DIR", "PULSE_RUNTIME_PATH", "PULSE_SERVER"):
+        monkeypatch.setenv(name, environment[name])
+    portaudio.look_for_devices()
 
 
 def at_16_khz(wave: npt.NDArray[np.float32]) -> Heard:
@@ -95,7 +100,8 @@ def place_of(wave: Heard, heard: Heard) -> tuple[int, float]:
     stretch = heard[shift : shift + len(wave)]
     turns = np.fft.rfftfreq(len(wave))
     parts = np.linspace(-0.5, 0.5, 11)
-    moved = [np.fft.irfft(np.fft.rfft(wave) * np.exp(2j * np.pi * turns * p)) for p in parts]
+    spectrum = np.fft.rfft(wave)
+    moved = [np.fft.irfft(spectrum * np.exp(2j * np.pi * turns * p), len(wave)) for p in parts]
     return shift, max(float(np.corrcoef(stretch, other)[0, 1]) for other in moved)
 
 

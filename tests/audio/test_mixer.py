@@ -15,12 +15,12 @@ from loudspeaker import (
     is_silent,
     likeness,
     place_of,
+    play_into,
     recording,
 )
 from pulseaudio import running_server
 
 from voz.audio import loudspeaker as device
-from voz.audio import portaudio
 from voz.audio.mixer import Mixer
 from voz.audio.mixing import RATE, Wave
 
@@ -194,9 +194,7 @@ def test_a_server_that_is_killed_is_told_once_and_used_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     environment, server = own_pulse
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    portaudio.look_for_devices()
+    play_into(environment, monkeypatch)
     mixer = Mixer(warnings.append)
     try:
         beat = mixer.play(tone(440, 0.1), 0.3, repeats=True)

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import printable, read_blocks
 from voz.config import Safety
-from voz.control.controller import State, halt
+from voz.control.controller import REPLIES, State, halt
 from voz.control.safety import motion_has_expired, obey_safely, zero_at_the_end
 from voz.errors import AudioError
 from voz.events import Event, Reason, Reply, SelectedObject, Twist, Utterance, Warning
@@ -95,7 +95,7 @@ def running(
         safety: the safety rules' settings.
         voice: who speaks the replies; None keeps the robot silent.
     """
-    speaker = Speaker(voice) if voice else None
+    speaker = Speaker(voice, REPLIES) if voice else None
     with speaker or nullcontext():
         if speaker:
             receivers = [*receivers, _replies_to(speaker)]

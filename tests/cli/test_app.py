@@ -38,7 +38,8 @@ def test_a_wrong_call_is_one_line(arguments: list[object], said: str, voz: Any) 
 
 
 @pytest.mark.parametrize(
-    "command", ["build-lm", "calibrate", "decode", "eval", "fit-confidence", "run", "say"]
+    "command",
+    ["build-lm", "calibrate", "decode", "eval", "fit-confidence", "run", "say", "sound"],
 )
 def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     result = voz(command, "--help")

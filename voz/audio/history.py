@@ -79,10 +79,10 @@ class History:
         start = end - round(seconds * SAMPLE_RATE) * STEP
         places = np.arange(start - MARGIN, end + MARGIN)
         known = (places < self._count) & (places >= max(0, self._count - KEPT))
-        return self._ring.take(places, mode="wrap") * known, self._origin + (end - STEP) / RATE
+        return self._ring[places % KEPT] * known, self._origin + (end - STEP) / RATE
 
     def _write(self, block: Wave) -> None:
-        self._ring.put(np.arange(self._count, self._count + len(block)), block, mode="wrap")
+        self._ring[np.arange(self._count, self._count + len(block)) % KEPT] = block
         self._count += len(block)
 
 

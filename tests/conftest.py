@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from loudspeaker import loudspeaker
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
@@ -10,7 +11,7 @@ from voz.config import Recognition
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 
-__all__ = ["no_sound", "own_pulse", "pulse"]  # fixtures too
+__all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
 
 
 @pytest.fixture(scope="session")

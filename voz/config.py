@@ -84,10 +84,13 @@ class Speech(Section, frozen=True, kw_only=True):
     Attributes:
         enabled: False keeps it silent, as `--no-sound` does.
         voice: one of `voz say --list-voices`.
+        half_duplex: while the robot speaks, only the commands of `never_missed` are heard; False
+            is for a headset, as `--no-half-duplex` is.
     """
 
     enabled: bool = True
     voice: str = "kal_diphone"
+    half_duplex: bool = True
 
 
 class Recording(Section, frozen=True, kw_only=True):

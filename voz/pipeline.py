@@ -17,6 +17,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import printable, read_blocks
 from voz.bags import Sayings
 from voz.config import Safety
+from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
 from voz.drive import CYCLES_PER_SECOND, Drive
 from voz.errors import AudioError
@@ -89,7 +90,7 @@ def running(
         listening: whether commands are obeyed before a `start speech`.
         make: makes the pipeline, if it is to be another kind.
     """
-    speaker = Speaker(voice) if voice else None
+    speaker = Speaker(voice, REPLIES) if voice else None
     with speaker or nullcontext():
         if speaker:
             receivers = [*receivers, replies_to(speaker)]

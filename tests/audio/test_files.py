@@ -10,7 +10,7 @@ import pytest
 import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import printable, read_blocks
+from voz.audio.files import printable, read_blocks, read_sound
 from voz.errors import AudioError
 
 
@@ -144,3 +144,66 @@ def test_a_rate_that_cannot_be(rate: int, tmp_path: Path) -> None:
 
 def test_a_name_that_is_no_utf_8_is_shown() -> None:
     assert printable(Path(os.fsdecode(b"a\xff.wav"))) == "a\\xff.wav"
+
+
+# Sounds to be played
+
+
+def sound_error(path: Path) -> str:
+    with pytest.raises(AudioError) as caught:
+        read_sound(path, 48_000)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message
+
+
+def noise(seconds: float) -> np.ndarray:
+    return np.random.default_rng(0).normal(0, 0.1, int(48_000 * seconds)).astype(np.float32)
+
+
+def test_a_sound_of_the_wanted_rate_is_read_bit_for_bit(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", noise(2.5), 48_000, "FLOAT")
+    assert np.array_equal(read_sound(tmp_path / "a.wav", 48_000), noise(2.5))
+
+
+@pytest.mark.parametrize("name", ["a.wav", "a.flac", "a.ogg"])
+def test_a_sound_of_another_rate_and_format_is_converted(name: str, tmp_path: Path) -> None:
+    soundfile.write(tmp_path / name, np.stack([tone(22_050)] * 2, axis=1), 22_050)
+    samples = read_sound(tmp_path / name, 48_000)
+    assert samples.dtype == np.float32
+    assert abs(len(samples) - 48_000) < 3
+    assert np.abs(samples[2000:-2000] - tone(48_000)[: len(samples)][2000:-2000]).max() < 0.03
+
+
+def test_sounds_that_cannot_be_played(tmp_path: Path) -> None:
+    (tmp_path / "text.ogg").write_text("hello")
+    soundfile.write(tmp_path / "empty.wav", np.zeros(0), 48_000)
+    soundfile.write(tmp_path / "long.wav", np.zeros(601 * 4000, np.int16), 4000)
+    assert "no such file" in sound_error(tmp_path / "none.wav")
+    assert "is a folder" in sound_error(tmp_path)
+    assert "no recording that can be read" in sound_error(tmp_path / "text.ogg")
+    assert "holds no sound" in sound_error(tmp_path / "empty.wav")
+    assert "longer than 10 minutes" in sound_error(tmp_path / "long.wav")
+
+
+@pytest.mark.parametrize("subtype", ["VORBIS", "OPUS"])
+@pytest.mark.parametrize("left", [0.02, 0.5, 0.9, 0.9999])
+def test_an_ogg_that_is_cut_short(subtype: str, left: float, tmp_path: Path) -> None:
+    path = tmp_path / "a.ogg"
+    soundfile.write(path, noise(3), 48_000, format="OGG", subtype=subtype)
+    assert len(read_sound(path, 48_000)) == len(noise(3))
+    size = path.stat().st_size
+    truncated(path, min(int(left * size), size - 1))
+    sound_error(path)
+
+
+def test_an_ogg_with_a_hole(tmp_path: Path) -> None:
+    path = tmp_path / "a.ogg"
+    soundfile.write(path, noise(3), 48_000)
+    data = bytearray(path.read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 3000] = bytes(3000)
+    path.write_bytes(data)
+    assert "cut short" in sound_error(path)
+    assert "cut short" in error_of(path)

@@ -39,7 +39,7 @@ def test_a_wrong_call_is_one_line(arguments: list[object], said: str, voz: Any) 
 
 @pytest.mark.parametrize(
     "command",
-    ["build-lm", "calibrate", "decode", "devices", "eval", "fit-confidence", "run", "say"],
+    ["build-lm", "calibrate", "decode", "devices", "eval", "fit-confidence", "run", "say", "sound"],
 )
 def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     result = voz(command, "--help")

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from voz.speech import festival
+
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -21,3 +23,23 @@ def scratch(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monkey
     monkeypatch.setenv("TMPDIR", str(folder))
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     return folder
+
+
+@pytest.fixture
+def no_festival(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+
+
+@pytest.fixture
+def slow_festival(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A text2wave that writes half a file and hangs in a child; gives where its child's id is."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    program = folder / "text2wave"
+    program.write_text(
+        f"#!/bin/sh\nprintf RIFF > \"$2\"\nsleep 60 &\necho $! > '{folder}/child'\nwait\n"
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder), prepend=":")
+    monkeypatch.setattr(festival, "TIME_LIMIT", 0.5)
+    return folder / "child"

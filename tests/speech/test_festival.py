@@ -2,41 +2,22 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 import soundfile
+from hanging import wait_for_end
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from voz.errors import SpeechError
 from voz.speech import festival
-from voz.speech.festival import VOICES, cached, render, speakable, voices
+from voz.speech.festival import VOICES, cached, is_cached, render, speakable, voices
 
 REPLY = "bep bep. I am listening you"
 KAL = "kal_diphone"
-
-
-@pytest.fixture
-def no_festival(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", "")
-
-
-@pytest.fixture
-def slow_festival(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A text2wave that writes half a file and hangs in a child; gives where its child's id is."""
-    folder = tmp_path / "bin"
-    folder.mkdir()
-    program = folder / "text2wave"
-    program.write_text(
-        f"#!/bin/sh\nprintf RIFF > \"$2\"\nsleep 60 &\necho $! > '{folder}/child'\nwait\n"
-    )
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", str(folder), prepend=":")
-    monkeypatch.setattr(festival, "TIME_LIMIT", 0.5)
-    return folder / "child"
 
 
 def refusal(text: str, voice: str, out: Path) -> str:
@@ -44,14 +25,6 @@ def refusal(text: str, voice: str, out: Path) -> str:
         render(text, voice, out)
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def is_running(process: int) -> bool:
-    try:
-        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
-    return state != "Z"
 
 
 # What is spoken
@@ -194,11 +167,20 @@ def test_a_festival_that_hangs_is_ended_with_its_children(
     out.parent.mkdir()
     assert "took longer than 0.5 s" in refusal(REPLY, KAL, out)
     assert list(out.parent.iterdir()) == []
-    child = int(slow_festival.read_text())
-    deadline = time.monotonic() + 5
-    while is_running(child) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert not is_running(child)
+    wait_for_end(slow_festival)
+
+
+def test_a_text_that_is_not_wanted_any_more_ends_festival(
+    slow_festival: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    cancelled = threading.Event()
+    timer = threading.Timer(0.5, cancelled.set)
+    timer.start()
+    with pytest.raises(SpeechError, match="is not to be said any more"):
+        render(REPLY, KAL, tmp_path / "hello.wav", cancelled)
+    timer.join()
+    wait_for_end(slow_festival)
 
 
 @pytest.mark.parametrize("out", ["missing/out.wav", "file/out.wav", "folder"])
@@ -231,6 +213,13 @@ def test_a_cached_reply_needs_no_festival(cache: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("PATH", "")
     assert cached(f"  {REPLY}\n", KAL) == first
     assert list(cache.iterdir()) == [first]
+
+
+def test_whether_a_reply_is_cached_is_known() -> None:
+    assert not is_cached(REPLY, KAL)
+    cached(REPLY, KAL)
+    assert is_cached(f"  {REPLY}\n", KAL)
+    assert not is_cached(REPLY, "ked_diphone")
 
 
 @pytest.mark.slow

@@ -1,3 +1,5 @@
+"""Replies: one after the other, at once if they were prepared, and never in the way."""
+
 from __future__ import annotations
 
 import os
@@ -5,83 +7,147 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hanging import wait_for_end
+from loudspeaker import Recorder, at_16_khz, place_of
 
-from voz.errors import AudioError
-from voz.speech import speaker as module
-from voz.speech.festival import cached
+from voz.audio.files import read_sound
+from voz.audio.mixing import RATE
+from voz.control.controller import REPLIES
+from voz.speech import festival
+from voz.speech.festival import cached, is_cached
 from voz.speech.speaker import LONGEST_QUEUE, Speaker
 
-REPLY = "bep bep. I am listening you"
 KAL = "kal_diphone"
 
 
-@pytest.fixture
-def heard(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """A loudspeaker that only remembers what it was given."""
-    paths: list[Path] = []
-    monkeypatch.setattr(module, "play", lambda path, stopped: paths.append(path))
-    return paths
+class Gate:
+    """A client that says nothing until it is opened, and remembers what it said then."""
 
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.opened = threading.Event()
+        self.closed = threading.Event()
+        self.said: list[str] = []
+        monkeypatch.setattr(
+            "voz.speech.sound_client.SoundClient.say", lambda _, text: self.say(text)
+        )
+        monkeypatch.setattr(
+            "voz.speech.sound_client.SoundClient.close", lambda _: self.closed.set()
+        )
+        monkeypatch.setattr("voz.audio.mixer.Mixer.prepare", lambda _: None)
+        monkeypatch.setattr("voz.speech.speaker.is_cached", lambda text, voice: True)
 
-@pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch, heard: list[Path]) -> threading.Event:
-    """A loudspeaker that is busy until the event is set; every text is its own path."""
-    event = threading.Event()
-
-    def play(path: Path, stopped: threading.Event) -> None:
-        while not event.wait(0.01) and not stopped.is_set():
+    def say(self, text: str) -> None:
+        while not self.opened.wait(0.01) and not self.closed.is_set():
             pass
-        if not stopped.is_set():
-            heard.append(path)
-
-    monkeypatch.setattr(module, "cached", lambda text, voice: Path(text))
-    monkeypatch.setattr(module, "play", play)
-    return event
+        if not self.closed.is_set():
+            self.said.append(text)
 
 
-def test_replies_are_said_in_order_before_it_closes(heard: list[Path]) -> None:
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> Gate:
+    return Gate(monkeypatch)
+
+
+def place_in(samples: np.ndarray, text: str) -> float:
+    """Where in what was heard a text is, s; it must be there."""
+    wave = at_16_khz(read_sound(cached(text, KAL), RATE))
+    loud = np.flatnonzero(np.abs(wave) > 0.02)
+    shift, alike = place_of(wave[loud[0] : loud[-1]], samples)
+    assert alike > 0.95
+    return shift / 16_000
+
+
+def test_replies_are_heard_one_after_the_other_before_it_closes(loudspeaker: Recorder) -> None:
     with Speaker(KAL) as speaker:
         speaker.say("one")
-        speaker.say("two")
-    assert heard == [cached("one", KAL), cached("two", KAL)]
+        speaker.say("twelve")
+    samples, _ = speaker.mixer.recent(5)
+    one = cached("one", KAL)
+    assert place_in(samples, "twelve") - place_in(samples, "one") > 0.3
+    assert np.abs(samples).max() < 1.05 * np.abs(read_sound(one, RATE)).max() + 0.5
     assert speaker.drain_warnings() == []
 
 
-def test_say_does_not_wait_for_the_sound(heard: list[Path]) -> None:
-    start = time.monotonic()
-    with Speaker(KAL) as speaker:
-        speaker.say(REPLY)
-        said = time.monotonic() - start
-    assert heard
-    assert said < (time.monotonic() - start) / 10
+def test_say_does_not_wait_for_the_sound(gate: Gate) -> None:
+    speaker = Speaker(KAL)
+    speaker.say("one")
+    assert gate.said == []
+    gate.opened.set()
+    speaker.close()
+    assert gate.said == ["one"]
 
 
+def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
+    speaker = Speaker(KAL, REPLIES)
+    deadline = time.monotonic() + 20
+    while not all(is_cached(reply, KAL) for reply in REPLIES):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    speaker.close()
+    assert speaker.drain_warnings() == []
+
+
+def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
+    slow_festival: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    speaker = Speaker(KAL, REPLIES)
+    deadline = time.monotonic() + 20
+    while not slow_festival.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    speaker.close(timeout=30)
+    assert time.monotonic() < deadline
+    wait_for_end(slow_festival)
+    assert speaker.drain_warnings() == []
+
+
+@pytest.mark.usefixtures("loudspeaker")
 def test_missing_festival_is_told_once_and_the_rest_goes_on(
-    monkeypatch: pytest.MonkeyPatch, heard: list[Path]
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     cached("known", KAL)
     monkeypatch.setenv("PATH", "")
-    with Speaker(KAL) as speaker:
+    with Speaker(KAL, REPLIES) as speaker:
         for text in ("one", "two", "known"):
             speaker.say(text)
     (warning,) = speaker.drain_warnings()
     assert warning.startswith("festival is not installed")
-    assert heard == [cached("known", KAL)]
+    place_in(speaker.mixer.recent(5)[0], "known")
     assert speaker.drain_warnings() == []
 
 
-def test_a_silent_loudspeaker_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    def play(path: Path, stopped: threading.Event) -> None:
-        raise AudioError("there is no loudspeaker")
+@pytest.mark.usefixtures("loudspeaker")
+def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
+    monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    cached("known", KAL)
+    child = request.getfixturevalue("slow_festival")
+    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    speaker = Speaker(KAL)
+    speaker.say("not known")
+    speaker.say("known")
+    deadline = time.monotonic() + 20
+    while not child.exists() or speaker.mixer.busy_until() < time.monotonic():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    time.sleep(1)
+    speaker.close(timeout=0)
+    place_in(speaker.mixer.recent(5)[0], "known")
+    wait_for_end(child)
 
-    monkeypatch.setattr(module, "play", play)
+
+def test_a_text_without_sound_is_told(gate: Gate, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("voz.speech.speaker.is_cached", is_cached)
     with Speaker(KAL) as speaker:
-        speaker.say("one")
-        speaker.say("two")
-    assert speaker.drain_warnings() == ["there is no loudspeaker"]
+        speaker.say("...")
+    (warning,) = speaker.drain_warnings()
+    assert "nothing to speak" in warning
 
 
 def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
@@ -100,36 +166,50 @@ def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
         text=True,
         check=True,
     )
-    assert done.stdout == "there is no loudspeaker; connect one and start again\n"
+    assert done.stdout == "there is no loudspeaker; connect one\n"
     assert done.stderr == ""
 
 
-def test_the_oldest_replies_are_left_out_when_too_many_wait(
-    gate: threading.Event, heard: list[Path]
-) -> None:
+def test_the_oldest_replies_are_left_out_when_too_many_wait(gate: Gate) -> None:
     texts = [f"number {n}" for n in range(LONGEST_QUEUE + 4)]
     with Speaker(KAL) as speaker:
         for text in texts:
             speaker.say(text)
-        gate.set()
-    assert heard[-LONGEST_QUEUE:] == [Path(text) for text in texts[-LONGEST_QUEUE:]]
-    assert len(heard) <= LONGEST_QUEUE + 1
+        gate.opened.set()
+    assert gate.said[-LONGEST_QUEUE:] == texts[-LONGEST_QUEUE:]
+    assert len(gate.said) <= LONGEST_QUEUE + 1
 
 
-@pytest.mark.usefixtures("gate")
-def test_closing_leaves_out_what_is_not_said_in_time(heard: list[Path]) -> None:
+def test_closing_leaves_out_what_is_not_said_in_time(gate: Gate) -> None:
     speaker = Speaker(KAL)
     speaker.say("one")
     speaker.say("two")
     speaker.close(timeout=0.1)
     assert not any(thread.name == "voz-speaker" for thread in threading.enumerate())
-    assert heard == []
+    assert gate.said == []
 
 
-def test_after_closing_nothing_is_said(heard: list[Path]) -> None:
+def test_after_closing_nothing_is_said(gate: Gate) -> None:
+    gate.opened.set()
     speaker = Speaker(KAL)
     speaker.close()
     speaker.close()
-    speaker.say(REPLY)
-    assert heard == []
+    speaker.say("one")
+    assert gate.said == []
     assert speaker.drain_warnings() == []
+
+
+@pytest.mark.usefixtures("loudspeaker")
+def test_other_sounds_are_heard_beside_the_replies() -> None:
+    def level(wanted: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + 20
+        while not wanted():
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+
+    with Speaker(KAL) as speaker:
+        speaker.client.start(1, 0.3)
+        level(lambda: bool(speaker.mixer.recent(0.5)[0].any()))
+        speaker.say("one")
+        level(lambda: bool(np.abs(speaker.mixer.recent(1)[0]).max() > 0.3))
+    level(lambda: speaker.mixer.busy_until() < time.monotonic())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import ModuleType
 from typing import NamedTuple
 
-from voz.audio.playback import load_sounddevice
+from voz.audio.portaudio import load_sounddevice
 from voz.errors import AudioError
 
 

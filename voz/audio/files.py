@@ -1,10 +1,11 @@
-"""Recordings on disk: whatever libsndfile reads, as blocks of 16 kHz mono samples."""
+"""Recordings on disk: whatever libsndfile reads, as blocks of 16 kHz mono samples or as a whole."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,18 @@ BLOCK_SECONDS = 1.0
 
 LOWEST_RATE, HIGHEST_RATE = 4000, 768_000
 """Below the first there is no speech left, above the second no sound card: a broken header."""
+
+LONGEST_SOUND = 600.0
+"""Seconds; a sound is held in memory while it is played, a minute in 12 MB."""
+
+OGG_PAGE = 65_307
+"""Bytes; no page of an OGG file is longer."""
+
+OGG_HEADER = 27
+"""Bytes; the last one tells how many follow, each with the length of a segment of the page."""
+
+LAST_PAGE = 4
+"""The flag of the last page of an OGG file, in the sixth byte."""
 
 UNKNOWN_LENGTH = 0x7FFFF000
 """A program that writes to a pipe does not know the length and promises at least this."""
@@ -42,6 +55,40 @@ def read_blocks(path: Path) -> Iterator[Samples]:
         AudioError: the file is missing, no regular file, unreadable, empty, cut short or holds
             samples that are no numbers. The blocks before the fault were yielded.
     """
+    with _opened(path) as file:
+        read = 0
+        blocks = _native(file) if _is_native(file) else map(to_int16, _mono(path, file))
+        for block in blocks:
+            read += len(block)
+            yield block
+        _check_whole(path, file, read / SAMPLE_RATE)
+
+
+def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
+    """Read a sound that is to be played.
+
+    Args:
+        path: a file as `read_blocks` takes it, up to `LONGEST_SOUND`.
+        rate: of what is returned, Hz.
+
+    Returns:
+        All samples, mono (the mean of the channels), -1 to 1.
+
+    Raises:
+        AudioError: as `read_blocks` does, or the sound is too long.
+    """
+    with _opened(path) as file:
+        if file.frames > LONGEST_SOUND * file.samplerate:
+            minutes = f"{LONGEST_SOUND / 60:g} minutes"
+            raise AudioError(f"{printable(path)}: is longer than {minutes}; play a part of it")
+        sound = np.concatenate(list(_mono(path, file, rate)))
+        _check_whole(path, file, len(sound) / rate)
+    return sound
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
+    """Open a recording; whatever is wrong with it, then or while it is read, is an AudioError."""
     if path.is_dir():
         raise AudioError(f"{printable(path)}: is a folder; name the recordings in it")
     if not path.exists():
@@ -51,7 +98,12 @@ def read_blocks(path: Path) -> Iterator[Samples]:
     try:
         # An open file: by its name alone libsndfile would guess at `.raw` and stumble over accents.
         with path.open("rb") as stream, soundfile.SoundFile(stream) as file:
-            yield from _blocks_of(path, file)
+            if not LOWEST_RATE <= file.samplerate <= HIGHEST_RATE:
+                raise AudioError(
+                    f"{printable(path)}: a sample rate of {file.samplerate} Hz is not usable; "
+                    "record at 16000 Hz"
+                )
+            yield file
     except OSError as error:
         raise AudioError(f"{printable(path)}: cannot be read ({error.strerror})") from error
     except soundfile.LibsndfileError as error:
@@ -61,20 +113,14 @@ def read_blocks(path: Path) -> Iterator[Samples]:
         ) from error
 
 
-def _blocks_of(path: Path, file: soundfile.SoundFile) -> Iterator[Samples]:
-    rate = file.samplerate
-    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
-        raise AudioError(
-            f"{printable(path)}: a sample rate of {rate} Hz is not usable; record at 16000 Hz"
-        )
-    read = 0
-    for block in _native(file) if _is_native(file) else _converted(path, file):
-        read += len(block)
-        yield block
-    missing = _promised_seconds(file) - read / SAMPLE_RATE
+def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
+    """Complain about a recording that holds less than it promised, once all of it was read."""
+    missing = _promised_seconds(file) - seconds
     if missing > 0.01:
         raise AudioError(f"{printable(path)}: is cut short, the last {missing:.1f} s are missing")
-    if read == 0:
+    if file.format == "OGG" and not _ends_as_ogg_does(path):
+        raise AudioError(f"{printable(path)}: is cut short, its end is missing")
+    if seconds == 0:
         raise AudioError(f"{printable(path)}: holds no sound")
 
 
@@ -83,22 +129,26 @@ def _is_native(file: soundfile.SoundFile) -> bool:
 
 
 def _native(file: soundfile.SoundFile) -> Iterator[Samples]:
-    yield from file.blocks(int(BLOCK_SECONDS * SAMPLE_RATE), dtype="int16")
+    # Not `file.blocks`: where a file is damaged that gives the block before once more.
+    while len(block := file.read(int(BLOCK_SECONDS * SAMPLE_RATE), dtype="int16")):
+        yield block
 
 
-def _converted(path: Path, file: soundfile.SoundFile) -> Iterator[Samples]:
+def _mono(
+    path: Path, file: soundfile.SoundFile, rate: int = SAMPLE_RATE
+) -> Iterator[npt.NDArray[np.float32]]:
     import soxr  # 20 ms that the usual 16 kHz recording need not wait for
 
-    resampler = soxr.ResampleStream(file.samplerate, SAMPLE_RATE, 1, dtype="float32")
+    resampler = soxr.ResampleStream(file.samplerate, rate, 1, dtype="float32")
     size = int(BLOCK_SECONDS * file.samplerate) // file.channels + 1
-    for channels in file.blocks(size, dtype="float32", always_2d=True):
+    while len(channels := file.read(size, dtype="float32", always_2d=True)):
         mono = channels.mean(axis=1)
         if not np.isfinite(mono).all():
             raise AudioError(
                 f"{printable(path)}: holds samples that are no numbers; export it again"
             )
-        yield to_int16(resampler.resample_chunk(mono))
-    yield to_int16(resampler.resample_chunk(np.empty(0, np.float32), last=True))
+        yield resampler.resample_chunk(mono)
+    yield resampler.resample_chunk(np.empty(0, np.float32), last=True)
 
 
 def to_int16(samples: npt.NDArray[np.float32]) -> Samples:
@@ -117,3 +167,15 @@ def _promised_seconds(file: soundfile.SoundFile) -> float:
         return seconds
     promised, there = int(log[1]), int(log[2])
     return seconds * promised / there if there else seconds
+
+
+def _ends_as_ogg_does(path: Path) -> bool:
+    """Whether the last page of an OGG file is marked as that: nothing else tells of a cut."""
+    with path.open("rb") as stream:
+        stream.seek(-min(OGG_PAGE, path.stat().st_size), os.SEEK_END)
+        end = stream.read()
+    page = end[max(0, end.rfind(b"OggS")) :]  # https://www.rfc-editor.org/rfc/rfc3533#section-6
+    if len(page) < OGG_HEADER or not page[5] & LAST_PAGE:
+        return False
+    segments = page[OGG_HEADER - 1]
+    return len(page) >= OGG_HEADER + segments + sum(page[OGG_HEADER : OGG_HEADER + segments])

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.devices import Device, choose
 from voz.audio.files import to_int16
-from voz.audio.playback import load_sounddevice
+from voz.audio.portaudio import load_sounddevice, running
 from voz.errors import AudioError
 
 Block: TypeAlias = npt.NDArray[np.float32]
@@ -112,11 +112,12 @@ def listening(device: str | None = None) -> Iterator[Microphone]:
     settings = _settings(sounddevice, chosen)
     microphone = Microphone(chosen.name, settings.rate)
     try:
-        with sounddevice.InputStream(
-            settings.rate,
-            round(BLOCK_SECONDS * settings.rate),
-            settings.device,
-            settings.channels,
+        with running(
+            "InputStream",
+            samplerate=settings.rate,
+            blocksize=round(BLOCK_SECONDS * settings.rate),
+            device=settings.device,
+            channels=settings.channels,
             dtype="float32",
             latency="low",
             callback=microphone.heard,

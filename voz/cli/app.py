@@ -18,7 +18,7 @@ from voz.cli.exit_codes import BY_SIGNAL, WRONG_CALL
 from voz.cli.language import build_lm
 from voz.cli.recordings import decode
 from voz.cli.run import run
-from voz.cli.speech import say
+from voz.cli.speech import say, sound
 from voz.cli.terminal import tell
 from voz.errors import VozError
 
@@ -42,6 +42,7 @@ app.command("run")(run)
 app.command("calibrate")(calibrate)
 app.command("devices")(devices)
 app.command("say")(say)
+app.command("sound")(sound)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

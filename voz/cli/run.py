@@ -73,6 +73,9 @@ def run(
         str | None, typer.Option(metavar="FILE|-", help="Write all events as JSON lines.")
     ] = None,
     no_sound: Annotated[bool, typer.Option("--no-sound", help="Do not speak.")] = False,
+    no_half_duplex: Annotated[
+        bool, typer.Option("--no-half-duplex", help="Listen while the robot speaks: a headset.")
+    ] = False,
     no_safety: Annotated[
         bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
     ] = False,
@@ -112,7 +115,10 @@ def run(
         raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
     settings = options.settings(
         safety={"enabled": False if no_safety else None},
-        speech={"enabled": False if no_sound else None},
+        speech={
+            "enabled": False if no_sound else None,
+            "half_duplex": False if no_half_duplex else None,
+        },
         robot=robot or None,
     )
     names = robot_names(settings.robot)

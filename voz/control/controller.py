@@ -124,6 +124,7 @@ OBJECTS: Mapping[str, int] = {"point beer": 1, "point cocacola": 2, "fold arm": 
 
 STARTED = "bep bep. I am listening you"
 STOPPED = "bep bep. I stop listening"
+REPLIES = (STARTED, STOPPED)
 
 
 def obey(state: State, command: str) -> Outcome:

@@ -13,6 +13,7 @@ from rich.console import Console, RenderableType
 from rich.live import Live
 
 from voz.config import Config
+from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
 from voz.drive import Drive
 from voz.events import Event, Warning
@@ -85,11 +86,20 @@ def run_live(
         recorder = None
         if record:
             recorder = parts.enter_context(Recorder(record, settings.recording.gigabytes, warn))
-        hearing = Hearing(recognizer, device, inbox, clock, recorder=recorder)
+        speaker = parts.enter_context(Speaker(voice, REPLIES)) if voice else None
+        half_duplex = speaker is not None and settings.speech.half_duplex
+        hearing = Hearing(
+            recognizer,
+            device,
+            inbox,
+            clock,
+            loudspeaker=speaker.mixer if speaker and half_duplex else None,
+            never_missed=settings.recognition.never_missed,
+            recorder=recorder,
+        )
         parts.enter_context(hearing)
         line = parts.enter_context(keys(inbox, obey))
-        speaker = parts.enter_context(Speaker(voice)) if voice else None
-        told = [*receivers, *([replies_to(speaker)] if speaker else [])]
+        told = [*receivers, *([answers(speaker, warn)] if speaker else [])]
         if terminal:
             display = Display(
                 lambda: hearing.peak,
@@ -105,6 +115,18 @@ def run_live(
             parts.enter_context(drawn(display, terminal))
         parts.enter_context(zero_at_the_end(lambda: drive.zero(stamp(clock()))))
         drive_live(drive, inbox, hearing.trouble, clock, over_robots(drive, lost or {}))
+
+
+def answers(speaker: Speaker, warn: Callable[[str], None]) -> Callable[[Event], None]:
+    """Make a receiver that lets a speaker say the replies, and tells what goes wrong with that."""
+    say = replies_to(speaker)
+
+    def receive(event: Event) -> None:
+        say(event)
+        for problem in speaker.drain_warnings():
+            warn(problem)
+
+    return receive
 
 
 @contextmanager

@@ -19,6 +19,8 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
+import time
 import unicodedata
 from pathlib import Path
 
@@ -39,6 +41,9 @@ LONGEST_WORD = 100
 
 TIME_LIMIT = 30.0
 """Seconds; ten times what the longest text takes the slowest voice on a desktop computer."""
+
+LOOK = 0.05
+"""How often is looked whether festival's work is still wanted, s."""
 
 CACHE_FORMAT = 1
 """To be raised when the same text and voice shall give other files than before."""
@@ -100,20 +105,21 @@ def speakable(text: str) -> str:
     return plain
 
 
-def render(text: str, voice: str, out: Path) -> None:
+def render(text: str, voice: str, out: Path, cancelled: threading.Event | None = None) -> None:
     """Speak a text into a WAV file.
 
     Args:
         text: what to say; see `speakable` for what is made of it.
         voice: a name from `VOICES`.
         out: the file to write; it appears, or is replaced, only when it is complete.
+        cancelled: once it is set, by another thread, festival is ended.
 
     Raises:
         SpeechError: festival or the voice is missing, the text cannot be spoken, or the file
             cannot be written.
     """
     plain = speakable(text)
-    _check_known(voice)
+    check_known(voice)
     text2wave = _program("text2wave")
     try:
         target = Path(os.path.realpath(out))  # a link stays, what it points to is replaced
@@ -124,7 +130,7 @@ def render(text: str, voice: str, out: Path) -> None:
         with tempfile.TemporaryDirectory(prefix=".voz-", dir=target.parent) as folder:
             wav = Path(folder, "speech.wav")
             command = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
-            _run(command, plain, wav.parent)
+            _run(command, plain, wav.parent, cancelled)
             if not _is_whole_wav(wav):
                 raise _failure(plain, voice)
             wav.replace(target)
@@ -135,12 +141,13 @@ def render(text: str, voice: str, out: Path) -> None:
         ) from error
 
 
-def cached(text: str, voice: str) -> Path:
+def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
     """Give a WAV file of a text, rendered the first time and kept in the user's cache folder.
 
     Args:
         text: what to say; texts that sound the same share a file.
         voice: a name from `VOICES`.
+        cancelled: as `render` takes it.
 
     Returns:
         The file, in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be
@@ -150,17 +157,27 @@ def cached(text: str, voice: str) -> Path:
         SpeechError: as `render` does.
     """
     plain = speakable(text)
-    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
-    wav = _cache_folder() / f"{key}.wav"
+    wav = _cache_file(plain, voice)
     if not _is_whole_wav(wav):
-        render(plain, voice, wav)
+        render(plain, voice, wav, cancelled)
     return wav
 
 
-def _check_known(voice: str) -> None:
+def is_cached(text: str, voice: str) -> bool:
+    """Whether `cached` would give its file at once; raises SpeechError if there is no text."""
+    return _is_whole_wav(_cache_file(speakable(text), voice))
+
+
+def check_known(voice: str) -> None:
+    """Raise SpeechError if a voice is none of `VOICES`."""
     if voice not in VOICES:
         installed = ", ".join(voices()) or "none"
         raise SpeechError(f"voice {reprlib.repr(voice)} is unknown; installed: {installed}")
+
+
+def _cache_file(plain: str, voice: str) -> Path:
+    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
+    return _cache_folder() / f"{key}.wav"
 
 
 def _program(name: str) -> str:
@@ -173,7 +190,12 @@ def _program(name: str) -> str:
     return path
 
 
-def _run(command: list[str], text: str = "", folder: Path | None = None) -> str:
+def _run(
+    command: list[str],
+    text: str = "",
+    folder: Path | None = None,
+    cancelled: threading.Event | None = None,
+) -> str:
     """Run a program in a folder with a text on its input; give what it prints."""
     try:
         process = subprocess.Popen(
@@ -190,17 +212,31 @@ def _run(command: list[str], text: str = "", folder: Path | None = None) -> str:
         ) from error
     with process:
         try:
-            output, _ = process.communicate(text.encode("ascii"), timeout=TIME_LIMIT)
-        except BaseException as error:
+            output = _output(process, text.encode("ascii"), cancelled)
+        except BaseException:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-            if isinstance(error, subprocess.TimeoutExpired):
-                raise SpeechError(
-                    f"festival took longer than {TIME_LIMIT:g} s and was ended; "
-                    "give a shorter text or another voice"
-                ) from None
             raise
     return output.decode("ascii", "replace")
+
+
+def _output(
+    process: subprocess.Popen[bytes], text: bytes, cancelled: threading.Event | None
+) -> bytes:
+    """Wait for what a program prints; raises SpeechError if it is not wanted or takes too long."""
+    deadline = time.monotonic() + TIME_LIMIT
+    unsent: bytes | None = text
+    while not (cancelled and cancelled.is_set()):
+        try:
+            return process.communicate(unsent, timeout=LOOK)[0]
+        except subprocess.TimeoutExpired:
+            unsent = None
+        if time.monotonic() > deadline:
+            raise SpeechError(
+                f"festival took longer than {TIME_LIMIT:g} s and was ended; "
+                "give a shorter text or another voice"
+            )
+    raise SpeechError("festival was ended, as its text is not to be said any more")
 
 
 def _failure(plain: str, voice: str) -> SpeechError:

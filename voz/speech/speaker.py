@@ -5,11 +5,14 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
+import time
+from collections.abc import Sequence
 from types import TracebackType
+from typing import TypeAlias
 
-from voz.audio.playback import play
 from voz.errors import VozError
-from voz.speech.festival import cached
+from voz.speech.festival import cached, is_cached
+from voz.speech.sound_client import SoundClient
 
 LONGEST_QUEUE = 8
 """Replies that may wait; what is said later than that no longer belongs to what was done."""
@@ -18,30 +21,48 @@ CLOSING_TIME = 5.0
 """Seconds; enough for two replies of the robot's to be heard to their end."""
 
 STOPPING_TIME = 1.0
-"""Seconds; to fall silent. Python must not end while PortAudio plays: that may crash it."""
+"""Seconds for the threads to end once all is silent."""
+
+Texts: TypeAlias = "queue.SimpleQueue[str | None]"
 
 
 class Speaker:
-    """Renders and plays replies, one after the other, on a thread of its own.
+    """Says replies one after the other, on threads of its own.
 
-    Nothing that goes wrong stops it: each problem is kept once for `drain_warnings`, and the next
-    reply is tried anew. `say` and `drain_warnings` are to be called from one thread.
+    One thread lets festival render what was never said before, the other lets be heard what is
+    rendered: so a festival that hangs keeps back no reply that is ready. Nothing that goes wrong
+    stops it: each problem is kept once for `drain_warnings`, and the next reply is tried anew.
+    `say` and `drain_warnings` are to be called from one thread.
 
         with Speaker("kal_diphone") as speaker:
             speaker.say("I am listening")
 
     Args:
         voice: a name from `voz.speech.festival.VOICES`.
+        prepared: replies that are rendered at once, so that they are heard without delay.
+
+    Attributes:
+        client: what the replies go through; other sounds may be played with it.
+        mixer: the client's, which tells what is heard and until when.
     """
 
-    def __init__(self, voice: str) -> None:
+    def __init__(self, voice: str, prepared: Sequence[str] = ()) -> None:
         self._voice = voice
-        self._replies: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._prepared = prepared
+        self._unrendered: Texts = queue.SimpleQueue()
+        self._rendered: Texts = queue.SimpleQueue()
         self._warnings: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._warned: set[str] = set()
+        self._closing = threading.Event()
         self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="voz-speaker", daemon=True)
-        self._thread.start()
+        self.client = SoundClient(voice, blocking=True, warn=self._warnings.put)
+        self.mixer = self.client.mixer
+        self._threads = [
+            threading.Thread(target=work, name="voz-speaker", daemon=True)
+            for work in (self._render, self._speak)
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def say(self, text: str) -> None:
         """Queue a reply and return at once; if too many wait, the oldest is left out.
@@ -49,18 +70,23 @@ class Speaker:
         Args:
             text: what to say. After `close` nothing is said.
         """
-        if not self._thread.is_alive():
+        if self._closing.is_set():
             return
-        if self._replies.qsize() >= LONGEST_QUEUE:
+        try:
+            texts = self._rendered if is_cached(text, self._voice) else self._unrendered
+        except VozError as error:
+            self._warn(error)
+            return
+        if texts.qsize() >= LONGEST_QUEUE:
             with contextlib.suppress(queue.Empty):  # the thread was faster: there is room
-                self._replies.get_nowait()
-        self._replies.put(text)
+                texts.get_nowait()
+        texts.put(text)
 
     def drain_warnings(self) -> list[str]:
         """Take the problems met since the last call.
 
         Returns:
-            One line for each; the same line is never given twice by the same speaker.
+            One line for each; the same line is given again only if the loudspeaker was back.
         """
         drained = []
         with contextlib.suppress(queue.Empty):
@@ -74,12 +100,15 @@ class Speaker:
         Args:
             timeout: how long to wait, s.
         """
-        self._replies.put(None)
+        deadline = time.monotonic() + timeout
+        self._closing.set()
+        self._unrendered.put(None)
         try:
-            self._thread.join(timeout)
+            self._join(deadline)
         finally:  # also when Ctrl-C ends the waiting
             self._stopped.set()
-            self._thread.join(STOPPING_TIME)
+            self.client.close()
+            self._join(time.monotonic() + STOPPING_TIME)
 
     def __enter__(self) -> Speaker:
         return self
@@ -92,14 +121,32 @@ class Speaker:
     ) -> None:
         self.close(0 if error else CLOSING_TIME)
 
-    def _work(self) -> None:
-        while (text := self._replies.get()) is not None and not self._stopped.is_set():
-            try:
-                play(cached(text, self._voice), self._stopped)
-            except VozError as error:
-                self._warn(str(error))
+    def _join(self, deadline: float) -> None:
+        for thread in self._threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
 
-    def _warn(self, line: str) -> None:
-        if line not in self._warned:
-            self._warned.add(line)
-            self._warnings.put(line)
+    def _render(self) -> None:
+        for reply in self._prepared:
+            with contextlib.suppress(VozError):  # which is told when the reply is said
+                cached(reply, self._voice, self._closing)
+        while (text := self._unrendered.get()) is not None:
+            try:
+                cached(text, self._voice, self._stopped)
+                self._rendered.put(text)
+            except VozError as error:
+                if not self._stopped.is_set():
+                    self._warn(error)
+        self._rendered.put(None)
+
+    def _speak(self) -> None:
+        self.mixer.prepare()
+        while (text := self._rendered.get()) is not None and not self._stopped.is_set():
+            try:
+                self.client.say(text)
+            except VozError as error:
+                self._warn(error)
+
+    def _warn(self, error: VozError) -> None:
+        if str(error) not in self._warned:
+            self._warned.add(str(error))
+            self._warnings.put(str(error))

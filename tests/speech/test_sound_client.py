@@ -1,0 +1,363 @@
+"""The sound client: what sound_play offered, heard from a real sound server."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from hanging import wait_for_end
+from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
+
+from voz.audio.files import read_sound
+from voz.audio.mixing import RATE
+from voz.errors import AudioError, SpeechError
+from voz.speech import festival
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
+from voz.speech.festival import cached
+from voz.speech.sound_client import MOST_RENDERED, SoundClient
+
+KAL, KED = "kal_diphone", "ked_diphone"
+TEXT = "go on"
+
+
+@pytest.fixture
+def warnings() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def client(loudspeaker: Recorder, warnings: list[str]) -> Iterator[SoundClient]:
+    client = SoundClient(warn=warnings.append)
+    yield client
+    client.close()
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Half a second that rises, and resembles itself at a single place only."""
+    time = np.arange(RATE // 2) / RATE
+    wave = 0.4 * np.sin(2 * np.pi * (300 + 1500 * time) * time)
+    soundfile.write(tmp_path / "rise.wav", wave, RATE)
+    return tmp_path / "rise.wav"
+
+
+def goes_on(client: SoundClient) -> bool:
+    return client.mixer.busy_until() == math.inf
+
+
+def wait_until(happens: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 20
+    while not happens():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+# Built-in sounds
+
+
+@pytest.mark.parametrize("sound", BuiltinSound)
+def test_each_built_in_sound_is_heard(
+    sound: BuiltinSound, client: SoundClient, loudspeaker: Recorder
+) -> None:
+    def alike() -> float:
+        client.play(sound, blocking=True)
+        loudspeaker.pass_by(0.2)
+        return likeness(at_16_khz(synthesised(sound)), loudspeaker.heard())
+
+    assert best(alike, 0.95) > 0.95
+
+
+def test_a_sound_that_was_started_goes_on_until_it_is_stopped(
+    client: SoundClient, loudspeaker: Recorder
+) -> None:
+    client.start(BuiltinSound.BACKINGUP)
+    wait_until(lambda: not is_silent(loudspeaker.pass_by(0.1)))
+    assert not is_silent(loudspeaker.pass_by(1))
+    assert not is_silent(loudspeaker.pass_by(1))
+    client.stop(BuiltinSound.NEEDS_PLUGGING)
+    assert goes_on(client)
+    client.stop(BuiltinSound.BACKINGUP)
+    loudspeaker.pass_by(0.3)
+    assert is_silent(loudspeaker.pass_by(1))
+
+
+def test_playing_a_sound_again_begins_it_anew_and_does_not_double_it(client: SoundClient) -> None:
+    for _ in range(3):
+        client.play(BuiltinSound.NEEDS_PLUGGING)
+        time.sleep(0.1)
+    client.wait()
+    time.sleep(0.1)
+    samples, _ = client.mixer.recent(3)
+    once = np.abs(at_16_khz(synthesised(BuiltinSound.NEEDS_PLUGGING)))
+    assert np.abs(samples).max() < 1.2 * once.max()
+    # Three attacks, one end: 0.2 s longer than one.
+    sounding = np.flatnonzero(np.abs(samples) > 0.02)
+    length = np.flatnonzero(once > 0.02)
+    assert 0.15 < (np.ptp(sounding) - np.ptp(length)) / 16_000 < 1
+
+
+@pytest.mark.parametrize("stop", [lambda c: c.stop_all(), lambda c: c.stop(ALL)])
+def test_all_sounds_can_be_stopped_at_once(
+    stop: Callable[[SoundClient], None], client: SoundClient, file: Path
+) -> None:
+    client.start(BuiltinSound.BACKINGUP)
+    client.start_wave(file)
+    client.repeat(TEXT)
+    client.say("something that was never said before")
+    stop(client)
+    client.wait()
+    assert client.mixer.busy_until() < time.monotonic() + 1
+
+
+def test_there_is_no_sixth_sound(client: SoundClient) -> None:
+    with pytest.raises(SpeechError, match="no built-in sound 6"):
+        client.play(6)
+    with pytest.raises(SpeechError, match="no built-in sound 6"):
+        client.builtin_sound(6).repeat()
+
+
+# Files
+
+
+@pytest.mark.parametrize("ending", ["wav", "flac", "ogg"])
+def test_files_are_heard(
+    ending: str, file: Path, client: SoundClient, loudspeaker: Recorder
+) -> None:
+    path = file.with_suffix(f".{ending}")
+    soundfile.write(path, soundfile.read(file)[0], RATE)
+
+    def alike() -> float:
+        client.play_wave(str(path), blocking=True)
+        loudspeaker.pass_by(0.2)
+        return likeness(at_16_khz(read_sound(file, RATE)), loudspeaker.heard())
+
+    assert best(alike, 0.97) > 0.97
+
+
+def test_a_file_goes_on_until_it_is_stopped_by_any_name_of_it(
+    client: SoundClient, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client.start_wave(file)
+    assert goes_on(client)
+    monkeypatch.chdir(file.parent)
+    client.stop_wave("rise.wav")
+    assert not goes_on(client)
+
+
+@pytest.mark.parametrize("volume", [0.0, 0.25, 1.0, 7.0, -1.0, math.nan])
+def test_volume_is_taken_as_0_to_1(volume: float, client: SoundClient, file: Path) -> None:
+    client.play_wave(file, volume, blocking=True)
+    time.sleep(0.1)
+    expected = 0.4 * (0 if math.isnan(volume) else min(max(volume, 0), 1))
+    assert np.abs(client.mixer.recent(2)[0]).max() == pytest.approx(expected, abs=0.01)
+
+
+def test_a_file_that_cannot_be_played_is_told_at_once_and_the_rest_goes_on(
+    client: SoundClient, file: Path, tmp_path: Path, warnings: list[str]
+) -> None:
+    client.start_wave(file)
+    cut = tmp_path / "cut.ogg"
+    soundfile.write(cut, np.zeros(2 * RATE), RATE)
+    cut.write_bytes(cut.read_bytes()[:-300])
+    file.write_text("no sound any more")
+    for path in (tmp_path / "none.wav", tmp_path, cut, file):
+        sound = client.wave_sound(path)
+        for play in (partial(client.play_wave, path), partial(client.start_wave, path), sound.play):
+            with pytest.raises(AudioError) as caught:
+                play()
+            assert str(caught.value).startswith(f"{path}: ")
+            assert "\n" not in str(caught.value)
+    assert goes_on(client)
+    assert warnings == []
+
+
+# Speech
+
+
+def test_a_text_is_heard_without_the_silence_before_it(
+    client: SoundClient, loudspeaker: Recorder, scratch: Path
+) -> None:
+    def alike() -> float:
+        client.say(TEXT, blocking=True)
+        loudspeaker.pass_by(0.3)
+        return likeness(at_16_khz(wave[RATE // 4 :]), loudspeaker.heard())
+
+    wave = read_sound(cached(TEXT, KAL), RATE)
+    assert best(alike, 0.9) > 0.9
+    assert list(scratch.iterdir()) == []  # and no file is left
+
+
+def test_a_text_is_said_again_and_again_until_it_is_stopped(client: SoundClient) -> None:
+    client.repeat(TEXT)
+    wait_until(lambda: goes_on(client))
+    client.stop_saying("something else")
+    assert goes_on(client)
+    client.stop_saying(f" {TEXT} ")
+    assert not goes_on(client)
+
+
+def test_stopping_a_text_stops_it_in_every_voice(client: SoundClient) -> None:
+    cached(TEXT, KAL)
+    cached(TEXT, KED)
+    client.repeat(TEXT)
+    client.repeat(TEXT, voice=KED)
+    client.stop_saying(TEXT)
+    assert not goes_on(client)
+    client.repeat(TEXT, voice=KED)
+    client.stop_saying(TEXT)
+    assert not goes_on(client)
+
+
+def test_another_voice_is_another_sound(client: SoundClient) -> None:
+    client.say(TEXT, KED, blocking=True)
+    assert festival.is_cached(TEXT, KED)
+    assert not festival.is_cached(TEXT, KAL)
+
+
+def test_what_cannot_be_said_is_told_at_once(client: SoundClient, warnings: list[str]) -> None:
+    with pytest.raises(SpeechError, match="nothing to speak"):
+        client.say("...")
+    with pytest.raises(SpeechError, match=r"voice '\(system \"ls\"\)' is unknown"):
+        client.say(TEXT, '(system "ls")')
+    assert warnings == []
+
+
+@pytest.mark.usefixtures("no_festival")
+def test_a_missing_festival_is_one_warning_or_an_error_for_who_waits(
+    client: SoundClient, warnings: list[str]
+) -> None:
+    for text in ("one", "two", "three"):
+        client.say(text)
+    client.wait()
+    wait_until(lambda: bool(warnings))
+    (warning,) = warnings
+    assert warning.startswith("festival is not installed")
+    with pytest.raises(SpeechError, match="festival is not installed"):
+        client.say("four", blocking=True)
+
+
+def test_a_festival_that_hangs_keeps_nothing_else_back(
+    client: SoundClient,
+    loudspeaker: Recorder,
+    slow_festival: Path,
+    file: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    with monkeypatch.context() as usual:
+        usual.setenv("PATH", os.environ["PATH"].split(":", 1)[1])
+        cached("known", KAL)
+    for number in range(MOST_RENDERED):
+        client.say(f"text {number}")
+    with pytest.raises(SpeechError, match="festival is busy"):
+        client.say("one more")
+    client.say("known", blocking=True)
+    client.play_wave(file, blocking=True)
+    loudspeaker.pass_by(0.1)
+    assert not is_silent(loudspeaker.heard())
+    wait_until(slow_festival.exists)
+    client.close()
+    wait_for_end(slow_festival)
+    assert not [t for t in threading.enumerate() if t.name == "voz-loudspeaker"]
+
+
+def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(
+    client: SoundClient, warnings: list[str]
+) -> None:
+    client.say("some text")
+    client.stop_saying("some text")
+    client.wait()
+    wait_until(lambda: festival.is_cached("some text", KAL))
+    time.sleep(0.2)
+    assert not client.mixer.recent(2)[0].any()
+    assert warnings == []
+
+
+# Objects, waiting, closing
+
+
+def test_sounds_as_objects(client: SoundClient, file: Path) -> None:
+    cached(TEXT, KAL)
+    for sound in (
+        client.builtin_sound(BuiltinSound.NEEDS_UNPLUGGING, 0.5),
+        client.wave_sound(file, 0.5),
+        client.voice_sound(TEXT, 0.5),
+    ):
+        sound.repeat()
+        assert goes_on(client)
+        sound.stop()
+        assert not goes_on(client)
+        before = time.monotonic()
+        sound.play(blocking=True)
+        time.sleep(0.1)
+        seconds = min(5.9, time.monotonic() - before)
+        assert 0.1 < np.abs(client.mixer.recent(seconds)[0]).max() < 0.5
+
+
+def test_a_block_waits_for_what_is_heard_once_and_ends_what_repeats(
+    loudspeaker: Recorder, file: Path
+) -> None:
+    with SoundClient() as client:
+        client.start(BuiltinSound.BACKINGUP, 0.1)
+        client.say(TEXT)
+    assert festival.is_cached(TEXT, KAL)
+    assert np.abs(client.mixer.recent(2)[0]).max() > 0.2
+    assert client.mixer.busy_until() <= time.monotonic()
+    client.play_wave(file, blocking=True)
+    client.say("not known yet")
+    client.wait()
+
+
+def test_a_client_that_blocks_says_one_thing_after_the_other(
+    loudspeaker: Recorder, file: Path
+) -> None:
+    client = SoundClient(blocking=True)
+    for _ in range(2):
+        client.play_wave(file)
+    time.sleep(0.1)
+    samples, _ = client.mixer.recent(3)
+    client.close()
+    assert 0.9 < np.ptp(np.flatnonzero(np.abs(samples) > 0.01)) / 16_000 < 2
+    assert np.abs(samples).max() < 0.45
+
+
+NO_DEVICE = """
+import logging, sys
+from voz.speech.builtin_sounds import BuiltinSound
+from voz.speech.sound_client import SoundClient
+logging.basicConfig(stream=sys.stdout, format="%(message)s")
+with SoundClient() as client:
+    client.set_quiet(len(sys.argv) > 1)
+    for sound in BuiltinSound:
+        client.play(sound)
+    client.start(1)
+    client.play(2, blocking=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "printed"), [([], "there is no loudspeaker; connect one\n"), (["quiet"], "")]
+)
+def test_without_a_loudspeaker_there_is_one_warning(
+    arguments: list[str], printed: str, tmp_path: Path
+) -> None:
+    (tmp_path / "alsa.conf").write_text("pcm.default { type hw card 99 }")
+    done = subprocess.run(
+        [sys.executable, "-c", NO_DEVICE, *arguments],
+        env=os.environ | {"ALSA_CONFIG_PATH": str(tmp_path / "alsa.conf")},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert (done.stdout, done.stderr) == (printed, "")

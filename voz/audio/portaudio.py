@@ -1,0 +1,96 @@
+"""PortAudio, through sounddevice: what microphone and loudspeaker share. An edge.
+
+PortAudio is not made for several threads that open and close streams, and it looks for devices
+once, when it starts: to see new ones it has to end, which takes all streams with it. So every
+stream of voz is opened here.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import functools
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import ModuleType
+from typing import Any, Literal
+
+from voz.errors import AudioError
+
+# A message of libasound's: file, line, function, number, then the text and what belongs into it.
+_MESSAGE = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_int)
+_ignore = _MESSAGE(lambda *_: None)
+
+_lock = threading.Lock()
+_open_streams = 0
+
+
+def load_sounddevice() -> ModuleType:
+    """Import the binding to PortAudio; raises AudioError if that is not installed."""
+    _silence_alsa()
+    try:
+        import sounddevice  # looks for devices as it is imported, which takes its time
+    except OSError as error:
+        raise AudioError(
+            "PortAudio is not installed; install it with: sudo apt-get install libportaudio2"
+        ) from error
+    module: ModuleType = sounddevice
+    return module
+
+
+@contextmanager
+def running(kind: Literal["InputStream", "OutputStream"], **settings: Any) -> Iterator[Any]:
+    """Open and start a stream for the length of a `with` block; what it still holds is dropped.
+
+    Args:
+        kind: which of sounddevice's streams.
+        settings: what it is given.
+
+    Yields:
+        The stream.
+
+    Raises:
+        sounddevice.PortAudioError: it cannot be opened.
+    """
+    global _open_streams
+    sounddevice = load_sounddevice()
+    with _lock:
+        stream = getattr(sounddevice, kind)(**settings)
+        try:
+            stream.start()
+        except BaseException:
+            stream.close()
+            raise
+        _open_streams += 1
+    try:
+        yield stream
+    finally:
+        with suppress(sounddevice.PortAudioError):  # its device is gone
+            stream.abort()  # outside the lock: this waits for a sound server that hangs
+        with _lock:
+            with suppress(sounddevice.PortAudioError):
+                stream.close()
+            _open_streams -= 1
+
+
+def look_for_devices() -> None:
+    """See devices that came or went since the program began, if no stream is open."""
+    sounddevice = load_sounddevice()
+    with _lock:
+        if not _open_streams:
+            # It has no public way: https://github.com/spatialaudio/python-sounddevice/issues/16
+            sounddevice._terminate()
+            sounddevice._initialize()
+
+
+def give_up() -> None:
+    """Let the program end though a stream cannot be closed, because its sound server hangs."""
+    atexit.unregister(load_sounddevice()._exit_handler)  # it would wait for that stream
+
+
+@functools.cache
+def _silence_alsa() -> None:
+    """Keep libasound from writing about each lost block to the terminal."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(_ignore)

@@ -1,0 +1,102 @@
+"""The sounds that the robot makes without words, with the numbers that ROS sound_play gave them.
+
+Made here from sines. What repeats ends in its own silence, so that it can follow itself.
+"""
+
+from __future__ import annotations
+
+import enum
+import functools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from voz.audio.mixing import RATE, Wave
+from voz.errors import SpeechError
+
+ALL = -1
+"""The number that stands for all sounds where something is stopped."""
+
+LEVEL = 0.5
+"""Amplitude: loud enough beside a voice, and two at once need not be turned down."""
+
+ATTACK = 0.008
+"""Seconds in which a note swells: shorter would click."""
+
+
+class BuiltinSound(enum.IntEnum):
+    """What the robot has to say without words."""
+
+    BACKINGUP = 1
+    NEEDS_UNPLUGGING = 2
+    NEEDS_PLUGGING = 3
+    NEEDS_UNPLUGGING_BADLY = 4
+    NEEDS_PLUGGING_BADLY = 5
+
+    @property
+    def title(self) -> str:
+        """Its name on the command line, as `backing-up`."""
+        name = "backing_up" if self is BuiltinSound.BACKINGUP else self.name.lower()
+        return name.replace("_", "-")
+
+
+class _Note(NamedTuple):
+    """One tone: Hz, seconds until the next begins, and how bright it is, 0 to 1."""
+
+    frequency: float
+    seconds: float
+    brightness: float
+
+
+C, E, G, HIGH_C = 523.25, 659.26, 783.99, 1046.5
+PAUSE = _Note(0.0, 0.5, 0.0)
+SHORT_PAUSE = _Note(0.0, 0.15, 0.0)
+
+MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
+    # A lorry's: one tone, again and again.
+    BuiltinSound.BACKINGUP: [_Note(950.0, 0.35, 0.3), _Note(0.0, 0.35, 0.0)],
+    # Power is there: it goes up.
+    BuiltinSound.NEEDS_UNPLUGGING: [_Note(C, 0.2, 0.2), _Note(G, 0.4, 0.2), PAUSE],
+    # Power goes out: it goes down.
+    BuiltinSound.NEEDS_PLUGGING: [_Note(E, 0.25, 0.2), _Note(C, 0.5, 0.2), PAUSE],
+    # The same, higher, brighter, and three times in a hurry.
+    BuiltinSound.NEEDS_UNPLUGGING_BADLY: [
+        *(3 * [_Note(G, 0.08, 0.8), _Note(HIGH_C, 0.13, 0.8)]),
+        SHORT_PAUSE,
+    ],
+    BuiltinSound.NEEDS_PLUGGING_BADLY: [
+        *(3 * [_Note(HIGH_C, 0.1, 0.8), _Note(E, 0.16, 0.8)]),
+        SHORT_PAUSE,
+    ],
+}
+
+
+def builtin(number: int) -> BuiltinSound:
+    """Find a sound by its number; raises SpeechError if there is none."""
+    try:
+        return BuiltinSound(number)
+    except ValueError:
+        raise SpeechError(
+            f"there is no built-in sound {number}; give 1 to {len(BuiltinSound)}"
+        ) from None
+
+
+@functools.cache
+def synthesised(sound: BuiltinSound) -> Wave:
+    """Make the samples of a sound, at `RATE`; it begins and ends with silence."""
+    return np.concatenate([_tone(note) for note in MELODIES[sound]])
+
+
+def _tone(note: _Note) -> Wave:
+    """A note that swells, then dies away; the brighter, the more it is like a reed than a bell."""
+    time = np.arange(round(note.seconds * RATE)) / RATE
+    harmonics = [note.brightness ** (k - 1) / k for k in (1, 2, 3, 4)]
+    wave = sum(
+        strength * np.sin(2 * np.pi * k * note.frequency * time)
+        for k, strength in enumerate(harmonics, 1)
+    )
+    swell = np.minimum(1, time / ATTACK) * np.minimum(1, (note.seconds - time) / ATTACK)
+    dying = np.exp(-time / (0.4 + note.brightness))
+    tone: Wave = (LEVEL / sum(harmonics) * wave * swell * dying).astype(np.float32)
+    return tone

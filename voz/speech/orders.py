@@ -1,0 +1,103 @@
+"""What a sound client was asked for and is still to be heard, known by what it is stopped by."""
+
+from __future__ import annotations
+
+import threading
+from typing import TypeAlias
+
+from voz.audio.mixer import Mixer
+from voz.audio.mixing import Source, Wave
+from voz.errors import VozError
+
+Key: TypeAlias = tuple[str, ...]
+"""The kind of a sound, then what it is: its name, its path, or its text and voice."""
+
+
+class Order:
+    """One sound that was asked for, and its way to the loudspeaker once it has begun.
+
+    Args:
+        volume: 0 to 1; what is beyond is taken as that.
+        repeats: whether it goes on until it is stopped.
+    """
+
+    def __init__(self, volume: float, repeats: bool) -> None:
+        self.volume = min(max(0.0, volume), 1.0)  # in this order no number is silence
+        self.repeats = repeats
+        self.error: VozError | None = None
+        self.decided = threading.Event()  # it has begun, or never will
+        self.source: Source | None = None
+
+    @property
+    def over(self) -> bool:
+        """Whether it is not to be heard any more."""
+        return self.decided.is_set() and (self.source is None or self.source.over)
+
+
+class Orders:
+    """All that is to be heard, one of each key; may be used from several threads.
+
+    Args:
+        mixer: where they are heard.
+    """
+
+    def __init__(self, mixer: Mixer) -> None:
+        self._mixer = mixer
+        self._lock = threading.Lock()
+        self._orders: dict[Key, Order] = {}
+        self._closed = False
+
+    def place(self, key: Key, volume: float, repeats: bool) -> Order:
+        """Take note of a sound that is to begin, in the place of what has the same key."""
+        self.stop(key)
+        order = Order(volume, repeats)
+        with self._lock:
+            if self._closed:
+                order.decided.set()
+            self._orders = {k: o for k, o in self._orders.items() if not o.over}
+            self._orders[key] = order
+        return order
+
+    def begin(self, order: Order, wave: Wave) -> None:
+        """Let a sound be heard, unless it was stopped meanwhile."""
+        with self._lock:
+            if not order.decided.is_set():
+                order.source = self._mixer.play(wave, order.volume, order.repeats)
+                order.decided.set()
+
+    def fail(self, order: Order, error: VozError) -> bool:
+        """Give a sound up; False if it was stopped meanwhile, so that nobody cares."""
+        with self._lock:
+            if order.decided.is_set():
+                return False
+            order.error = error
+            order.decided.set()
+            return True
+
+    def stop(self, beginning: Key = ()) -> None:
+        """End all whose keys begin so."""
+        with self._lock:
+            for key, order in self._orders.items():
+                if key[: len(beginning)] == beginning:
+                    order.decided.set()
+                    if order.source:
+                        self._mixer.stop(order.source)
+
+    def wait(self, order: Order) -> None:
+        """Wait until a sound has ended, and raise what kept it from being heard."""
+        order.decided.wait()
+        if order.source:
+            self._mixer.wait(order.source)
+        if order.error:
+            raise order.error
+
+    def heard_once(self) -> list[Order]:
+        """Give what ends by itself."""
+        with self._lock:
+            return [order for order in self._orders.values() if not order.repeats]
+
+    def close(self) -> None:
+        """End all, and let nothing begin any more."""
+        with self._lock:
+            self._closed = True
+        self.stop()

@@ -1,0 +1,261 @@
+"""The robot's sounds and voice for any program: the SoundClient of ROS sound_play without ROS.
+
+Names are sound_play's in snake case, and the built-in sounds have the same numbers.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple
+
+from voz.audio.files import read_sound
+from voz.audio.mixer import Mixer
+from voz.audio.mixing import RATE, from_first_audible
+from voz.errors import SpeechError, VozError
+from voz.speech.builtin_sounds import ALL, builtin, synthesised
+from voz.speech.festival import cached, check_known, is_cached, speakable
+from voz.speech.orders import Order, Orders
+
+_log = logging.getLogger("voz")
+
+MOST_RENDERED = 4
+"""Texts that festival works on at once; what is asked for beyond that is left out."""
+
+CLOSING = 1.0
+"""Seconds for festival to be ended."""
+
+
+class Sound(NamedTuple):
+    """One sound of a client's, to be heard whenever it is wanted.
+
+    Attributes:
+        play: lets it be heard once.
+        repeat: lets it be heard again and again.
+        stop: ends it.
+    """
+
+    play: Callable[..., None]
+    repeat: Callable[[], None]
+    stop: Callable[[], None]
+
+
+class SoundClient:
+    """Plays built-in sounds, files and speech, several at once; no call waits unless it is told to.
+
+    What is played again while it is heard begins anew. A sound that cannot be is an error at once;
+    a loudspeaker that is not there, or festival failing, is one warning. A `with` block waits at
+    its end for what is heard once.
+
+        with SoundClient() as client:
+            client.play(BuiltinSound.BACKINGUP)
+            client.say("I am going back")
+
+    Args:
+        voice: who speaks if nobody else is named, one of `voz.speech.festival.VOICES`.
+        blocking: whether `play`, `play_wave` and `say` wait until the sound has ended.
+        warn: called with a warning's line, from any thread.
+    """
+
+    def __init__(
+        self,
+        voice: str = "kal_diphone",
+        blocking: bool = False,
+        warn: Callable[[str], None] = _log.warning,
+    ) -> None:
+        self._voice = voice
+        self._blocking = blocking
+        self._warn = warn
+        self._quiet = False
+        self._told: set[str] = set()
+        self._closed = threading.Event()
+        self._renderers: list[threading.Thread] = []
+        self.mixer = Mixer(self._tell)
+        self._orders = Orders(self.mixer)
+
+    def play(self, sound: int, volume: float = 1.0, blocking: bool | None = None) -> None:
+        """Play a built-in sound once.
+
+        Args:
+            sound: its number, as in `BuiltinSound`.
+            volume: 0 to 1; what is beyond is taken as that.
+            blocking: whether to wait until it has ended; None is as the client was made.
+
+        Raises:
+            SpeechError: there is no such sound.
+        """
+        self._wait_for(self._play_builtin(sound, volume, repeats=False), blocking)
+
+    def start(self, sound: int, volume: float = 1.0) -> None:
+        """Play a built-in sound again and again; otherwise as `play`."""
+        self._play_builtin(sound, volume, repeats=True)
+
+    def stop(self, sound: int) -> None:
+        """End a built-in sound, or with `ALL` every sound."""
+        self._orders.stop(() if sound == ALL else ("builtin", builtin(sound).name))
+
+    def play_wave(
+        self, sound: str | os.PathLike[str], volume: float = 1.0, blocking: bool | None = None
+    ) -> None:
+        """Play a sound file once.
+
+        Args:
+            sound: its path; WAV, FLAC, OGG and whatever else libsndfile reads, up to 10 minutes.
+            volume: as for `play`.
+            blocking: as for `play`.
+
+        Raises:
+            AudioError: it cannot be read.
+        """
+        self._wait_for(self._play_wave(sound, volume, repeats=False), blocking)
+
+    def start_wave(self, sound: str | os.PathLike[str], volume: float = 1.0) -> None:
+        """Play a sound file again and again, without a gap; otherwise as `play_wave`."""
+        self._play_wave(sound, volume, repeats=True)
+
+    def stop_wave(self, sound: str | os.PathLike[str]) -> None:
+        """End a sound file."""
+        self._orders.stop(("wave", str(Path(sound).resolve())))
+
+    def say(
+        self, text: str, voice: str = "", volume: float = 1.0, blocking: bool | None = None
+    ) -> None:
+        """Say a text once.
+
+        Args:
+            text: what to say; what was said before, in any program, begins at once.
+            voice: who says it; empty is the client's own voice.
+            volume: as for `play`.
+            blocking: as for `play`; then what festival cannot do is an error too.
+
+        Raises:
+            SpeechError: the text cannot be spoken, or the voice is unknown.
+        """
+        told = not self._blocks(blocking)
+        self._wait_for(self._say(text, voice, volume, repeats=False, tell=told), blocking)
+
+    def repeat(self, text: str, volume: float = 1.0, voice: str = "") -> None:
+        """Say a text again and again; otherwise as `say`."""
+        self._say(text, voice, volume, repeats=True, tell=True)
+
+    def stop_saying(self, text: str) -> None:
+        """End a text, whoever says it."""
+        self._orders.stop(("voice", speakable(text)))
+
+    def stop_all(self) -> None:
+        """End every sound."""
+        self._orders.stop()
+
+    def builtin_sound(self, sound: int, volume: float = 1.0) -> Sound:
+        """Give a built-in sound to be played when it is wanted."""
+        return Sound(
+            partial(self.play, sound, volume),
+            partial(self.start, sound, volume),
+            partial(self.stop, sound),
+        )
+
+    def wave_sound(self, sound: str | os.PathLike[str], volume: float = 1.0) -> Sound:
+        """Give a sound file to be played when it is wanted."""
+        return Sound(
+            partial(self.play_wave, sound, volume),
+            partial(self.start_wave, sound, volume),
+            partial(self.stop_wave, sound),
+        )
+
+    def voice_sound(self, text: str, volume: float = 1.0) -> Sound:
+        """Give a text to be said when it is wanted."""
+        return Sound(
+            partial(self.say, text, "", volume),
+            partial(self.repeat, text, volume),
+            partial(self.stop_saying, text),
+        )
+
+    def set_quiet(self, quiet: bool) -> None:
+        """Keep warnings to itself, or no longer."""
+        self._quiet = quiet
+
+    def wait(self) -> None:
+        """Wait until all that is heard once has ended."""
+        for order in self._orders.heard_once():
+            with suppress(VozError):  # which was told
+                self._orders.wait(order)
+
+    def close(self) -> None:
+        """End every sound, and play nothing any more."""
+        self._orders.close()
+        self._closed.set()
+        for thread in self._renderers:
+            thread.join(CLOSING)
+        self.mixer.close()
+
+    def __enter__(self) -> SoundClient:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            if not error:
+                self.wait()
+        finally:
+            self.close()
+
+    def _play_builtin(self, sound: int, volume: float, repeats: bool) -> Order:
+        known = builtin(sound)
+        order = self._orders.place(("builtin", known.name), volume, repeats)
+        self._orders.begin(order, synthesised(known))
+        return order
+
+    def _play_wave(self, sound: str | os.PathLike[str], volume: float, repeats: bool) -> Order:
+        wave = read_sound(Path(sound), RATE)
+        order = self._orders.place(("wave", str(Path(sound).resolve())), volume, repeats)
+        self._orders.begin(order, wave)
+        return order
+
+    def _say(self, text: str, voice: str, volume: float, repeats: bool, tell: bool) -> Order:
+        voice = voice or self._voice
+        check_known(voice)
+        plain = speakable(text)
+        at_once = is_cached(plain, voice)
+        self._renderers = [thread for thread in self._renderers if thread.is_alive()]
+        if not at_once and len(self._renderers) >= MOST_RENDERED:
+            raise SpeechError("festival is busy with other texts; say it again later")
+        order = self._orders.place(("voice", plain, voice), volume, repeats)
+        render = partial(self._render, order, plain, voice, tell)
+        if at_once:
+            render()
+        else:
+            thread = threading.Thread(target=render, name="voz-renderer", daemon=True)
+            self._renderers.append(thread)
+            thread.start()
+        return order
+
+    def _render(self, order: Order, plain: str, voice: str, tell: bool) -> None:
+        try:
+            wave = read_sound(cached(plain, voice, self._closed), RATE)
+        except VozError as error:
+            if self._orders.fail(order, error) and tell and str(error) not in self._told:
+                self._told.add(str(error))
+                self._tell(str(error))
+        else:
+            self._orders.begin(order, from_first_audible(wave))
+
+    def _wait_for(self, order: Order, blocking: bool | None) -> None:
+        if self._blocks(blocking):
+            self._orders.wait(order)
+
+    def _blocks(self, blocking: bool | None) -> bool:
+        return self._blocking if blocking is None else blocking
+
+    def _tell(self, problem: str) -> None:
+        if not self._quiet:
+            self._warn(problem)

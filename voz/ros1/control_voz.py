@@ -18,6 +18,7 @@ from voz.ros1.driving import drive
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import clock_from_now, run_node
+from voz.ros1.replies import replies
 
 COMMANDS = {*RULES, *OBJECTS, "start speech", "stop speech"}
 """What has an effect; other strings are logged."""
@@ -76,7 +77,8 @@ def control(node: Node) -> None:
     inbox: SimpleQueue[Message] = SimpleQueue()
     clock = clock_from_now()
     ears = RemoteEars(settings.ros1.recognizer_output, inbox, clock)
-    drive(node, settings, inbox, clock, ears.trouble, says_heard=False)
+    with replies(settings.speech) as speech:
+        drive(node, settings, speech, inbox, clock, ears.trouble, says_heard=False)
 
 
 def main() -> NoReturn:

@@ -16,13 +16,14 @@ from voz.robot.console import in_words
 from voz.robot.ros1 import Ros1Robot
 from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
-from voz.ros1.replies import replies
+from voz.ros1.replies import Replies
 from voz.watch import over_robots
 
 
 def drive(
     node: Node,
     settings: Config,
+    speech: Replies,
     inbox: Inbox,
     clock: Callable[[], float],
     unheard: Callable[[], str | None],
@@ -32,7 +33,8 @@ def drive(
 
     Args:
         node: this process's.
-        settings: the topics, the safety rules and the voice.
+        settings: the topics and the safety rules.
+        speech: says the replies.
         inbox: what is heard.
         clock: the time of the run, s.
         unheard: tells why nothing is heard right now (S5).
@@ -48,7 +50,6 @@ def drive(
         return unheard()
 
     with ExitStack() as parts:
-        speech = parts.enter_context(replies(settings.speech))
         parts.callback(robot.close)
         robot.open()
         node.end_between_messages()

@@ -8,7 +8,7 @@ import pytest
 from recordings import ROOT
 from ros1.ros import Ros
 
-NODES = ["recognizer", "control_voz", "voz", "simulator"]
+NODES = ["recognizer", "control_voz", "voz", "simulator", "soundplay"]
 
 
 @pytest.mark.parametrize("name", NODES)

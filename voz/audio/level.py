@@ -14,8 +14,7 @@ import numpy as np
 
 from voz.audio import Samples
 from voz.audio.denoise import FRAME, Floats, energies
-from voz.audio.silero import BLOCK
-from voz.audio.voice import VoiceDetector
+from voz.audio.silero import BLOCK, Silero
 
 FULL_SCALE = 20 * math.log10(32768)
 """The loudest that 16 bits hold, dB over one unit."""
@@ -148,7 +147,7 @@ def faults(level: Level) -> list[Fault]:
 def _voice(sound: Floats) -> Floats:
     """How likely each block is speech, however quiet it is: the network hears it made louder."""
     louder = sound * (0.5 * 32767 / np.abs(sound).max())
-    return np.array(VoiceDetector().course(louder.astype(np.int16)))
+    return Silero().probabilities(louder.astype(np.int16)).astype(np.float64)
 
 
 def _lasts(voice: Floats) -> bool:

@@ -14,15 +14,9 @@ import sys, time
 from voz.config import Ros1
 from voz.errors import RobotError
 from voz.events import *
-from voz.config import Simulator
 from voz.robot.ros1 import Ros1Robot
-from voz.robot.simulator import SimulatedRobot
 
-robot = Ros1Robot(
-    Ros1(node="own", selected_object="arm"),
-    arguments=["cmd_vel:=/base"],
-    where=SimulatedRobot(Simulator(start=(1.0, 0.5, 0.0))).state_at,
-)
+robot = Ros1Robot(Ros1(node="own", selected_object="arm"), arguments=["cmd_vel:=/base"])
 try:
     robot.open()
 except RobotError as error:
@@ -51,7 +45,7 @@ def robot(ros: Ros) -> Program:
 
 
 def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
-    client = ros.client("/base", "/arm", "/recognizer/output", "/odom")
+    client = ros.client("/base", "/arm", "/recognizer/output")
     driven = robot(ros)
 
     def arrives() -> bool:
@@ -66,7 +60,6 @@ def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
     client.wait_for_velocity(0, 0, "/base")
     assert set(client.velocities("/base")) == {(0.1, 0.05), (0, 0)}
     assert client.of("/arm") == [{"data": 1}]
-    assert client.of("/odom")[-1]["pose"]["pose"]["position"] == {"x": 1.0, "y": 0.5, "z": 0.0}
     assert client.of("/recognizer/output") == [{"data": "go back"}]
 
 
@@ -96,3 +89,34 @@ def test_without_a_master_it_cannot_be_opened(ros: Ros) -> None:
     done = robot(ros)
     assert done.wait() == 1
     assert done.text.startswith("there is no ROS master at http://127.0.0.1")
+
+
+def test_voz_run_drives_it_and_tells_where_the_simulated_robot_is(ros: Ros) -> None:
+    client = ros.client("/robot1/cmd_vel", "/robot1/odom", "/tf", "/robot1/selected_object")
+    run = ros.start(
+        *(str(ROOT / "ros" / "python"), "-m", "voz", "run", "--robot", "simulator,ros1"),
+        *("--text", "-", "--listening", "--no-sound"),
+        env={"ROS_NAMESPACE": "robot1"},
+    )
+
+    def drives() -> bool:
+        run.type("go forward")
+        return (0.1, 0.0) in client.velocities("/robot1/cmd_vel")
+
+    eventually(drives)
+    run.type("point cocacola")
+    eventually(lambda: client.of("/robot1/selected_object") == [{"data": 2}])
+    eventually(lambda: client.of("/robot1/odom")[-1]["pose"]["pose"]["position"]["x"] > 0.72)
+    assert client.of("/tf")
+    run.process.terminate()
+    assert run.wait() == 143
+    client.wait_for_velocity(0, 0, "/robot1/cmd_vel")
+
+
+def test_voz_run_without_a_master_says_so_in_one_line(ros: Ros) -> None:
+    ros.master.kill()
+    command = [str(ROOT / "ros" / "python"), "-m", "voz", "run", "--robot", "ros1", "--text", "-"]
+    done = ros.call(*command, input="stop\n")
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("voz: there is no ROS master at ")

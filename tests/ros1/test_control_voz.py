@@ -169,7 +169,7 @@ def test_s5_the_robot_stops_when_the_master_is_killed_and_obeys_the_next_master(
     client.wait_for_velocity(0, 0)
     node.wait_for("does not answer: the robot stops")
     ros.start_master()
-    node.wait_for("listening again; the robot waits for a command")
+    node.wait_for("ROS is there; the robot waits for a command")
     assert client.velocities()[-1] == (0, 0)
     another = ros.client("/cmd_vel")
     connect(another, node)

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
-from typing import NamedTuple, TextIO
+from typing import Any, NamedTuple, TextIO
 
 from voz.config import Config
 from voz.errors import ConfigError, RobotError
@@ -107,7 +107,12 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
     Raises:
         RobotError: a robot's module cannot be imported.
     """
-    return {name: ROBOTS[name](setup) if name in ROBOTS else _own(name) for name in names}
+    robots: dict[str, Any] = {
+        name: ROBOTS[name](setup) if name in ROBOTS else _own(name) for name in names
+    }
+    if "simulator" in robots and "ros1" in robots:
+        robots["ros1"].where = robots["simulator"].state_at  # RViz shows it then
+    return robots
 
 
 @contextmanager

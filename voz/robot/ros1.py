@@ -19,6 +19,9 @@ class Ros1Robot(Robot):
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
     as `std_msgs/String` in lower case on `recognizer/output`.
+
+    Attributes:
+        where: tells where a simulated robot is at a time, s; that is published as `odom` and `tf`.
     """
 
     def __init__(
@@ -27,7 +30,6 @@ class Ros1Robot(Robot):
         node: Node | None = None,
         arguments: Sequence[str] = (),
         says_heard: bool = True,
-        where: Callable[[float], State] | None = None,
     ) -> None:
         """Prepare to publish.
 
@@ -36,14 +38,13 @@ class Ros1Robot(Robot):
             node: the process's node; None makes one, and ends it in the end.
             arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
             says_heard: whether what is obeyed is published, or comes from that topic.
-            where: tells where a simulated robot is at a time, to be published as `odom` and `tf`.
         """
         self._settings = settings
         self._own = node is None
         self._node = node
         self._arguments = arguments
         self._says_heard = says_heard
-        self._where = where
+        self.where: Callable[[float], State] | None = None
         self._lock = threading.Lock()
         self._ended = False
         self._velocity: Any = None
@@ -65,7 +66,7 @@ class Ros1Robot(Robot):
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
-        if self._where:
+        if self.where:
             self._odometry = OdometryPublisher()
         self._node.before_the_end(self._stop)
 
@@ -77,8 +78,8 @@ class Ros1Robot(Robot):
                     return
                 lost = self.lost()
                 self._publish_velocity(*((0.0, 0.0) if lost else (event.linear, event.angular)))
-            if self._odometry and self._where:
-                self._odometry.publish(self._where(event.t))
+            if self._odometry and self.where:
+                self._odometry.publish(self.where(event.t))
         elif isinstance(event, SelectedObject):
             self._selected.publish(event.value)
         elif isinstance(event, Utterance) and event.accepted and self._heard:

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
+from msgspec.structs import replace
+
 from voz.control.controller import OBJECTS, RULES
 from voz.language.commands import normalise
 from voz.live.loop import stamp
@@ -16,6 +18,7 @@ from voz.ros1.driving import drive
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import clock_from_now, run_node
+from voz.ros1.replies import replies
 
 COMMANDS = {*RULES, *OBJECTS, "start speech", "stop speech"}
 """What has an effect; other strings are logged."""
@@ -60,7 +63,8 @@ class RemoteEars:
     def _hear(self, message: Any) -> None:
         text = normalise(message.data)
         if text:
-            self._inbox.put(typed(text, text in COMMANDS, stamp(self._clock())))
+            heard = typed(text, text in COMMANDS, stamp(self._clock()))
+            self._inbox.put(replace(heard, source=self.topic))
 
     def _note(self, message: Any) -> None:
         self._problem = message.data
@@ -73,7 +77,8 @@ def control(node: Node) -> None:
     inbox: SimpleQueue[Message] = SimpleQueue()
     clock = clock_from_now()
     ears = RemoteEars(settings.ros1.recognizer_output, inbox, clock)
-    drive(node, settings, inbox, clock, ears.trouble, says_heard=False)
+    with replies(settings.speech) as speech:
+        drive(node, settings, speech, inbox, clock, ears.trouble, says_heard=False)
 
 
 def main() -> NoReturn:

@@ -16,12 +16,14 @@ from voz.robot.console import in_words
 from voz.robot.ros1 import Ros1Robot
 from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
-from voz.ros1.replies import replies
+from voz.ros1.replies import Replies
+from voz.watch import over_robots
 
 
 def drive(
     node: Node,
     settings: Config,
+    speech: Replies,
     inbox: Inbox,
     clock: Callable[[], float],
     unheard: Callable[[], str | None],
@@ -31,7 +33,8 @@ def drive(
 
     Args:
         node: this process's.
-        settings: the topics, the safety rules and the voice.
+        settings: the topics and the safety rules.
+        speech: says the replies.
         inbox: what is heard.
         clock: the time of the run, s.
         unheard: tells why nothing is heard right now (S5).
@@ -44,13 +47,9 @@ def drive(
             sys.exit(0)
         for problem in speech.problems():
             driven.emit(Warning(stamp(clock()), problem))
-        lost = robot.lost()
-        if lost:  # in every cycle: what is heard meanwhile is not to move it when ROS is back
-            driven.halt()
-        return lost or unheard()
+        return unheard()
 
     with ExitStack() as parts:
-        speech = parts.enter_context(replies(settings.speech))
         parts.callback(robot.close)
         robot.open()
         node.end_between_messages()
@@ -58,7 +57,7 @@ def drive(
             [robot.receive, speech.receive, log], settings.safety, bool(switch("listening"))
         )
         parts.enter_context(zero_at_the_end(lambda: driven.zero(stamp(clock()))))
-        drive_live(driven, inbox, trouble, clock)
+        drive_live(driven, inbox, trouble, clock, over_robots(driven, {"ROS": robot.lost}))
 
 
 def log(event: Event) -> None:

@@ -11,6 +11,7 @@ from voz.ros1.listening import make_hearing
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import clock_from_now, run_node
+from voz.ros1.replies import replies
 
 
 def listen_and_drive(node: Node) -> None:
@@ -18,8 +19,11 @@ def listen_and_drive(node: Node) -> None:
     settings = read_settings()
     inbox: SimpleQueue[Message] = SimpleQueue()
     clock = clock_from_now()
-    with make_hearing(settings, inbox, clock) as hearing:
-        drive(node, settings, inbox, clock, hearing.trouble, says_heard=True)
+    with (
+        replies(settings.speech) as speech,
+        make_hearing(settings, inbox, clock, speech.loudspeaker) as hearing,
+    ):
+        drive(node, settings, speech, inbox, clock, hearing.trouble, says_heard=True)
 
 
 def main() -> NoReturn:

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.live.hearing import Hearing
 from voz.live.messages import Inbox
@@ -20,13 +21,19 @@ PULSE = "pulse"
 """PortAudio's name of PulseAudio, whose source `PULSE_SOURCE` chooses."""
 
 
-def make_hearing(settings: Config, inbox: Inbox, clock: Callable[[], float]) -> Hearing:
+def make_hearing(
+    settings: Config,
+    inbox: Inbox,
+    clock: Callable[[], float],
+    loudspeaker: Mixer | None = None,
+) -> Hearing:
     """Read the node's parameters and load the recogniser; its `with` block listens.
 
     Args:
-        settings: how it is recognised.
+        settings: how it is recognised, and whether while the robot speaks.
         inbox: where what is heard goes.
         clock: the time of the run, s.
+        loudspeaker: what this process lets the robot say, which the microphone hears too.
 
     Raises:
         VozError: the language files cannot be used.
@@ -38,7 +45,14 @@ def make_hearing(settings: Config, inbox: Inbox, clock: Callable[[], float]) -> 
         profile = text("profile")
         known = load_profile(profile) if profile else None
         recognizer = Recognizer(language, settings.recognition, known)
-    return Hearing(recognizer, _device(), inbox, clock)
+    return Hearing(
+        recognizer,
+        _device(),
+        inbox,
+        clock,
+        loudspeaker if settings.speech.half_duplex else None,
+        settings.recognition.never_missed,
+    )
 
 
 def _device() -> str | None:

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
+from voz.audio.mixer import Mixer
 from voz.config import Speech
+from voz.control.controller import REPLIES
 from voz.events import Event, Reply
 from voz.pipeline import replies_to
 from voz.ros1.parameters import choice
@@ -14,10 +16,17 @@ from voz.speech.speaker import Speaker
 
 
 class Replies(NamedTuple):
-    """Says the replies among the events, and tells what went wrong since the last call."""
+    """How the replies are said.
+
+    Attributes:
+        receive: says the replies among the events.
+        problems: tells what went wrong since the last call.
+        loudspeaker: what this process gives out, if it does.
+    """
 
     receive: Callable[[Event], None]
     problems: Callable[[], list[str]] = list
+    loudspeaker: Mixer | None = None
 
 
 @contextmanager
@@ -29,8 +38,8 @@ def replies(settings: Speech) -> Iterator[Replies]:
     """
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "voz":
-        with Speaker(settings.voice) as speaker:
-            yield Replies(replies_to(speaker), speaker.drain_warnings)
+        with Speaker(settings.voice, REPLIES) as speaker:
+            yield Replies(replies_to(speaker), speaker.drain_warnings, speaker.mixer)
     elif sound == "ros":
         yield Replies(_replies_on_robotsound(settings.voice))
     else:

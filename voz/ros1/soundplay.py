@@ -1,0 +1,91 @@
+"""The node `soundplay`: plays what programs that were made for sound_play ask for."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, NoReturn
+
+from voz.errors import VozError
+from voz.ros1.node import Node, load_rospy
+from voz.ros1.program import run_node
+from voz.ros1.sound_request import (
+    ALL,
+    ONCE,
+    PLAY_FILE,
+    SAY,
+    START,
+    STOP,
+    TOPIC,
+    sound_request,
+)
+from voz.speech.sound_client import SoundClient
+
+LOOK = 0.2
+"""How often the end is looked for, s."""
+
+
+def obey(client: SoundClient, request: Any) -> None:
+    """Do what a SoundRequest asks for; nothing here waits for a sound to end.
+
+    Args:
+        client: plays it.
+        request: the message.
+
+    Raises:
+        VozError: it cannot be played, or is no request.
+    """
+    sound, command, volume = request.sound, request.command, request.volume
+    if command not in (STOP, ONCE, START):
+        raise VozError(f"{command} is no command for a sound; give 0, 1 or 2")
+    if sound == SAY:
+        voice = request.arg2.removeprefix("voice_")
+        if command == STOP:
+            client.stop_saying(request.arg)
+        elif command == ONCE:
+            client.say(request.arg, voice, volume)
+        else:
+            client.repeat(request.arg, volume, voice)
+    elif sound == PLAY_FILE:
+        if command == STOP:
+            client.stop_wave(request.arg)
+        else:
+            play_file = client.play_wave if command == ONCE else client.start_wave
+            play_file(request.arg, volume)
+    elif command == STOP:
+        client.stop(sound)
+    elif sound == ALL:
+        raise VozError("all sounds can only be stopped")
+    else:
+        play = client.play if command == ONCE else client.start
+        play(sound, volume)
+
+
+def soundplay(node: Node) -> None:
+    """Play what is asked for on `robotsound` until the node is ended."""
+    from rospy import Subscriber
+
+    rospy = load_rospy()
+    ended = threading.Event()
+    client = SoundClient(warn=rospy.logwarn)
+
+    def receive(request: Any) -> None:
+        try:
+            obey(client, request)
+        except VozError as error:
+            rospy.logwarn(str(error))
+
+    try:
+        Subscriber(TOPIC, sound_request(), receive)
+        while not node.over:
+            ended.wait(LOOK)
+    finally:
+        client.close()
+
+
+def main() -> NoReturn:
+    """Run the node."""
+    run_node("soundplay", soundplay)
+
+
+if __name__ == "__main__":
+    main()

@@ -14,8 +14,7 @@ import numpy as np
 
 from voz.audio import Samples
 from voz.audio.denoise import FRAME, Floats, energies
-from voz.audio.silero import BLOCK
-from voz.audio.voice import VoiceDetector
+from voz.audio.silero import BLOCK, Silero
 
 FULL_SCALE = 20 * math.log10(32768)
 """The loudest that 16 bits hold, dB over one unit."""
@@ -27,19 +26,19 @@ MOVES = 2
 """Units between the lowest and the highest sample of what may be a converter that hears nothing."""
 
 QUIET = -40.0
-"""Speech below it is too quiet, dBFS: of 100, 89 are obeyed between -50 and -45, and 40 between -60
+"""Speech below it is too quiet, dBFS: of 100, 91 are obeyed between -50 and -45, and 41 between -60
 and -50. Nobody speaks equally loudly all the time, hence 5 dB more."""
 
 NEAR = 18.0
-"""Speech by less above the background is noisy, dB: of 100, 89 are obeyed between 18 and 22, 71
-between 14 and 18, 56 between 5 and 10."""
+"""Speech by less above the background is noisy, dB: of 100, 90 are obeyed between 18 and 22, 74
+between 14 and 18, 49 between 5 and 10."""
 
 TOP = 0.95
 """Of the highest sample: what is above it is at the top."""
 
 MUCH_AT_TOP = 0.01
-"""Of the samples of speech; a clean voice has 0.001. Of 100, 98 are obeyed just below it, 82 just
-above, and 49 where a fifth is at the top."""
+"""Of the samples of speech; a clean voice has 0.001. Of 100, 98 are obeyed below it, 82 just above,
+and 53 where a fifth is at the top."""
 
 SPEECH, NO_SPEECH = 0.5, 0.2
 """Probabilities above and below which 32 ms are speech or background; between, neither."""
@@ -148,7 +147,7 @@ def faults(level: Level) -> list[Fault]:
 def _voice(sound: Floats) -> Floats:
     """How likely each block is speech, however quiet it is: the network hears it made louder."""
     louder = sound * (0.5 * 32767 / np.abs(sound).max())
-    return np.array(VoiceDetector().course(louder.astype(np.int16)))
+    return Silero().probabilities(louder.astype(np.int16)).astype(np.float64)
 
 
 def _lasts(voice: Floats) -> bool:

@@ -179,5 +179,7 @@ def _neighbours(values: Floats, stride: int) -> Floats:
 
 
 def _sigmoid(values: Floats) -> Floats:
-    shares: Floats = np.reciprocal(1 + np.exp(-values))
+    # The same as 1 / (1 + exp(-x)), whose exponential overflows where speech is cut off.
+    half = np.float32(0.5)
+    shares: Floats = half + half * np.tanh(half * values)
     return shares

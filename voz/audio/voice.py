@@ -52,14 +52,3 @@ class VoiceDetector:
         length = min(LONGEST_VOICE, len(found))
         sums = np.convolve(found, np.ones(length), mode="valid")
         return float(sums.max()) / length
-
-    def course(self, samples: Samples) -> list[float]:
-        """Listen to all of a recording.
-
-        Args:
-            samples: 16 kHz.
-
-        Returns:
-            The probability of speech in each 32 ms, 0 to 1; a rest at the end is left out.
-        """
-        return [float(value) for value in self._network.probabilities(samples)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -21,10 +21,11 @@ from voz.errors import ConfigError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from voz.config import Recognition
+    from voz.config import Recognition, Ros2
     from voz.events import Event, Warning
     from voz.language.files import LanguageFiles
     from voz.live.messages import Inbox
+    from voz.live.session import Typist
     from voz.pipeline import Pipeline
     from voz.recognition.profiles import Profile
     from voz.recognition.recognizer import Recognizer
@@ -87,6 +88,9 @@ def run(
         Path | None,
         typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
     ] = None,
+    listen_ros: Annotated[
+        bool, typer.Option("--listen-ros", help="Obey another recogniser on ROS 2, too.")
+    ] = False,
     profile: ProfileOption = None,
     adapt: Annotated[
         bool,
@@ -166,6 +170,7 @@ def run(
                 record=record,
                 lost=robots.lost,
                 extra=robots.view,
+                also=_other_recogniser(settings.ros2) if listen_ros else None,
             )
         voice = settings.speech.voice if settings.speech.enabled else None
         kind = _by_the_clock(robots.lost, inbox) if clocked else pipeline.Pipeline
@@ -203,6 +208,13 @@ def _microphone(device: str | None) -> str:
     from voz.audio.devices import choose
 
     return choose(device).name
+
+
+def _other_recogniser(settings: Ros2) -> Callable[[Typist], AbstractContextManager[None]]:
+    """What lets the commands that another recogniser publishes on ROS 2 be obeyed."""
+    from voz.robot.ros2 import HEARD_ON_ROS, heard_on_ros
+
+    return lambda typist: heard_on_ros(settings, lambda text: typist(text, HEARD_ON_ROS))
 
 
 def _terminal(stream: TextIO) -> Console | None:

@@ -23,8 +23,8 @@ from voz.recognition.recognizer import Recognizer
 NO_BLOCK = 0.35
 """Without a block for so long nothing is heard any more, s: with the beat, half a second."""
 
-TOO_LATE = 1.0
-"""What is heard so late is as good as not heard, s: the longest command takes a third to decode."""
+TOO_LATE = 0.4
+"""What is heard so late is as good as not heard, s: the longest command takes half of it."""
 
 MUTED = 5.0
 """A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""

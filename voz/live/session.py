@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
+from msgspec.structs import replace
 from rich.console import Console, RenderableType
 from rich.live import Live
 
@@ -36,6 +37,10 @@ SWITCH = 0.001
 """How long a thread waits for another to let go of Python, s; 5 ms as usual is seen in the beat."""
 
 
+Typist: TypeAlias = Callable[[str, str], None]
+"""Obeys a sentence; the second is its source."""
+
+
 def run_live(
     receivers: Sequence[Callable[[Event], None]],
     settings: Config,
@@ -48,6 +53,7 @@ def run_live(
     record: Path | None = None,
     lost: Mapping[str, Callable[[], str | None]] | None = None,
     extra: RenderableType | None = None,
+    also: Callable[[Typist], AbstractContextManager[None]] | None = None,
 ) -> NoReturn:
     """Drive a robot by a microphone and the keyboard until a signal ends the program.
 
@@ -63,6 +69,7 @@ def run_live(
         record: the folder in which what is heard is kept.
         lost: tells of each robot, by its name, why it is lost (S5).
         extra: what the terminal shows besides.
+        also: another recogniser, which is given what obeys a sentence from a source.
 
     Raises:
         AudioError: there is no such microphone.
@@ -73,10 +80,11 @@ def run_live(
     def clock() -> float:
         return time.monotonic() - begun
 
-    def obey(line: str) -> None:
+    def obey(line: str, source: str = "text") -> None:
         text = normalise(line)
         if text not in NO_COMMAND:
-            inbox.put(typed(text, text in commands, stamp(clock())))
+            said = typed(text, text in commands, stamp(clock()))
+            inbox.put(replace(said, source=source))
 
     def warn(text: str) -> None:
         inbox.put(Warning(stamp(clock()), text))
@@ -99,6 +107,8 @@ def run_live(
         )
         parts.enter_context(hearing)
         line = parts.enter_context(keys(inbox, obey))
+        if also:
+            parts.enter_context(also(obey))
         told = [*receivers, *([answers(speaker, warn)] if speaker else [])]
         if terminal:
             display = Display(

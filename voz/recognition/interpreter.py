@@ -34,6 +34,12 @@ from voz.recognition.refusal import why_refused
 FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
 
+LONGEST_WORD = 0.7
+"""Seconds; who speaks slowly says a word of a command in that."""
+
+PAUSES = 2.0
+"""Seconds that a command takes besides its words: silence, hesitation, noise before and after."""
+
 
 class Heard(NamedTuple):
     """What was understood of a segment, before it is known what follows.
@@ -97,6 +103,8 @@ class Interpreter:
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = with_accents(read_pronunciations(language))
         self._model = with_log_odds(load_model(), profile.log_odds)
+        most_words = max((len(command.split()) for command in self._commands), default=0)
+        self._longest = PAUSES + LONGEST_WORD * most_words
         self._needed = thresholds(self._model, settings, self._commands)
         self._voice = VoiceDetector()
 
@@ -107,6 +115,8 @@ class Interpreter:
             segment: the stretch of speech.
             learnt: in place of what is known of the microphone and the speaker.
         """
+        if segment.end - segment.start > self._longest:
+            return Heard(segment, "")  # no command, and it would take long to find that out
         learnt = self.learnt if learnt is None else learnt
         sound = cleaned(segment.samples)
         start = learnt.moved(mean_start(sound))

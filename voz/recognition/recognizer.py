@@ -16,9 +16,6 @@ from voz.recognition.adaptation import StartVector
 from voz.recognition.interpreter import Heard, Interpreter
 from voz.recognition.profiles import Profile
 
-EARLY_LONGEST = 3.0
-"""A segment that is longer when it pauses is hardly a command, and is understood once, s."""
-
 SAME_END = 2 * FRAME / SAMPLE_RATE
 """By so much the ends of a segment may differ between its last pause and when it is over, s."""
 
@@ -155,8 +152,6 @@ class Stream:
             yield from follow(sound, among)
 
     def _pause(self, segment: Segment, among: bool) -> Iterator[Utterance | Partial]:
-        if segment.end - segment.start > EARLY_LONGEST:
-            return
         heard = self._paused = self._interpreter.understand(segment)
         surely = self._interpreter.accepts(heard, among=True)
         if surely and not self._interpreter.may_go_on(heard.text):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from voz.audio import Samples
+from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import energies
 from voz.events import Reason
 from voz.recognition.confidence import word_ratio
@@ -12,6 +12,9 @@ from voz.recognition.evidence import Evidence
 
 QUIET = 40.0
 """Speech below it, in dB over one unit of 16 bits, is 50 dB under full scale: a far microphone."""
+
+SHORT = 3 * SAMPLE_RATE
+"""What is longer and was not compared with any command was too long for it."""
 
 ALIKE = 0.3
 """Two commands this close, in nats for each frame, fit about as well."""
@@ -30,7 +33,8 @@ def why_refused(
 
     Args:
         samples: the utterance, 16 kHz.
-        evidence: what was found for the command that fits best; None if it is too short for any.
+        evidence: what was found for the command that fits best; None if it is too short or too
+            long for any.
         trust: how far it is to be trusted to be speech, 0 to 1.
 
     Returns:
@@ -40,7 +44,7 @@ def why_refused(
     if len(loudness) and np.percentile(loudness, 95) < QUIET:
         return "too_quiet", None
     if evidence is None:
-        return "too_short", None
+        return ("too_short" if len(samples) < SHORT else "not_a_command"), None
     if trust == 0:
         return "no_speech", None
     ratios = [word_ratio(word, evidence.phones) for word in evidence.command.spans]

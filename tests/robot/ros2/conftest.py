@@ -8,6 +8,7 @@ import platform
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 
@@ -21,16 +22,18 @@ RCLPY = ROOT / ".venv-rclpy" / "bin" / "python"
 
 numbers = count(os.getpid())
 
-# The unofficial wheels of rclpy are for this processor only; elsewhere there is nothing to compare
-# with, and the header of the test run says so.
-CAN_COMPARE = platform.machine() == "x86_64"
-collect_ignore = [] if CAN_COMPARE else ["test_with_rclpy.py", "test_on_the_wire.py"]
+# The wheels of cyclonedds and the unofficial ones of rclpy are for this processor only. Elsewhere
+# what cannot be had is left out, and the first lines of the test run say so.
+ORDINARY = platform.machine() == "x86_64"
+collect_ignore_glob: list[str] = []
+if not ORDINARY:
+    collect_ignore_glob = ["test_with_rclpy.py", "test_on_the_wire.py"]
+    if find_spec("cyclonedds") is None:
+        collect_ignore_glob = ["test_*.py"]
 
 
 def pytest_report_header() -> list[str]:
-    if CAN_COMPARE:
-        return []
-    return [f"ROS 2: NOT compared with rclpy, which has no wheels for {platform.machine()}"]
+    return [f"ROS 2, NOT tested on {platform.machine()}: {name}" for name in collect_ignore_glob]
 
 
 @pytest.fixture

@@ -181,6 +181,8 @@ def test_a_listener_that_wants_the_other_type_is_told_of() -> None:
             "not geometry_msgs/msg/Twist: see `stamped` in voz.toml"
         )
         del base
+        robot.receive(Twist(1.0, 0.0, 0.0))
+        assert robot.lost() == "nobody listens to /cmd_vel"
 
 
 def test_a_listener_that_asks_for_too_much_is_told_of() -> None:

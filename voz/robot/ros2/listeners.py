@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsSubscription
+from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 from cyclonedds.pub import DataWriter
 
 from voz.robot.ros2.node import Node
@@ -22,6 +23,10 @@ class Listeners:
     def __init__(self, node: Node, writer: DataWriter[Any]) -> None:
         self._writer = writer
         self._readers = BuiltinDataReader(node.participant, BuiltinTopicDcpsSubscription)
+        any_sample = ViewState.Any | SampleState.Any
+        self._there = ReadCondition(self._readers, any_sample | InstanceState.Alive)
+        gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
+        self._gone = ReadCondition(self._readers, any_sample | gone)
 
     def handles(self) -> set[int]:
         """One number for each listener."""
@@ -41,25 +46,25 @@ class Listeners:
         return " or ".join(nodes) or "a program without a node's name"
 
     def obstacle(self, topic: str) -> str | None:
-        """Why somebody who wants to listen cannot.
+        """Why somebody who wants to listen cannot; for when nobody does.
 
         Args:
             topic: its name for people.
         """
         ours = self._writer.topic
         for reader in self._others():
-            if reader.topic_name == ours.name and reader.type_name != ours.typename:
-                wanted, sent = _as_in_ros(reader.type_name), _as_in_ros(ours.typename)
-                return (
-                    f"a listener to {topic} wants {wanted}, not {sent}: see `stamped` in voz.toml"
-                )
-        status: Any = self._writer.get_offered_incompatible_qos_status()  # type: ignore[no-untyped-call]
-        if status.total_count:
-            return f"a listener to {topic} asks for a quality of service that is not offered"
+            if reader.topic_name != ours.name:
+                continue
+            if reader.type_name == ours.typename:
+                return f"a listener to {topic} asks for a quality of service that is not offered"
+            wanted, sent = _as_in_ros(reader.type_name), _as_in_ros(ours.typename)
+            return f"a listener to {topic} wants {wanted}, not {sent}: see `stamped` in voz.toml"
         return None
 
     def _others(self) -> list[Any]:
-        return list(self._readers.read(MOST))
+        """All readers in the domain."""
+        self._readers.take(MOST, self._gone)  # or they would be kept for ever
+        return list(self._readers.read(MOST, self._there))
 
 
 def _as_in_ros(type_name: str) -> str:

@@ -123,7 +123,7 @@ def write(writer: DataWriter[Message], message: Message) -> None:
 def answered(writer: DataWriter[Any], seconds: float) -> bool:
     """Whether all who listen have acknowledged all messages, at the latest after some seconds."""
     try:
-        return writer.wait_for_acks(round(seconds * 1e9))
+        return bool(writer.wait_for_acks(round(seconds * 1e9)))
     except AttributeError:
         # cyclonedds 11.0 looks the code of a timeout up in the wrong class.
         return False

@@ -104,7 +104,7 @@ stamp=".venv-rclpy/installed-$rclpy"
 if [ "${1:-}" = tests ] && [ "$(uname -m)" = x86_64 ] && [ ! -e "$stamp" ]; then
     echo "Installing rclpy $rclpy into .venv-rclpy (250 MB; the tests compare ROS 2 with it)"
     "$python" -m venv .venv-rclpy
-    .venv-rclpy/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: \
+    .venv-rclpy/bin/python -m pip install --quiet --disable-pip-version-check --prefer-binary \
         "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs
     touch "$stamp"
 fi

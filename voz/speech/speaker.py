@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import TypeAlias
 
+from voz.audio.files import read_sound
+from voz.audio.mixing import RATE
 from voz.errors import VozError
 from voz.speech.festival import cached, is_cached
 from voz.speech.sound_client import SoundClient
@@ -128,7 +130,8 @@ class Speaker:
     def _render(self) -> None:
         for reply in self._prepared:
             with contextlib.suppress(VozError):  # which is told when the reply is said
-                cached(reply, self._voice, self._closing)
+                # Read too: the first time, that takes a library.
+                read_sound(cached(reply, self._voice, self._closing), RATE)
         while (text := self._unrendered.get()) is not None:
             try:
                 cached(text, self._voice, self._stopped)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -124,6 +125,16 @@ def test_a_sound_that_is_too_long_to_wait_for_can_be_stopped(mixer: Mixer) -> No
     source = mixer.play(np.zeros(600 * RATE, np.float32))
     mixer.stop(source)
     mixer.wait(source)
+
+
+def test_many_threads_may_play_at_once(mixer: Mixer, warnings: list[str]) -> None:
+    with ThreadPoolExecutor(8) as threads:
+        sources = list(threads.map(mixer.play, [sweep(0.3) / 8] * 8))
+    for source in sources:
+        mixer.wait(source)
+    time.sleep(0.1)
+    assert 0.2 < np.abs(mixer.recent(2)[0]).max() < 0.5
+    assert warnings == []
 
 
 def test_it_is_known_how_long_it_is_heard(mixer: Mixer, loudspeaker: Recorder) -> None:

@@ -67,6 +67,7 @@ class Loudspeaker:
         self._fill = fill
         self._needed = needed
         self._lost = lost
+        self._starting = threading.Lock()
         self._wake = threading.Event()
         self._closing = threading.Event()
         self._stream_ended = False
@@ -82,8 +83,9 @@ class Loudspeaker:
 
     def wake(self) -> None:
         """Look whether the device is needed now; the first time, load what it takes."""
-        if not self._thread.is_alive() and not self._closing.is_set():
-            self._thread.start()
+        with self._starting:
+            if not self._thread.is_alive() and not self._closing.is_set():
+                self._thread.start()
         self._wake.set()
 
     def close(self) -> None:

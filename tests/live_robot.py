@@ -42,7 +42,7 @@ class LiveRobot:
     def __init__(self, environment: dict[str, str], arguments: list[str], before: str) -> None:
         *python, program = VOZ
         self.process = subprocess.Popen(
-            [*python, before + program, "run", "--no-sound", "--events", "-", *arguments],
+            [*python, before + program, "run", "--events", "-", *arguments],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -116,10 +116,14 @@ class LiveRobot:
 
 @contextmanager
 def live_robot(
-    environment: dict[str, str], *arguments: str, before: str = ""
+    environment: dict[str, str], *arguments: str, before: str = "", sound: bool = False
 ) -> Iterator[LiveRobot]:
-    """A robot that listens, for the length of a `with` block; `before` is Python run before it."""
-    robot = LiveRobot(environment, list(arguments), before)
+    """A robot that listens, for the length of a `with` block.
+
+    `before` is Python that is run before it; without `sound` it says its replies in words alone.
+    """
+    quiet = [] if sound else ["--no-sound"]
+    robot = LiveRobot(environment, [*quiet, *arguments], before)
     try:
         robot.wait_for(lambda event: event["type"] == "cmd_vel")
         yield robot

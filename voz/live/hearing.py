@@ -38,7 +38,7 @@ LOSS_TOLD_EVERY = 5.0
 CLOSING_TIME = 1.0
 """For the microphone to be closed, s; a sound server that hangs would never let go."""
 
-MUTE_WARNING = "the microphone gives only silence: is it muted?"
+MUTE_WARNING = "the microphone gives only silence: is it muted? `voz devices --test` tells"
 
 
 class Hearing:

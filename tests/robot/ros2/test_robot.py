@@ -210,7 +210,7 @@ def drive_until(robot: Ros2Robot, true: Callable[[], object]) -> None:
 
     def send() -> object:
         robot.receive(Twist(time.monotonic() - begun, 0.0, 0.0))
-        time.sleep(0.05)
+        time.sleep(0.1)  # the beat that a robot is driven in
         return true()
 
     wait_until(send)

@@ -130,6 +130,7 @@ class Recorder:
             warn: called with what is wrong, and with what a user must know.
         """
         self._folder = folder
+        self._said = f"what is said is recorded in {folder}"
         self._limit = gigabytes * GIGABYTE
         self._warn = warn
         self._tape = Tape()
@@ -140,7 +141,7 @@ class Recorder:
     @property
     def note(self) -> str:
         """What is to be seen all the time; nothing if it does not record any more."""
-        return f"what is said is recorded in {self._folder}" if self._thread.is_alive() else ""
+        return self._said if self._thread.is_alive() else ""
 
     def feed(self, block: Samples) -> None:
         """Take what the microphone gave."""
@@ -163,8 +164,8 @@ class Recorder:
         self._tape = Tape()
 
     def __enter__(self) -> Recorder:
+        self._warn(self._said)
         self._thread.start()
-        self._warn(self.note)
         return self
 
     def __exit__(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from importlib import import_module
+from importlib import import_module, invalidate_caches
+from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
 from voz.config import Config
@@ -151,8 +151,10 @@ def mailboxes(
 
 
 def _own(name: str) -> Robot:
-    if os.curdir not in sys.path:
-        sys.path.insert(0, os.curdir)  # a module beside voz.toml, as `python` itself would find it
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
+    invalidate_caches()  # it may have been written since
     return _imported(name, *name.split(":", 1))()
 
 

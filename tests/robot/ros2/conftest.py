@@ -13,6 +13,7 @@ from itertools import count
 from pathlib import Path
 
 import pytest
+from calls import VOZ
 from programs import Program
 from recordings import ROOT
 
@@ -71,6 +72,21 @@ def base(programs: Callable[..., Program]) -> Callable[..., Program]:
         return node
 
     return start
+
+
+@pytest.fixture
+def voz(domain: int) -> Iterator[Callable[..., Program]]:
+    """Starts a `voz run` that obeys what is said to it; its events are the lines of JSON."""
+    with ExitStack() as stack:
+
+        def start(*arguments: str) -> Program:
+            program = Program(
+                [*VOZ, "run", "--text", "-", "--events", "-", "--no-sound", *arguments]
+            )
+            stack.callback(program.close)
+            return program
+
+        yield start
 
 
 @pytest.fixture

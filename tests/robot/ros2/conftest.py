@@ -75,14 +75,18 @@ def base(programs: Callable[..., Program]) -> Callable[..., Program]:
 
 
 @pytest.fixture
-def voz(domain: int) -> Iterator[Callable[..., Program]]:
-    """Starts a `voz run` that obeys what is said to it; its events are the lines of JSON."""
+def voz(domain: int, tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts a `voz run` that obeys what is said to it; its events are the lines of JSON.
+
+    It waits so long for a base to be found, s, before it obeys.
+    """
+    settings = tmp_path / "voz.toml"
     with ExitStack() as stack:
 
-        def start(*arguments: str) -> Program:
-            program = Program(
-                [*VOZ, "run", "--text", "-", "--events", "-", "--no-sound", *arguments]
-            )
+        def start(robot: str, wait: float = 30) -> Program:
+            settings.write_text(f"[ros2]\nwait = {wait}\n")
+            command = f"run --text - --events - --listening --no-sound --robot {robot} --config"
+            program = Program([*VOZ, *command.split(), str(settings)])
             stack.callback(program.close)
             return program
 

@@ -120,7 +120,7 @@ def test_without_a_simulated_robot_nothing_tells_where_it_is() -> None:
 
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
     base, odom = reader("cmd_vel", messages.Twist), reader("odom", messages.Odometry)
-    run = voz("--robot", "simulator,ros2", "--listening")
+    run = voz("simulator,ros2")
 
     def arrived() -> bool:
         run.say("go forward")
@@ -204,7 +204,7 @@ def test_it_waits_for_somebody_to_listen() -> None:
     assert [warning.text for warning in told] == [f"{SOMEBODY} listens to /cmd_vel"]
 
 
-def test_it_says_that_nobody_listens_and_who_comes_and_goes() -> None:
+def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
     with opened() as (robot, told):
         assert robot.lost() == "nobody listens to /cmd_vel"
         base = reader("cmd_vel", messages.Twist)
@@ -214,9 +214,17 @@ def test_it_says_that_nobody_listens_and_who_comes_and_goes() -> None:
         assert robot.lost() == "nobody listens to /cmd_vel"
         robot.receive(Twist(1.6, 0.0, 0.0))
     assert [(warning.t, warning.text) for warning in told] == [
-        (0.0, "nobody listens to /cmd_vel: commands count when somebody does"),
         (1.5, f"{SOMEBODY} listens to /cmd_vel"),
         (1.6, f"{SOMEBODY} left /cmd_vel"),
+    ]
+
+
+def test_voz_run_says_once_that_nobody_listens(voz: Callable[..., Program]) -> None:
+    run = voz("ros2", wait=0)
+    run.say("go forward")
+    events = run.wait_for(lambda event: event["type"] == "cmd_vel" and event["t"] >= 1)
+    assert [event["text"] for event in events if event["type"] == "warning"] == [
+        "the robot ros2 is lost (nobody listens to /cmd_vel): the robot stops"
     ]
 
 

@@ -47,7 +47,7 @@ class Ros2Robot(Robot):
 
         Args:
             settings: the domain, the topics and their types.
-            warn: told who listens, and that nobody does, from within `open` and `receive`.
+            warn: told who comes to listen and who leaves, from within `open` and `receive`.
         """
         self._settings = settings
         self._warn = warn
@@ -86,8 +86,6 @@ class Ros2Robot(Robot):
         while not self._listeners.handles() and time.monotonic() < until:
             time.sleep(LOOK)
         self._look_around(0.0)
-        if trouble := self.lost():
-            self._warn(Warning(0.0, f"{trouble}: commands count when somebody does"))
 
     def receive(self, event: Event) -> None:
         """Publish the event, if ROS 2 has a topic for it."""

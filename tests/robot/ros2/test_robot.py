@@ -118,19 +118,6 @@ def test_without_a_simulated_robot_nothing_tells_where_it_is() -> None:
         assert not odom.get_matched_publications()
 
 
-def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
-    base, odom = reader("cmd_vel", messages.Twist), reader("odom", messages.Odometry)
-    run = voz("simulator,ros2")
-
-    def arrived() -> bool:
-        run.say("go forward")
-        places = [message.pose.pose.position.x for message in heard(odom)]
-        return bool(places) and places[-1] > 0.75
-
-    wait_until(arrived)
-    assert messages.velocity(0.1, 0.0) in heard(base)
-
-
 def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
     events: list[Event] = [
         said("go back"),
@@ -216,15 +203,6 @@ def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
     assert [(warning.t, warning.text) for warning in told] == [
         (1.5, f"{SOMEBODY} listens to /cmd_vel"),
         (1.6, f"{SOMEBODY} left /cmd_vel"),
-    ]
-
-
-def test_voz_run_says_once_that_nobody_listens(voz: Callable[..., Program]) -> None:
-    run = voz("ros2", wait=0)
-    run.say("go forward")
-    events = run.wait_for(lambda event: event["type"] == "cmd_vel" and event["t"] >= 1)
-    assert [event["text"] for event in events if event["type"] == "warning"] == [
-        "the robot ros2 is lost (nobody listens to /cmd_vel): the robot stops"
     ]
 
 

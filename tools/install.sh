@@ -100,11 +100,12 @@ fi
 # The real rclpy, to compare ROS 2 with: unofficial wheels, for x86-64 only, and in an environment of
 # their own. Elsewhere the header of the test run says that this comparison is not made.
 rclpy=9.1.2
-stamp=".venv-rclpy/installed-$rclpy"
+stamp=".venv-rclpy/installed-$rclpy-with-nav"
 if [ "${1:-}" = tests ] && [ "$(uname -m)" = x86_64 ] && [ ! -e "$stamp" ]; then
     echo "Installing rclpy $rclpy into .venv-rclpy (250 MB; the tests compare ROS 2 with it)"
     "$python" -m venv .venv-rclpy
     .venv-rclpy/bin/python -m pip install --quiet --disable-pip-version-check --prefer-binary \
-        "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs
+        "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs \
+        ros-nav-msgs
     touch "$stamp"
 fi

@@ -180,7 +180,7 @@ class Ros2(Section, frozen=True, kw_only=True):
         namespace: goes before the topics, so that several robots have each their own.
         cmd_vel: topic of the velocities.
         stamped: whether they are sent as TwistStamped, as newer bases want, or as Twist.
-        frame_id: the coordinate frame that a TwistStamped names.
+        frame_id: the coordinate frame of the base, in a TwistStamped and a simulated `/tf`.
         selected_object: topic of the objects for the arm.
         output: topic of the commands that were heard.
         diagnostics: topic of what `rqt_robot_monitor` shows.

@@ -110,8 +110,9 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
     robots: dict[str, Any] = {
         name: ROBOTS[name](setup) if name in ROBOTS else _own(name) for name in names
     }
-    if "simulator" in robots and "ros1" in robots:
-        robots["ros1"].where = robots["simulator"].state_at  # RViz shows it then
+    if "simulator" in robots:
+        for name in robots.keys() & {"ros1", "ros2"}:
+            robots[name].where = robots["simulator"].state_at  # RViz shows it then
     return robots
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from voz.simulation.world import State
@@ -40,7 +39,7 @@ def _odometry(state: State, now: Any) -> Any:
     message.child_frame_id = BASE
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     position.x, position.y = state.pose.x, state.pose.y
-    orientation.z, orientation.w = _half_turn(state)
+    orientation.z, orientation.w = state.pose.quaternion()
     message.twist.twist.linear.x = state.linear
     message.twist.twist.angular.z = state.angular
     return message
@@ -54,10 +53,5 @@ def _transform(state: State, now: Any) -> Any:
     message.child_frame_id = BASE
     place, rotation = message.transform.translation, message.transform.rotation
     place.x, place.y = state.pose.x, state.pose.y
-    rotation.z, rotation.w = _half_turn(state)
+    rotation.z, rotation.w = state.pose.quaternion()
     return message
-
-
-def _half_turn(state: State) -> tuple[float, float]:
-    """The z and w of the heading as a quaternion."""
-    return math.sin(state.pose.heading / 2), math.cos(state.pose.heading / 2)

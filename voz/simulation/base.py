@@ -16,6 +16,10 @@ class Pose(NamedTuple):
     y: float
     heading: float
 
+    def quaternion(self) -> tuple[float, float]:
+        """The heading as the z and w of a quaternion; x and y are 0."""
+        return sin(self.heading / 2), cos(self.heading / 2)
+
 
 def respond(
     velocity: float, wanted: float, time_constant: float, acceleration: float, dt: float

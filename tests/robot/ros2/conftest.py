@@ -13,6 +13,7 @@ from itertools import count
 from pathlib import Path
 
 import pytest
+from calls import VOZ
 from programs import Program
 from recordings import ROOT
 
@@ -71,6 +72,25 @@ def base(programs: Callable[..., Program]) -> Callable[..., Program]:
         return node
 
     return start
+
+
+@pytest.fixture
+def voz(domain: int, tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts a `voz run` that obeys what is said to it; its events are the lines of JSON.
+
+    It waits so long for a base to be found, s, before it obeys.
+    """
+    settings = tmp_path / "voz.toml"
+    with ExitStack() as stack:
+
+        def start(robot: str, wait: float = 30) -> Program:
+            settings.write_text(f"[ros2]\nwait = {wait}\n")
+            command = f"run --text - --events - --listening --no-sound --robot {robot} --config"
+            program = Program([*VOZ, *command.split(), str(settings)])
+            stack.callback(program.close)
+            return program
+
+        yield start
 
 
 @pytest.fixture

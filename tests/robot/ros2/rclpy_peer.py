@@ -12,9 +12,11 @@ import threading
 import time
 from typing import Any
 
+import numpy
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException
@@ -32,7 +34,7 @@ def tell(**what: Any) -> None:
 def plain(value: Any) -> Any:
     if hasattr(value, "get_fields_and_field_types"):
         return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple | numpy.ndarray):
         return [plain(one) for one in value]
     return ord(value) if isinstance(value, bytes) else value
 
@@ -67,6 +69,7 @@ def main() -> None:
         "cmd_vel": twist,
         "selected_object": Int16,
         "recognizer/output": String,
+        "odom": Odometry,
         "/diagnostics": DiagnosticArray,
     }
     for topic, message in topics.items():

@@ -25,11 +25,12 @@ def is_gone(line: dict[str, Any]) -> bool:
     return line.get("event") == "liveliness" and line["alive"] == 0
 
 
-def test_a_program_that_is_ended_sends_zero_last(base: Start, own: Start) -> None:
+def test_a_program_that_is_ended_sends_zero_last(base: Start, voz: Start) -> None:
     node = base(deadline=0.5, lease=1.0)
-    voz = own("driving_program.py")
+    run = voz("ros2")
+    run.say("go forward")
     node.wait_for(drives)
-    voz.end(signal.SIGTERM)
+    run.end(signal.SIGTERM)
     lines = node.wait_for(is_gone)
     velocities = [line["message"] for line in lines if line.get("topic") == "cmd_vel"]
     assert velocities[-1] == STILL
@@ -39,12 +40,13 @@ def test_a_program_that_is_ended_sends_zero_last(base: Start, own: Start) -> Non
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 @pytest.mark.parametrize("manual", [False, True])
 def test_a_base_is_told_of_a_program_that_is_killed_or_hangs(
-    number: int, manual: bool, base: Start, own: Start
+    number: int, manual: bool, base: Start, voz: Start
 ) -> None:
     node = base(deadline=0.5, lease=1.0, manual=manual)
-    voz = own("driving_program.py")
+    run = voz("ros2")
+    run.say("go forward")
     node.wait_for(drives)
-    voz.process.send_signal(number)
+    run.process.send_signal(number)
     lines = node.wait_for(is_gone)
     events = [line["event"] for line in lines if "event" in line]
     assert "deadline" in events

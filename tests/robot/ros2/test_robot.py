@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import pi, sqrt
 from threading import Timer
 from typing import Any
 
@@ -19,6 +20,8 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.robot.ros2 import HEARD_ON_ROS, Ros2Robot, messages
 from voz.robot.ros2.node import Node
+from voz.simulation.base import Pose
+from voz.simulation.world import State
 
 pytestmark = pytest.mark.usefixtures("domain")
 
@@ -81,6 +84,38 @@ def test_the_arm_gets_its_objects() -> None:
         for value in (1, 2, 100):
             robot.receive(SelectedObject(0.0, value))
     assert [message.data for message in heard(arm)] == [1, 2, 100]
+
+
+def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:
+    robot = Ros2Robot(Ros2(wait=0, namespace="robot1", frame_id="base"))
+    robot.where = lambda t: State(t, Pose(t, -0.5, pi / 2), 0.1, -0.2)
+    robot.open()
+    odom = reader("/robot1/odom", messages.Odometry)
+    tf = reader("/tf", messages.TFMessage)
+    before = time.time_ns()
+    for t in (1.0, 2.0):
+        robot.receive(Twist(t, 0.0, 0.0))
+    after = time.time_ns()
+    robot.close()
+    half = sqrt(0.5)
+    transforms = [transform for message in heard(tf) for transform in message.transforms]
+    for t, odometry, transform in zip((1.0, 2.0), heard(odom), transforms, strict=True):
+        turned = odometry.pose.pose.orientation
+        assert odometry.pose.pose.position == messages.Point(t, -0.5)
+        assert (turned.x, turned.y, turned.z, turned.w) == pytest.approx((0, 0, half, half))
+        assert odometry.twist.twist == messages.velocity(0.1, -0.2)
+        assert transform.transform == messages.Transform(messages.Vector3(t, -0.5), turned)
+        assert transform.header == odometry.header
+        assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base")
+        assert transform.child_frame_id == "base"
+        stamp = odometry.header.stamp
+        assert before <= stamp.sec * 1_000_000_000 + stamp.nanosec <= after
+
+
+def test_without_a_simulated_robot_nothing_tells_where_it_is() -> None:
+    with opened():
+        odom = reader("odom", messages.Odometry)
+        assert not odom.get_matched_publications()
 
 
 def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
@@ -156,7 +191,7 @@ def test_it_waits_for_somebody_to_listen() -> None:
     assert [warning.text for warning in told] == [f"{SOMEBODY} listens to /cmd_vel"]
 
 
-def test_it_says_that_nobody_listens_and_who_comes_and_goes() -> None:
+def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
     with opened() as (robot, told):
         assert robot.lost() == "nobody listens to /cmd_vel"
         base = reader("cmd_vel", messages.Twist)
@@ -166,7 +201,6 @@ def test_it_says_that_nobody_listens_and_who_comes_and_goes() -> None:
         assert robot.lost() == "nobody listens to /cmd_vel"
         robot.receive(Twist(1.6, 0.0, 0.0))
     assert [(warning.t, warning.text) for warning in told] == [
-        (0.0, "nobody listens to /cmd_vel: commands count when somebody does"),
         (1.5, f"{SOMEBODY} listens to /cmd_vel"),
         (1.6, f"{SOMEBODY} left /cmd_vel"),
     ]

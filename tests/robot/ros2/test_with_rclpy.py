@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import random
 import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from hashlib import sha256
+from math import cos, pi
 from typing import Any
 
 import pytest
 from programs import Program, wait_until
+from recordings import ROOT
 
 from voz.config import Ros2
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 from voz.robot.ros2 import Ros2Robot, heard_on_ros
+from voz.simulation.base import Pose
+from voz.simulation.world import State
 
 pytestmark = pytest.mark.slow
 
@@ -64,6 +70,25 @@ def twist(linear: float, angular: float) -> Any:
 
 def is_twist(linear: float, angular: float = 0.0) -> Callable[[Line], bool]:
     return lambda line: line.get("message") == twist(linear, angular)
+
+
+def hash_of_tf() -> str:
+    """What ROS makes of the definition of a TFMessage: a list of TransformStamped."""
+    file = ROOT / ".venv-rclpy/share/geometry_msgs/msg/TransformStamped.json"
+    inner = json.loads(file.read_text())["type_description_msg"]
+    types = [inner["type_description"], *inner["referenced_type_descriptions"]]
+    for field in (field for kind in types for field in kind["fields"]):
+        del field["default_value"]
+    name = types[0]["type_name"]
+    # 145 is a list without a limit, of other messages.
+    listed = {"type_id": 145, "capacity": 0, "string_capacity": 0, "nested_type_name": name}
+    outer = {
+        "type_name": "tf2_msgs/msg/TFMessage",
+        "fields": [{"name": "transforms", "type": listed}],
+    }
+    types.sort(key=lambda kind: str(kind["type_name"]))
+    text = json.dumps({"type_description": outer, "referenced_type_descriptions": types})
+    return f"RIHS01_{sha256(text.encode()).hexdigest()}"
 
 
 def drive(robot: Ros2Robot, until: Callable[[], object]) -> None:
@@ -127,6 +152,38 @@ def test_rclpy_reads_every_message_exactly(base: Base) -> None:
     assert (status["level"], status["name"]) == (0, "voz: voice control")
     assert status["message"] == "robot drives forward at 0.25 m/s"
     assert {"key": "listeners", "value": "/base"} in status["values"]
+
+
+def test_rclpy_reads_where_a_simulated_robot_is(base: Base) -> None:
+    graph: Line = {}
+    places: list[Any] = []
+
+    def complete(line: Line) -> bool:
+        graph.update(line.get("graph", {}))
+        places.extend(messages([line], "odom"))
+        known = all(graph.get(topic, {}).get("writers") for topic in ("/odom", "/tf"))
+        return known and bool(places)
+
+    node = base()
+    robot = Ros2Robot(Ros2(wait=30))
+    robot.where = lambda t: State(t, Pose(1 / 3, -0.5, pi), 0.1, -0.2)
+    robot.open()
+    publisher = robot._odometry
+    assert publisher
+    drive(robot, until=publisher._odom.get_matched_subscriptions)
+    robot.receive(Twist(100.0, 0.0, 0.0))
+    node.wait_for(complete)
+    robot.close()
+    message = places[0]
+    assert graph["/odom"]["writers"] == graph["/odom"]["own"]
+    # There are no wheels of tf2_msgs: rclpy cannot read it, but tell what is published.
+    assert graph["/tf"]["writers"] == [["tf2_msgs/msg/TFMessage", hash_of_tf()]]
+    assert (message["header"]["frame_id"], message["child_frame_id"]) == ("odom", "base_link")
+    assert message["pose"]["pose"]["position"] == {"x": 1 / 3, "y": -0.5, "z": 0.0}
+    turned = message["pose"]["pose"]["orientation"]
+    assert turned == {"x": 0.0, "y": 0.0, "z": 1.0, "w": cos(pi / 2)}
+    assert message["twist"]["twist"] == twist(0.1, -0.2)
+    assert message["pose"]["covariance"] == message["twist"]["covariance"] == [0.0] * 36
 
 
 def test_nothing_is_lost_in_600_cycles(base: Base) -> None:

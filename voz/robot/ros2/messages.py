@@ -3,13 +3,17 @@
 No `from __future__ import annotations` here: cyclonedds looks the written types up in this module.
 """
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import float64, int16, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, float64, int16, int32, sequence, uint8, uint32
+
+EXACT = (0.0,) * 36
+"""The covariance of what is not uncertain at all."""
 
 
 @dataclass
@@ -76,6 +80,92 @@ class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
 
 @dataclass
 @final
+class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
+    """A velocity and how uncertain it is."""
+
+    twist: Twist
+    covariance: Annotated[Sequence[float], array(float64, 36)] = EXACT
+
+
+@dataclass
+@final
+class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
+    """A place, m."""
+
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+
+
+@dataclass
+@final
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    """How something is turned."""
+
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+    w: float64 = 1.0
+
+
+@dataclass
+@final
+class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
+    """Where something is and how it is turned."""
+
+    position: Point
+    orientation: Quaternion
+
+
+@dataclass
+@final
+class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
+    """The same, and how uncertain it is."""
+
+    pose: Pose
+    covariance: Annotated[Sequence[float], array(float64, 36)] = EXACT
+
+
+@dataclass
+@final
+class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+    """Where a base is in the frame of the header, and how fast in its own."""
+
+    header: Header
+    child_frame_id: str
+    pose: PoseWithCovariance
+    twist: TwistWithCovariance
+
+
+@dataclass
+@final
+class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
+    """From one frame to another."""
+
+    translation: Vector3
+    rotation: Quaternion
+
+
+@dataclass
+@final
+class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
+    """A frame in that of the header, at a time."""
+
+    header: Header
+    child_frame_id: str
+    transform: Transform
+
+
+@dataclass
+@final
+class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
+    """Frames in others."""
+
+    transforms: Annotated[Sequence[TransformStamped], sequence(TransformStamped)]
+
+
+@dataclass
+@final
 class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
     """A figure and its name."""
 
@@ -104,11 +194,28 @@ class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnosti
     status: Annotated[Sequence[DiagnosticStatus], sequence(DiagnosticStatus)]
 
 
+def header(frame_id: str) -> Header:
+    """A header with the time of day.
+
+    Args:
+        frame_id: the coordinate frame, if one matters.
+    """
+    seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
+    return Header(Time(seconds, nanoseconds), frame_id)
+
+
+def velocity(linear: float, angular: float) -> Twist:
+    """A velocity forward, m/s, and of turning to the left, rad/s."""
+    return Twist(Vector3(x=linear), Vector3(z=angular))
+
+
 TYPE_HASHES: dict[type[Any], str] = {
     Int16: "RIHS01_1dcc3464e47c288a55f943a389d337cdb06804de3f5cd7a266b0de718eee17e5",
     String: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
     Twist: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     TwistStamped: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
+    Odometry: "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    TFMessage: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     DiagnosticArray: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
 }
 """By these a ROS since Iron knows that its definition is the same; the packages' JSON has them."""

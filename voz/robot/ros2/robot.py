@@ -16,6 +16,8 @@ from voz.robot.ros2.diagnostics import Diagnosis
 from voz.robot.ros2.listeners import Listeners
 from voz.robot.ros2.listening import HEARD_ON_ROS
 from voz.robot.ros2.node import Node, answered, write
+from voz.robot.ros2.odometry import OdometryPublisher
+from voz.simulation.world import State
 
 DEADLINE = 0.2
 """Between two velocities there is promised to be no more, s: two cycles."""
@@ -34,14 +36,18 @@ LOOK = 0.02
 
 
 class Ros2Robot(Robot):
-    """Publishes what it receives, and tells whether anybody listens."""
+    """Publishes what it receives, and tells whether anybody listens.
+
+    Attributes:
+        where: tells where a simulated robot is at a time, s; that is published as `odom` and `/tf`.
+    """
 
     def __init__(self, settings: Ros2, warn: Callable[[Warning], None] = lambda _: None) -> None:
         """Remember what to do; `open` does it.
 
         Args:
             settings: the domain, the topics and their types.
-            warn: told who listens, and that nobody does, from within `open` and `receive`.
+            warn: told who comes to listen and who leaves, from within `open` and `receive`.
         """
         self._settings = settings
         self._warn = warn
@@ -50,6 +56,8 @@ class Ros2Robot(Robot):
         self._names: dict[int, str] = {}
         self._obstacle: str | None = None
         self._diagnosed = -DIAGNOSED
+        self.where: Callable[[float], State] | None = None
+        self._odometry: OdometryPublisher | None = None
 
     def open(self) -> None:
         """Join the domain, and give a base the time to be found: until then no command counts.
@@ -71,13 +79,13 @@ class Ros2Robot(Robot):
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
+        if self.where:
+            self._odometry = OdometryPublisher(node, settings.frame_id)
         self._listeners = Listeners(node, self._cmd_vel)
         until = time.monotonic() + settings.wait
         while not self._listeners.handles() and time.monotonic() < until:
             time.sleep(LOOK)
         self._look_around(0.0)
-        if trouble := self.lost():
-            self._warn(Warning(0.0, f"{trouble}: commands count when somebody does"))
 
     def receive(self, event: Event) -> None:
         """Publish the event, if ROS 2 has a topic for it."""
@@ -86,6 +94,8 @@ class Ros2Robot(Robot):
             handles = self._listeners.handles()
             self._audience.note(time.monotonic(), handles, answered(self._cmd_vel, 0.0))
             write(self._cmd_vel, self._velocity(event))
+            if self._odometry and self.where:
+                self._odometry.publish(self.where(event.t))
             if event.t - self._diagnosed >= DIAGNOSED:
                 self._look_around(event.t)
                 self._diagnose(event.t)
@@ -110,14 +120,13 @@ class Ros2Robot(Robot):
         """Wait until the last velocity has arrived, and leave the domain."""
         answered(self._cmd_vel, LAST_WORD)
         del self._cmd_vel, self._selected_object, self._output, self._diagnostics
+        self._odometry = None
         del self._listeners, self._node
 
     def _velocity(self, twist: Twist) -> messages.Twist | messages.TwistStamped:
-        velocity = messages.Twist(
-            messages.Vector3(x=twist.linear), messages.Vector3(z=twist.angular)
-        )
+        velocity = messages.velocity(twist.linear, twist.angular)
         if self._settings.stamped:
-            return messages.TwistStamped(self._header(self._settings.frame_id), velocity)
+            return messages.TwistStamped(messages.header(self._settings.frame_id), velocity)
         return velocity
 
     def _look_around(self, now: float) -> None:
@@ -133,8 +142,4 @@ class Ros2Robot(Robot):
     def _diagnose(self, now: float) -> None:
         self._diagnosed = now
         status = self._diagnosis.status(now, list(self._names.values()), self.lost())
-        write(self._diagnostics, messages.DiagnosticArray(self._header(""), [status]))
-
-    def _header(self, frame_id: str) -> messages.Header:
-        seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
-        return messages.Header(messages.Time(seconds, nanoseconds), frame_id)
+        write(self._diagnostics, messages.DiagnosticArray(messages.header(""), [status]))

@@ -28,6 +28,7 @@ demo/stopped.wav     what the robot says to "stop speech"
 demo.png             the way that it drove
 
 Now you: edit lm/comandos_voz.txt, then   .venv/bin/voz build-lm
+         speak to it:                     .venv/bin/voz run
          type commands yourself:          .venv/bin/voz run --text -
          decode your own recordings:      .venv/bin/voz decode FILE...
 END

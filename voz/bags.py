@@ -137,22 +137,8 @@ def _bag_of_ros1(path: Path) -> Iterator[Receiver]:
     from rosbags.typesys import Stores, get_typestore
 
     types = get_typestore(Stores.ROS1_NOETIC)
-    writer = Writer(path)
-    writer.open()
-    try:
-        topics = {
-            topic: writer.add_connection(topic, kind, typestore=types)
-            for topic, kind in TOPICS.items()
-        }
-        stamp = _stamps()
-        yield _receiver(
-            types,
-            lambda topic, t, message: writer.write(
-                topics[topic], stamp(t), types.serialize_ros1(message, TOPICS[topic])
-            ),
-        )
-    finally:  # as a context manager it would leave the bag unfinished at Ctrl-C
-        writer.close()
+    with _written(Writer(path), types, types.serialize_ros1) as receive:
+        yield receive
 
 
 @contextmanager
@@ -163,21 +149,30 @@ def _bag_of_ros2(path: Path) -> Iterator[Receiver]:
     plugin = StoragePlugin.MCAP if path.suffix == ".mcap" else StoragePlugin.SQLITE3
     with _folder_for(path) as folder:
         writer = Writer(folder, version=METADATA_VERSION, storage_plugin=plugin)
-        writer.open()
-        try:
-            topics = {
-                topic: writer.add_connection(topic, kind, typestore=types)
-                for topic, kind in TOPICS.items()
-            }
-            stamp = _stamps()
-            yield _receiver(
-                types,
-                lambda topic, t, message: writer.write(
-                    topics[topic], stamp(t), types.serialize_cdr(message, TOPICS[topic])
-                ),
-            )
-        finally:
-            writer.close()
+        with _written(writer, types, types.serialize_cdr) as receive:
+            yield receive
+
+
+@contextmanager
+def _written(
+    writer: Any, types: Typestore, serialize: Callable[[object, str], Any]
+) -> Iterator[Receiver]:
+    """What writes events into a bag; at the end the bag is finished."""
+    writer.open()
+    try:
+        topics = {
+            topic: writer.add_connection(topic, kind, typestore=types)
+            for topic, kind in TOPICS.items()
+        }
+        stamp = _stamps()
+        yield _receiver(
+            types,
+            lambda topic, t, message: writer.write(
+                topics[topic], stamp(t), serialize(message, TOPICS[topic])
+            ),
+        )
+    finally:  # as a context manager it would leave the bag unfinished at Ctrl-C
+        writer.close()
 
 
 @contextmanager

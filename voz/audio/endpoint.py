@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from pocketsphinx import Vad
@@ -79,6 +79,18 @@ class Quiet(NamedTuple):
 
 
 Sound = Segment | Quiet
+
+Found = TypeVar("Found", covariant=True)
+
+
+class Feedable(Protocol[Found]):
+    """What takes a recording block by block."""
+
+    def feed(self, block: Samples) -> Iterator[Found]:
+        """Take the next samples, 16 kHz; yields what is known by them."""
+
+    def finish(self) -> Iterator[Found]:
+        """End the stream; yields what was still open."""
 
 
 class Segmenter:
@@ -205,13 +217,17 @@ def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
     Raises:
         AudioError: the blocks end in one; what was heard up to there is yielded first.
     """
-    segmenter = Segmenter()
+    return through(Segmenter(), blocks)
+
+
+def through(stream: Feedable[Found], blocks: Iterable[Samples]) -> Iterator[Found]:
+    """Feed a whole recording to a stream and end it; an AudioError of the blocks comes last."""
     failure = None
     try:
         for block in blocks:
-            yield from segmenter.feed(block)
+            yield from stream.feed(block)
     except AudioError as error:
         failure = error
-    yield from segmenter.finish()
+    yield from stream.finish()
     if failure:
         raise failure

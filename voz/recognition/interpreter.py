@@ -80,21 +80,10 @@ class Interpreter:
         self,
         language: LanguageFiles,
         settings: Recognition,
-        profile: Profile | None = None,
-        learning: bool = False,
+        profile: Profile,
+        learning: bool,
     ) -> None:
-        """Load the models.
-
-        Args:
-            language: the language files.
-            settings: which search, and how sure it must be.
-            profile: what is known of the speaker and the microphone.
-            learning: whether to learn more from each utterance, for those that follow.
-
-        Raises:
-            LanguageError: the language files cannot be used.
-        """
-        profile = profile or Profile()
+        """Load the models; arguments and errors are those of `Recognizer`."""
         self.learnt = profile.start
         self._aligner = Aligner(language) if learning else None
         self._commands = read_sentences(language)

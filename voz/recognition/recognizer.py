@@ -7,9 +7,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import FRAME, Segment, Segmenter, Sound, follow_closely, segments
+from voz.audio.endpoint import FRAME, Segment, Segmenter, Sound, follow_closely, segments, through
 from voz.config import Recognition
-from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
@@ -86,16 +85,7 @@ class Recognizer:
 
     def events(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance | Partial]:
         """The same, with what is likely in between, before it is settled."""
-        stream = self.stream(source)
-        failure = None
-        try:
-            for block in blocks:
-                yield from stream.feed(block)
-        except AudioError as error:
-            failure = error
-        yield from stream.finish()
-        if failure:
-            raise failure
+        return through(self.stream(source), blocks)
 
     def observations(self, blocks: Iterable[Samples]) -> Iterator[Observation]:
         """Find what the confidence is computed from, for those who fit it.

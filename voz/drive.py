@@ -12,6 +12,9 @@ from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, 
 CYCLES_PER_SECOND = 10
 """How often `cmd_vel` goes out, also while nothing is said."""
 
+SWITCH = 0.001
+"""How long a thread waits for another to let go of Python, s; 5 ms as usual is seen in the beat."""
+
 
 class Drive:
     """The robot's state, and who is told of it; time comes in with each call."""

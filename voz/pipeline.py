@@ -11,8 +11,6 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TypeVar
 
-from msgspec.structs import replace
-
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import printable, read_blocks
 from voz.bags import Sayings
@@ -183,21 +181,22 @@ def drive_by_bag(
     end = sayings.seconds
     for t, said in pipeline.awaited(sayings.said):
         text = normalise(said)
-        pipeline.hear(replace(typed(text, text in commands, t), source=printable(path)))
+        pipeline.hear(typed(text, text in commands, t, printable(path)))
         end = max(end, t + 1 / CYCLES_PER_SECOND)  # the last command takes effect
     pipeline.pass_until(end)
 
 
-def typed(text: str, known: bool, now: float) -> Utterance:
-    """Make an utterance of a typed sentence.
+def typed(text: str, known: bool, now: float, source: str = TYPED) -> Utterance:
+    """Make an utterance of a sentence that comes as text.
 
     Args:
         text: the sentence, normalised.
         known: whether it is in the command list; else it is not accepted.
         now: the time, s.
+        source: where it comes from.
     """
     reason: Reason | None = None if known else "not_a_command"
-    return Utterance(now, text, float(known), known, now, now, TYPED, reason=reason)
+    return Utterance(now, text, float(known), known, now, now, source, reason=reason)
 
 
 def replies_to(speaker: Speaker) -> Callable[[Event], None]:

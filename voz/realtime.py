@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
 from voz.config import Safety
-from voz.drive import CYCLES_PER_SECOND
+from voz.drive import CYCLES_PER_SECOND, SWITCH
 from voz.events import Event, Partial, Utterance
 from voz.live.loop import take
 from voz.live.messages import Inbox
@@ -25,9 +25,6 @@ LEAD = 0.2
 
 AHEAD = 256
 """So much is decoded or read ahead."""
-
-SWITCH = 0.001
-"""How long a thread waits for another to let go of Python, s; see `voz.live.session`."""
 
 
 class RealtimePipeline(Pipeline):

@@ -9,14 +9,13 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, suppre
 from pathlib import Path
 from typing import NoReturn, TypeAlias
 
-from msgspec.structs import replace
 from rich.console import Console, RenderableType
 from rich.live import Live
 
 from voz.config import Config
 from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
-from voz.drive import Drive
+from voz.drive import SWITCH, Drive
 from voz.events import Event, Warning
 from voz.language.commands import normalise
 from voz.live.display import Display
@@ -25,17 +24,13 @@ from voz.live.keyboard import keys
 from voz.live.loop import drive_live, stamp
 from voz.live.messages import Inbox
 from voz.live.recorder import Recorder
-from voz.pipeline import NO_COMMAND, replies_to, typed
+from voz.pipeline import NO_COMMAND, TYPED, replies_to, typed
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
 from voz.watch import over_robots
 
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""
-
-SWITCH = 0.001
-"""How long a thread waits for another to let go of Python, s; 5 ms as usual is seen in the beat."""
-
 
 Typist: TypeAlias = Callable[[str, str], None]
 """Obeys a sentence; the second is its source."""
@@ -80,11 +75,10 @@ def run_live(
     def clock() -> float:
         return time.monotonic() - begun
 
-    def obey(line: str, source: str = "text") -> None:
+    def obey(line: str, source: str = TYPED) -> None:
         text = normalise(line)
         if text not in NO_COMMAND:
-            said = typed(text, text in commands, stamp(clock()))
-            inbox.put(replace(said, source=source))
+            inbox.put(typed(text, text in commands, stamp(clock()), source))
 
     def warn(text: str) -> None:
         inbox.put(Warning(stamp(clock()), text))

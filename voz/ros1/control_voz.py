@@ -7,8 +7,6 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
-from msgspec.structs import replace
-
 from voz.control.controller import OBJECTS, RULES
 from voz.language.commands import normalise
 from voz.live.loop import stamp
@@ -63,8 +61,7 @@ class RemoteEars:
     def _hear(self, message: Any) -> None:
         text = normalise(message.data)
         if text:
-            heard = typed(text, text in COMMANDS, stamp(self._clock()))
-            self._inbox.put(replace(heard, source=self.topic))
+            self._inbox.put(typed(text, text in COMMANDS, stamp(self._clock()), self.topic))
 
     def _note(self, message: Any) -> None:
         self._problem = message.data

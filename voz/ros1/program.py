@@ -8,15 +8,13 @@ import time
 from collections.abc import Callable
 from typing import NoReturn
 
+from voz.drive import SWITCH
 from voz.errors import VozError
 from voz.live.quiet import quiet_libraries
 from voz.ros1.node import ENDING, Node
 
 WRONG_CALL = 2
 """Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
-
-SWITCH = 0.001
-"""How long a thread waits for another to let go of Python, s; see `voz.live.session`."""
 
 
 def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:

@@ -96,15 +96,19 @@ def test_a_file_and_a_built_in_sound_are_played_until_they_are_stopped(
     falls_silent(speaker)
 
 
-def test_what_cannot_be_played_is_a_line_in_the_log(playing: tuple[Program, Client]) -> None:
+def test_what_cannot_be_played_is_a_line_in_the_log(
+    playing: tuple[Program, Client], tmp_path: Path
+) -> None:
     node, client = playing
+    touched = tmp_path / "touched"
     ask(client, PLAY_FILE, ONCE, "/none.wav")
     node.wait_for("/none.wav: ")
     ask(client, 42, ONCE)
     node.wait_for("there is no built-in sound 42")
-    ask(client, SAY, ONCE, "hello", 'voice_(system "touch /tmp/x")')
+    ask(client, SAY, ONCE, "hello", f'voice_(system "touch {touched}")')
     node.wait_for("is unknown; installed:")
     ask(client, ALL, START)
     node.wait_for("all sounds can only be stopped")
+    assert not touched.exists()
     assert "Traceback" not in node.text
     assert node.process.poll() is None

@@ -23,7 +23,7 @@ from voz.evaluation.fit_confidence import (
 )
 from voz.evaluation.manifest import read_manifest
 from voz.evaluation.results import Clip
-from voz.recognition.confidence import load_model, probability, save_model
+from voz.recognition.confidence import Around, load_model, probability, save_model
 
 MODEL = load_model()
 
@@ -41,9 +41,13 @@ def clip(number: int, kind: str = "command") -> Clip:
 
 
 def example(
-    clip: Clip, values: dict[str, float], right: bool, trust: float = 1.0, among: bool = False
+    clip: Clip,
+    values: dict[str, float],
+    right: bool,
+    trust: float = 1.0,
+    around: Around = Around.QUIET,
 ) -> Example:
-    return Example(clip, "go back", values, trust, among, right)
+    return Example(clip, "go back", values, trust, around, right)
 
 
 def examples(count: int = 600) -> list[Example]:
@@ -116,7 +120,7 @@ def test_too_little_talk_is_one_clear_line() -> None:
 
 def test_other_speech_around_it_makes_an_utterance_unlikely() -> None:
     some = examples()
-    around = [dataclasses.replace(e, among=True) for e in some]
+    around = [dataclasses.replace(e, around=Around.SPEECH) for e in some]
     pairs = zip(cross_validated(some), cross_validated(around), strict=True)
     assert all(other < one for one, other in pairs)
 

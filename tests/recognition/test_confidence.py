@@ -14,9 +14,10 @@ from voz.recognition.confidence import (
     HURRIED,
     NO_SPEECH,
     SURE_SPEECH,
+    Around,
     Model,
-    among_speech,
     features,
+    in_company,
     load_model,
     probability,
     threshold_for,
@@ -94,5 +95,11 @@ def test_odds_keep_a_probability_between_0_and_1(share: float, factor: float) ->
 
 
 def test_speech_around_it_makes_a_command_unlikely_but_not_impossible() -> None:
-    assert among_speech(0.5) < 0.1
-    assert among_speech(0.99) > 0.85
+    assert in_company(0.5, Around.SPEECH) < 0.1
+    assert in_company(0.99, Around.SPEECH) > 0.85
+
+
+@given(st.floats(0.01, 0.99))
+def test_the_less_is_known_to_be_quiet_the_less_likely_is_a_command(sure: float) -> None:
+    around = [in_company(sure, a) for a in (Around.SPEECH, Around.QUIET_SO_FAR, Around.QUIET)]
+    assert around[0] < around[1] < around[2] == pytest.approx(sure)

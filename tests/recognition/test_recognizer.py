@@ -15,7 +15,7 @@ from voz.config import Recognition
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
-from voz.recognition.confidence import load_model
+from voz.recognition.confidence import load_model, with_odds
 from voz.recognition.interpreter import thresholds
 from voz.recognition.recognizer import Recognizer
 
@@ -148,6 +148,21 @@ def test_an_unsure_command_is_no_command_next_to_other_speech(
         waited = heard_as(recognizer, later, r.text)
         assert waited.accepted
         assert waited.t - waited.end > 0.6
+
+
+def test_less_is_asked_of_a_command_after_quiet_than_after_speech(
+    recognizer: Recognizer, language: LanguageFiles, recordings: list[Recording], sentence: Samples
+) -> None:
+    clip = next(r for r in recordings if (r.voice, r.text) == ("flite_awb", "slow down"))
+    (segment,) = segments([clip.samples()])
+    after_quiet = [pause(0.5), segment.samples, pause(0.2), sentence, pause(1.5)]
+    after_speech = [pause(0.5), sentence, pause(0.2), segment.samples, pause(1.5)]
+    sure = heard_as(recognizer, [pause(0.5), segment.samples, pause(1.5)], clip.text).confidence
+    assert sure < 0.97  # else too much of it is lost by rounding
+    between = Recognition(threshold=with_odds(sure, 1 / 10))  # the odds divided by 8, and by 12
+    demanding = Recognizer(language, between)
+    assert heard_as(demanding, after_quiet, clip.text).accepted
+    assert not heard_as(demanding, after_speech, clip.text).accepted
 
 
 def test_a_sure_command_does_not_wait(recognizer: Recognizer, session: Recording) -> None:

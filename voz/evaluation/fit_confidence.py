@@ -20,7 +20,7 @@ from voz.errors import AudioError, ConfigError
 from voz.evaluation.recognise import in_processes
 from voz.evaluation.results import Clip
 from voz.language.files import find_language
-from voz.recognition.confidence import Model, among_speech, probability, with_odds
+from voz.recognition.confidence import Around, Model, in_company, probability, with_odds
 from voz.recognition.recognizer import Recognizer
 
 RIDGE = 1.0
@@ -61,7 +61,7 @@ class Example:
         text: the command that was heard.
         values: its features.
         trust: how far it is to be trusted to be speech, 0 to 1.
-        among: whether there is other speech around it.
+        around: what is around it.
         right: whether it is the command that was said.
     """
 
@@ -69,7 +69,7 @@ class Example:
     text: str
     values: dict[str, float]
     trust: float
-    among: bool
+    around: Around
     right: bool
 
 
@@ -243,7 +243,7 @@ def _mean_odds(shares: Sequence[float]) -> float:
 
 def _likely(model: Model, example: Example) -> float:
     sure = example.trust * probability(model, example.values)
-    return among_speech(sure) if example.among else sure
+    return in_company(sure, example.around)
 
 
 def _examples(clip: Clip, lm: str | None) -> Collected:
@@ -253,5 +253,5 @@ def _examples(clip: Clip, lm: str | None) -> Collected:
     except AudioError:
         return Collected([], 0.0)
     found = _recognizer(lm).observations(blocks)
-    examples = [Example(clip, o.text, o.values, o.trust, o.among, o.text == said) for o in found]
+    examples = [Example(clip, o.text, o.values, o.trust, o.around, o.text == said) for o in found]
     return Collected(examples, sum(map(len, blocks)) / SAMPLE_RATE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from enum import Enum
 from pathlib import Path as FilePath
 
 import msgspec
@@ -19,19 +20,25 @@ NO_SPEECH, SURE_SPEECH = 0.5, 0.65
 """Between these the voice detector is not sure: of what the end-pointer takes for speech, 97 of 100
 noises are below the first, and 95 of 100 commands by people above the second."""
 
-AMONG_SPEECH = 12.0
-"""By so much the odds fall if there is other speech within 0.6 s: a sentence is going on.
-
-Of 21 stretches of people's talk that sound like a command, 18 have such neighbours; hardly anyone
-says a command in the middle of a sentence. It is no certainty, so a command that sounds right is
-obeyed all the same.
-"""
-
 A_BREATH = 5
 """Frames of other sound after a command that mean nothing."""
 
 HURRIED = 0.3
 """In log durations: a word in less than three quarters of its usual time is said in haste."""
+
+
+class Around(Enum):
+    """What there is within 0.6 s of a command, and what the odds are divided by for it.
+
+    Of 21 stretches of people's talk that sound like a command, 18 have other speech so near: a
+    sentence is going on, and hardly anyone says a command in the middle of one. It is no certainty,
+    so a command that sounds right is obeyed all the same. Where it was quiet before and what
+    follows is yet unknown, 8 lets no more talk through than waiting does, and 6 does.
+    """
+
+    QUIET = 1.0
+    QUIET_SO_FAR = 8.0
+    SPEECH = 12.0
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -131,9 +138,9 @@ def trust_in_speech(voice: float) -> float:
     return min(1.0, max(0.0, (voice - NO_SPEECH) / (SURE_SPEECH - NO_SPEECH)))
 
 
-def among_speech(sure: float) -> float:
-    """Tell how likely a command is, 0 to 1, if there is other speech around it."""
-    return with_odds(sure, 1 / AMONG_SPEECH)
+def in_company(sure: float, around: Around) -> float:
+    """Tell how likely a command is, 0 to 1, by what is around it; `sure` is if all is quiet."""
+    return with_odds(sure, 1 / around.value)
 
 
 def with_odds(share: float, factor: float) -> float:

@@ -16,9 +16,10 @@ from voz.language.files import LanguageFiles, read_pronunciations, read_sentence
 from voz.recognition.accents import with_accents
 from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
+    Around,
     Model,
-    among_speech,
     features,
+    in_company,
     load_model,
     probability,
     threshold_for,
@@ -149,14 +150,9 @@ class Interpreter:
         begin = max(0, words[0].start * FRAME - RUN_UP)
         return self._voice.probability(samples[begin : words[-1].end * FRAME])
 
-    def accepts(self, heard: Heard, among: bool) -> bool:
-        """Tell whether a command is sure enough to be obeyed.
-
-        Args:
-            heard: what was understood.
-            among: whether there is other speech around it.
-        """
-        return self._accepts(heard.text, among_speech(heard.sure) if among else heard.sure)
+    def accepts(self, heard: Heard, around: Around) -> bool:
+        """Tell whether a command is sure enough to be obeyed, by what is around it."""
+        return self._accepts(heard.text, in_company(heard.sure, around))
 
     def may_go_on(self, text: str) -> bool:
         """Tell whether a longer command begins with this one."""
@@ -165,17 +161,17 @@ class Interpreter:
     def _accepts(self, text: str, sure: float) -> bool:
         return text in self._needed and sure >= self._needed[text]
 
-    def judge(self, heard: Heard, among: bool, decided: float, source: str) -> Utterance:
+    def judge(self, heard: Heard, around: Around, decided: float, source: str) -> Utterance:
         """Decide whether what was heard is obeyed.
 
         Args:
             heard: what was understood.
-            among: whether there is other speech around it.
+            around: what is around it.
             decided: the time of the decision, s.
             source: where it comes from.
         """
         segment, text, evidence, trust, sure, _ = heard
-        sure = among_speech(sure) if among else sure
+        sure = in_company(sure, around)
         accepted = self._accepts(text, sure)
         refusal = None if accepted else why_refused(segment.samples, evidence, trust)
         reason, between = refusal or (None, None)

@@ -12,6 +12,7 @@ from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
+from voz.recognition.confidence import Around
 from voz.recognition.interpreter import Heard, Interpreter
 from voz.recognition.profiles import Profile
 
@@ -26,13 +27,13 @@ class Observation(NamedTuple):
         text: the sentence heard.
         values: its features.
         trust: how far the sound is to be trusted to be speech, 0 to 1.
-        among: whether there is other speech around it.
+        around: what is around it.
     """
 
     text: str
     values: dict[str, float]
     trust: float
-    among: bool
+    around: Around
 
 
 class Recognizer:
@@ -102,7 +103,8 @@ class Recognizer:
             heard = self._interpreter.understand(segment)
             if heard.evidence:
                 among = any(after[max(0, number - 1) : number + 1])
-                yield Observation(heard.text, dict(heard.values), heard.trust, among)
+                around = Around.SPEECH if among else Around.QUIET
+                yield Observation(heard.text, dict(heard.values), heard.trust, around)
 
 
 class Stream:
@@ -134,40 +136,46 @@ class Stream:
     def _take(self, sound: Sound) -> Iterator[Utterance | Partial]:
         if self._waiting:
             waiting, self._waiting = self._waiting, None
-            among = isinstance(sound, Segment) and follow_closely(waiting.segment, sound)
-            yield from self._tell(waiting, among, sound.decided)
+            yield from self._tell(waiting, _between(waiting.segment, sound), sound.decided)
         if isinstance(sound, Segment):
-            among = self._other is not None and follow_closely(self._other, sound)
             follow = self._over if sound.over else self._pause
-            yield from follow(sound, among)
+            yield from follow(sound, _between(self._other, sound))
 
-    def _pause(self, segment: Segment, among: bool) -> Iterator[Utterance | Partial]:
+    def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
         heard = self._paused = self._interpreter.understand(segment)
-        surely = self._interpreter.accepts(heard, among=True)
-        if surely and not self._interpreter.may_go_on(heard.text):
+        if self._surely(heard, around) and not self._interpreter.may_go_on(heard.text):
             self._segmenter.cut()
             self._paused = None
-            yield from self._tell(heard, among, segment.decided)
-        elif self._interpreter.accepts(heard, among):
+            yield from self._tell(heard, around, segment.decided)
+        elif self._interpreter.accepts(heard, around):
             yield Partial(round(segment.decided, 3), heard.text, round(heard.sure, 3))
 
-    def _over(self, segment: Segment, among: bool) -> Iterator[Utterance]:
+    def _over(self, segment: Segment, around: Around) -> Iterator[Utterance]:
         paused, self._paused = self._paused, None
         if paused and segment.end <= paused.segment.end + SAME_END:
             heard = paused
         else:
             heard = self._interpreter.understand(segment)
-        hangs = self._interpreter.accepts(heard, among=False)
-        hangs = hangs and not self._interpreter.accepts(heard, among=True)
-        if hangs and not among:
+        if self._interpreter.accepts(heard, around) and not self._surely(heard, around):
             self._waiting = heard
         else:
-            yield from self._tell(heard, among, segment.decided)
+            yield from self._tell(heard, around, segment.decided)
 
-    def _tell(self, heard: Heard, among: bool, decided: float) -> Iterator[Utterance]:
-        utterance = self._interpreter.judge(heard, among, decided, self._source)
+    def _surely(self, heard: Heard, around: Around) -> bool:
+        """Tell whether a command is obeyed whatever follows."""
+        so_far = Around.QUIET_SO_FAR if around is Around.QUIET else around
+        return self._interpreter.accepts(heard, so_far)
+
+    def _tell(self, heard: Heard, around: Around, decided: float) -> Iterator[Utterance]:
+        utterance = self._interpreter.judge(heard, around, decided, self._source)
         # What is too long for any command has not been asked about; it is hardly noise.
         is_speech = heard.evidence is None or heard.trust > 0
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
         self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it
+
+
+def _between(one: Segment | None, other: Sound) -> Around:
+    """Tell what each of two sounds has near it: the other, or nothing."""
+    near = one is not None and isinstance(other, Segment) and follow_closely(one, other)
+    return Around.SPEECH if near else Around.QUIET

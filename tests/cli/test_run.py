@@ -94,7 +94,8 @@ def signals_as_a_terminal_has_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
+    ("number", "code"),
+    [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130), (signal.SIGQUIT, 131)],
 )
 def test_s7_a_signal_ends_with_zero_velocity(number: int, code: int) -> None:
     with subprocess.Popen(

@@ -163,8 +163,15 @@ def test_in_a_terminal_commands_are_typed_and_keys_stop(terminal: Terminal) -> N
     terminal.type("go back\r")
     terminal.wait_for_velocity(-0.1)
     heard = [e["text"] for e in terminal.events() if e["type"] == "utterance"]
-    assert heard == ["go forward", "go forward", "turn upside down", "go back"]
+    assert heard == ["go forward"] * len(STOP_KEYS) + ["turn upside down", "go back"]
     terminal.wait_to_see("drives back at 0.10 m/s")
+
+
+@pytest.mark.slow
+def test_ctrl_s_holds_up_nothing(terminal: Terminal) -> None:
+    terminal.wait_for_velocity(0)
+    terminal.type("\x13go forward\r")
+    terminal.wait_to_see("drives forward at 0.10 m/s")
 
 
 @pytest.mark.slow

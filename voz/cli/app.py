@@ -76,7 +76,7 @@ def _end_by_signals() -> None:
     """Let signals end the program by way of all `finally` blocks, which stop the robot."""
     # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
     # the same; whoever says `nohup` means it.
-    numbers = [signal.SIGINT, signal.SIGTERM]
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGQUIT]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
 

@@ -14,8 +14,8 @@ from typing import TextIO
 
 from voz.live.messages import Halt, Inbox
 
-STOP_KEYS = (" ", "\x1b")
-"""Space and Escape; a space within a line that is being typed belongs to it."""
+STOP_KEYS = (" ", "\x1b", "\x1a")
+"""Space, Escape and Ctrl-Z; a space within a line that is being typed belongs to it."""
 
 BACKSPACE = ("\x7f", "\b")
 ENTER = ("\r", "\n")
@@ -39,7 +39,7 @@ class Line:
         Returns:
             The line if it is complete, `Halt` for a key that stops, else None.
         """
-        if key == "\x1b" or (key in STOP_KEYS and not self.text):
+        if key in STOP_KEYS and not (key == " " and self.text):
             self.text = ""
             return Halt()
         if key in ENTER:
@@ -127,6 +127,11 @@ def _key_by_key(stream: TextIO) -> Iterator[None]:
     before = termios.tcgetattr(stream)
     try:
         tty.setcbreak(stream)
+        mode = termios.tcgetattr(stream)
+        # Ctrl-Z would suspend a program that drives a robot, Ctrl-S hold up the display.
+        mode[tty.CC][termios.VSUSP] = b"\0"
+        mode[tty.IFLAG] &= ~termios.IXON
+        termios.tcsetattr(stream, termios.TCSANOW, mode)
         yield
     finally:
         with contextlib.suppress(termios.error):  # the terminal may be gone

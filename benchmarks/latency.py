@@ -33,6 +33,7 @@ from pulseaudio import sound_server
 from voz.audio import SAMPLE_RATE
 from voz.audio.files import read_blocks
 from voz.evaluation.manifest import read_manifests
+from voz.evaluation.results import Clip
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 
@@ -124,11 +125,12 @@ def spoken(path: Path) -> np.ndarray:
 
 
 def measure(robot: Robot, environment: dict[str, str], path: Path, text: str) -> float | None:
+    time.sleep(1.2)  # nothing is said just before, and the last one is settled
     robot.type("start speech")  # the last one may have been `stop speech`
     robot.type("stop")
     if text in MOVING:
         robot.type("go forward")
-    time.sleep(1.2)  # nothing is said just before
+    time.sleep(0.2)
     while robot.events[-1][1]["type"] != "cmd_vel":
         time.sleep(0.01)
     since = len(robot.events)
@@ -152,6 +154,20 @@ def beat(robot: Robot) -> tuple[float, float]:
     return float(rate), float(1000 * np.percentile(off[off < 0.03], 95))
 
 
+def print_times(name: str, found: list[tuple[Clip, float | None]]) -> None:
+    """Print what each command took, the speakers of each condition, and all."""
+    groups: dict[str, list[float | None]] = {}
+    for key in ("text", "condition"):
+        for clip, took in sorted(found, key=lambda one: getattr(one[0], key)):
+            groups.setdefault(getattr(clip, key), []).append(took)
+    groups["all"] = [took for _, took in found]
+    print(f"decided {name:14} obeyed        median    95 %")
+    for group, times in groups.items():
+        heard = [t for t in times if t is not None]
+        median, most = np.percentile(heard, [50, 95]) if heard else (np.nan, np.nan)
+        print(f"  {group:20} {len(heard):4} of {len(times):<4} {median:6.3f} s {most:6.3f} s")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("manifests", nargs="*", type=Path, default=[FIXTURES])
@@ -166,24 +182,15 @@ def main() -> None:
     print(f"{machine()}; {len(clips)} clips\n")
     with sound_server() as (environment, _), tempfile.TemporaryDirectory() as folder:
         for name, setting in (("early", EARLY), ("at the end", LATE)):
-            found: dict[str, list[float | None]] = {}
+            found: list[tuple[Clip, float | None]] = []
             with robots(environment, setting) as robot:
                 for clip in clips:
                     wav = Path(folder) / "clip.wav"
                     soundfile.write(wav, spoken(clip.path), SAMPLE_RATE)
                     took = measure(robot, environment, wav, clip.text)
-                    found.setdefault(clip.text, []).append(took)
+                    found.append((clip, took))
                 rate, off = beat(robot)
-            print(f"decided {name}        obeyed    median    95 %")
-            for text in [*sorted(found), "all"]:
-                times = (
-                    [t for times in found.values() for t in times] if text == "all" else found[text]
-                )
-                heard = [t for t in times if t is not None]
-                median, most = np.percentile(heard, [50, 95]) if heard else (np.nan, np.nan)
-                print(
-                    f"  {text:20} {len(heard):4} of {len(times):<4} {median:6.3f} s {most:6.3f} s"
-                )
+            print_times(name, found)
             print(f"  the beat: {rate:.3f} Hz, 95 % within {off:.1f} ms\n", flush=True)
 
 

@@ -42,8 +42,11 @@ BEFORE, AFTER = 0.5, 1.5
 LOUDER = 20.0
 """By so much the speech is louder than the noise, dB."""
 
-WARMING_UP = 2.0
-"""Minutes, or a third of the run if that is less, after which memory should not grow any more."""
+WARMING_UP = 5.0
+"""Minutes, or a third of the run if that is less, after which memory should not grow any more.
+
+The decoder's tables grow with the longest and noisiest stretch of sound so far.
+"""
 
 
 class Usage:

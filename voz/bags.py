@@ -12,15 +12,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from voz.errors import ConfigError
-from voz.events import Event, SelectedObject, Twist, Utterance
+from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-Receiver: TypeAlias = Callable[[Event], None]
 
 ENDINGS = (".mcap", ".db3", ".bag", "")
 HEARD = "/recognizer/output"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from voz.config import Safety
 from voz.control.controller import State, halt
 from voz.control.safety import motion_has_expired, obey_safely
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Partial, Receiver, Reply, SelectedObject, Twist, Utterance, Warning
 
 CYCLES_PER_SECOND = 10
 """How often `cmd_vel` goes out, also while nothing is said."""
@@ -21,7 +21,7 @@ class Drive:
 
     def __init__(
         self,
-        receivers: Sequence[Callable[[Event], None]],
+        receivers: Sequence[Receiver],
         safety: Safety,
         listening: bool = False,
     ) -> None:

@@ -6,6 +6,7 @@ run began, for instance `{"type":"cmd_vel","t":1.2,"linear":0.1,"angular":0.0}`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, TypeAlias
 
 import msgspec
@@ -101,6 +102,9 @@ class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning"):
 
 
 Event: TypeAlias = Utterance | Partial | Twist | SelectedObject | Reply | Warning
+
+Receiver: TypeAlias = Callable[[Event], None]
+"""What is called with every event of a run, in order."""
 
 
 def to_json(event: msgspec.Struct) -> str:

@@ -19,7 +19,7 @@ from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
 from voz.drive import CYCLES_PER_SECOND, Drive
 from voz.errors import AudioError
-from voz.events import Event, Partial, Reason, Reply, Utterance, Warning, later
+from voz.events import Event, Partial, Reason, Receiver, Reply, Utterance, Warning, later
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker
@@ -38,7 +38,7 @@ class Pipeline(Drive):
 
     def __init__(
         self,
-        receivers: Sequence[Callable[[Event], None]],
+        receivers: Sequence[Receiver],
         safety: Safety,
         listening: bool = False,
     ) -> None:
@@ -73,11 +73,11 @@ class Pipeline(Drive):
 
 @contextmanager
 def running(
-    receivers: Sequence[Callable[[Event], None]],
+    receivers: Sequence[Receiver],
     safety: Safety,
     voice: str | None,
     listening: bool = False,
-    make: Callable[[Sequence[Callable[[Event], None]], Safety, bool], Pipeline] = Pipeline,
+    make: Callable[[Sequence[Receiver], Safety, bool], Pipeline] = Pipeline,
 ) -> Iterator[Pipeline]:
     """A pipeline for the length of a `with` block; whatever ends it, zero velocity is sent last.
 
@@ -199,7 +199,7 @@ def typed(text: str, known: bool, now: float, source: str = TYPED) -> Utterance:
     return Utterance(now, text, float(known), known, now, now, source, reason=reason)
 
 
-def replies_to(speaker: Speaker) -> Callable[[Event], None]:
+def replies_to(speaker: Speaker) -> Receiver:
     """Make a receiver that lets a speaker say the replies."""
 
     def receive(event: Event) -> None:

@@ -14,7 +14,7 @@ from contextlib import suppress
 
 from voz.config import Safety
 from voz.drive import CYCLES_PER_SECOND, SWITCH
-from voz.events import Event, Partial, Utterance
+from voz.events import Partial, Receiver, Utterance
 from voz.live.loop import take
 from voz.live.messages import Inbox
 from voz.pipeline import Item, Pipeline
@@ -32,7 +32,7 @@ class RealtimePipeline(Pipeline):
 
     def __init__(
         self,
-        receivers: Sequence[Callable[[Event], None]],
+        receivers: Sequence[Receiver],
         safety: Safety,
         listening: bool = False,
         lost: Mapping[str, Callable[[], str | None]] | None = None,

@@ -15,16 +15,16 @@ from voz.cli import main
 
 @pytest.fixture
 def voz(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., Result]:
     """Call the command in this process: ten times faster than in one of its own."""
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest's own stay
     monkeypatch.chdir(ROOT)
 
     def call(*arguments: object) -> Result:
-        capsys.readouterr()
+        capfd.readouterr()
         code = main([str(argument) for argument in arguments])
-        return Result(code, *capsys.readouterr())
+        return Result(code, *capfd.readouterr())
 
     return call
 

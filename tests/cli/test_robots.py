@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 import pty
@@ -9,6 +10,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -162,25 +165,56 @@ def test_a_bag_of_a_spoken_run_drives_again(
     assert again.out == ""
 
 
-def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Path) -> None:
+@contextmanager
+def driven_by_text(serial_robot: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A `voz run` that has been told to go forward."""
     command = [*VOZ, "run", "--text", "-", "--no-sound", "--robot", "serial_robot:SerialRobot"]
     folders = [str(serial_robot.parent), os.environ.get("PYTHONPATH", "")]
     with subprocess.Popen(
-        command,
+        [*command, *arguments],
         stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(folders)},
     ) as process:
-        assert process.stdin
+        try:
+            type_line(process, "start speech\ngo forward")
+            wait_for(lambda: "0.10" in serial_robot.read_text(), process)
+            yield process
+        finally:
+            process.kill()
+
+
+def type_line(process: subprocess.Popen[str], line: str) -> None:
+    assert process.stdin
+    process.stdin.write(f"{line}\n")
+    process.stdin.flush()
+
+
+def wait_for(reached: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    deadline = time.monotonic() + 30
+    while not reached():
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: Path) -> None:
+    with driven_by_text(serial_robot, "--events", "-") as process:
+        assert process.stdout
+        fcntl.fcntl(process.stdout, fcntl.F_SETPIPE_SZ, 4096)
+        full = 4096 // len('{"type":"cmd_vel","t":0.1,"linear":0.1,"angular":0.0}')
+        wait_for(lambda: len(serial_robot.read_text().splitlines()) > full + 5, process)
+        type_line(process, "stop")
+        wait_for(lambda: serial_robot.read_text().endswith("0.00 0.00\n"), process)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 143
+
+
+def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Path) -> None:
+    with driven_by_text(serial_robot) as process:
         assert process.stderr
-        process.stdin.write("start speech\ngo forward\n")
-        process.stdin.flush()
-        deadline = time.monotonic() + 30
-        while "0.10" not in serial_robot.read_text():
-            assert process.poll() is None
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 143
         assert process.stderr.read() == ""

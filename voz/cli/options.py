@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
@@ -113,7 +113,7 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
             default=field.default,
             annotation=shared[field.name],
         )
-        for field in fields(kind)
+        for field in _own_first(kind)
     ]
 
     @functools.wraps(command)
@@ -124,3 +124,9 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = hints | shared
     return call
+
+
+def _own_first(kind: type) -> list[Field[Any]]:
+    """List the fields of a class, those that it adds before those that it shares with others."""
+    classes = [inspect.get_annotations(one) for one in kind.__mro__]
+    return sorted(fields(kind), key=lambda field: [field.name in c for c in classes].index(True))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeAlias
 
 from voz.cli.terminal import warn
 from voz.errors import ConfigError
-from voz.events import Event, Warning
+from voz.events import Event, Receiver, Warning
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from voz.robot.drawing.view import RoomView
     from voz.robot.simulator import SimulatedRobot
 
-Receiver: TypeAlias = Callable[[Event], None]
 Lost: TypeAlias = dict[str, Callable[[], str | None]]
 
 CONSOLE, SIMULATOR = "console", "simulator"

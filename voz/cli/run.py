@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
-from typing import IO, TYPE_CHECKING, Annotated, TextIO, TypeAlias
+from typing import TYPE_CHECKING, NoReturn, TextIO, TypeAlias
 
 import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import DeviceOption, ProfileOption, Recognising, with_options
-from voz.cli.robots import Plan, robots_of
+from voz.cli.options import with_options
+from voz.cli.robots import Plan, Robots, robots_of
+from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, warn
-from voz.errors import ConfigError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from voz.config import Recognition, Ros2
-    from voz.events import Event, Warning
+    from voz.config import Config, Ros2
+    from voz.events import Receiver, Warning
     from voz.language.files import LanguageFiles
     from voz.live.messages import Inbox
     from voz.live.session import Typist
@@ -36,67 +36,7 @@ Obey: TypeAlias = "Callable[[Pipeline], list[str] | None]"
 
 
 @with_options
-def run(
-    options: Recognising,
-    wav: Annotated[
-        list[Path] | None, typer.Option(metavar="FILE", help="Recordings; may be repeated.")
-    ] = None,
-    more: Annotated[
-        list[Path] | None, typer.Argument(metavar="[FILE...]", help="More recordings.")
-    ] = None,
-    text: Annotated[
-        str | None, typer.Option(metavar="FILE|-", help="Typed commands, a line each.")
-    ] = None,
-    replay: Annotated[
-        Path | None, typer.Option(metavar="BAG", help="What a bag has on recognizer/output.")
-    ] = None,
-    robot: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="console, simulator, ros1, ros2 or MODULE:CLASS; may be repeated.",
-        ),
-    ] = None,
-    realtime: Annotated[
-        bool, typer.Option("--realtime", help="Recordings and text at their own pace.")
-    ] = False,
-    picture: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the simulator's way, .png or .svg.")
-    ] = None,
-    animation: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Show the simulator move, .gif or .mp4.")
-    ] = None,
-    bag: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Keep what is published: .mcap, .db3, .bag, or none."),
-    ] = None,
-    events: Annotated[
-        str | None, typer.Option(metavar="FILE|-", help="Write all events as JSON lines.")
-    ] = None,
-    no_sound: Annotated[bool, typer.Option("--no-sound", help="Do not speak.")] = False,
-    no_half_duplex: Annotated[
-        bool, typer.Option("--no-half-duplex", help="Listen while the robot speaks: a headset.")
-    ] = False,
-    no_safety: Annotated[
-        bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
-    ] = False,
-    device: DeviceOption = None,
-    listening: Annotated[
-        bool, typer.Option("--listening", help='Obey from the start, without "start speech".')
-    ] = False,
-    record: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
-    ] = None,
-    listen_ros: Annotated[
-        bool, typer.Option("--listen-ros", help="Obey another recogniser on ROS 2, too.")
-    ] = False,
-    profile: ProfileOption = None,
-    adapt: Annotated[
-        bool,
-        typer.Option("--adapt", help="Learn the speaker and the microphone, also for later runs."),
-    ] = False,
-) -> None:
+def run(options: Running) -> None:
     """Drive a robot by your voice, or by recordings or typed commands.
 
     With a microphone, space stops the robot at once and commands may be typed too. In a text,
@@ -104,96 +44,120 @@ def run(
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz import pipeline
-    from voz.bags import bag_of, check_bag
-    from voz.language.files import read_sentences
     from voz.live.quiet import quiet_libraries
-    from voz.robot.robots import have_a_clock, robot_names
 
-    recordings = [*(wav or []), *(more or [])]
-    sources = [bool(source) for source in (recordings, text, replay)]
-    if sum(sources) > 1:
-        raise ConfigError("say what to obey: either --wav FILE... or --text FILE or --replay BAG")
-    live = not any(sources)
-    if record and not live:
-        raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
-    settings = options.settings(
-        safety={"enabled": False if no_safety else None},
-        speech={
-            "enabled": False if no_sound else None,
-            "half_duplex": False if no_half_duplex else None,
-        },
-        robot=robot or None,
-    )
-    names = robot_names(settings.robot)
-    clocked = live or realtime or have_a_clock(names)
-    unreadable: list[str] | None = None
-    with ExitStack() as files:
-        if live:
-            files.enter_context(quiet_libraries())
-        stream = sys.stderr if events == "-" else sys.stdout
-        plan = Plan(names, live, clocked, stream, _terminal(stream), picture, animation)
-        plan.check()
-        if bag:
-            check_bag(bag)
+    options.check()
+    settings = options.settings()
+    with ExitStack() as parts:
+        if options.live:
+            parts.enter_context(quiet_libraries())
+        plan = _plan(options, settings)
         language = options.language(settings)
-        if not (text or replay):
-            place = _microphone(device) if live else "recordings"
-            recognizer = files.enter_context(
-                _recognizer(language, settings.recognition, profile, place if adapt else None)
-            )
-        if text:
-            obey = _text(open_text(text, "r", files), language)
-        elif replay:
-            obey = _bag(replay, language)
-        elif recordings:
-            obey = partial(pipeline.drive_by_recordings, paths=recordings, recognizer=recognizer)
-        log = [_event_log(open_text(events, "w", files))] if events else []
-        inbox: Inbox = SimpleQueue()
-        take: Callable[[Warning], None] = inbox.put if clocked else lambda w: drive.emit(w)
-        robots = files.enter_context(robots_of(plan, settings, take))
-        receivers = [*robots.receivers, *log]
-        if bag:
-            receivers.append(files.enter_context(bag_of(bag)))
-        if live:
-            from voz.live.session import run_live
-
-            run_live(
-                receivers,
-                settings,
-                recognizer,
-                read_sentences(language),
-                inbox,
-                device=device,
-                listening=listening,
-                terminal=plan.terminal,
-                record=record,
-                lost=robots.lost,
-                extra=robots.view,
-                also=_other_recogniser(settings.ros2) if listen_ros else None,
-            )
-        voice = settings.speech.voice if settings.speech.enabled else None
-        kind = _by_the_clock(robots.lost, inbox) if clocked else pipeline.Pipeline
-        with pipeline.running(receivers, settings.safety, voice, listening, kind) as drive:
-            unreadable = obey(drive)
+        if options.live:
+            _run_live(options, settings, plan, language, parts)
+        unreadable = _run_by_files(options, settings, plan, language, parts)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
 
 
-def _text(lines: Iterable[str], language: LanguageFiles) -> Obey:
+def _plan(options: Running, settings: Config) -> Plan:
+    """Which robots there are; refuses, before the run, what cannot be written after it."""
+    from voz.bags import check_bag
+    from voz.robot.robots import have_a_clock, robot_names
+
+    names = robot_names(settings.robot)
+    clocked = options.live or options.realtime or have_a_clock(names)
+    stream = sys.stderr if options.events == "-" else sys.stdout
+    seen = _terminal(stream), options.picture, options.animation
+    plan = Plan(names, options.live, clocked, stream, *seen)
+    plan.check()
+    if options.bag:
+        check_bag(options.bag)
+    return plan
+
+
+def _run_live(
+    options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
+) -> NoReturn:
+    """Drive by the microphone until a signal ends the program."""
+    from voz.audio.devices import choose
     from voz.language.files import read_sentences
-    from voz.pipeline import drive_by_text
+    from voz.live.session import run_live
 
-    return partial(drive_by_text, lines=lines, commands=read_sentences(language))
+    microphone = choose(options.device).name
+    recognizer = parts.enter_context(_recognizer(options, settings, language, microphone))
+    inbox: Inbox = SimpleQueue()
+    robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
+    run_live(
+        robots.receivers,
+        settings,
+        recognizer,
+        read_sentences(language),
+        inbox,
+        device=options.device,
+        listening=options.listening,
+        terminal=plan.terminal,
+        record=options.record,
+        lost=robots.lost,
+        extra=robots.view,
+        also=_other_recogniser(settings.ros2) if options.listen_ros else None,
+    )
 
 
-def _bag(path: Path, language: LanguageFiles) -> Obey:
-    from voz.bags import read_sayings
+def _run_by_files(
+    options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
+) -> list[str] | None:
+    """Drive by recordings, a text or a bag; gives the recordings that could not be read."""
+    from voz.pipeline import Pipeline, running
+
+    obey = _obey(options, settings, language, parts)
+    inbox: Inbox = SimpleQueue()
+    take: Callable[[Warning], None] = inbox.put if plan.clocked else lambda w: drive.emit(w)
+    robots = parts.enter_context(_receivers(options, settings, plan, take))
+    voice = settings.speech.voice if settings.speech.enabled else None
+    kind = _by_the_clock(robots.lost, inbox) if plan.clocked else Pipeline
+    with running(robots.receivers, settings.safety, voice, options.listening, kind) as drive:
+        return obey(drive)
+
+
+def _obey(options: Running, settings: Config, language: LanguageFiles, parts: ExitStack) -> Obey:
+    """Open what drives the robot, before anything moves."""
+    from voz import pipeline
     from voz.language.files import read_sentences
-    from voz.pipeline import drive_by_bag
 
-    commands = read_sentences(language)
-    return partial(drive_by_bag, path=path, sayings=read_sayings(path), commands=commands)
+    if options.text:
+        lines = open_text(options.text, "r", parts)
+        return partial(pipeline.drive_by_text, lines=lines, commands=read_sentences(language))
+    if options.replay:
+        from voz.bags import read_sayings
+
+        return partial(
+            pipeline.drive_by_bag,
+            path=options.replay,
+            sayings=read_sayings(options.replay),
+            commands=read_sentences(language),
+        )
+    recognizer = parts.enter_context(_recognizer(options, settings, language, "recordings"))
+    return partial(pipeline.drive_by_recordings, paths=options.recordings, recognizer=recognizer)
+
+
+@contextmanager
+def _receivers(
+    options: Running, settings: Config, plan: Plan, take: Callable[[Warning], None]
+) -> Iterator[Robots]:
+    """Open the robots, and what else gets the events; by the clock they do not wait for that."""
+    from voz.aside import Aside
+    from voz.bags import bag_of
+    from voz.cli.event_log import event_log
+
+    def written(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
+        return parts.enter_context(Aside(name, opening, take) if plan.clocked else opening)
+
+    with ExitStack() as parts:
+        log = [written(options.events, event_log(options.events))] if options.events else []
+        robots = parts.enter_context(robots_of(plan, settings, take))
+        bag = [written(str(options.bag), bag_of(options.bag))] if options.bag else []
+        yield robots._replace(receivers=[*robots.receivers, *log, *bag])
 
 
 def _by_the_clock(
@@ -202,12 +166,6 @@ def _by_the_clock(
     from voz.realtime import RealtimePipeline
 
     return partial(RealtimePipeline, lost=lost, inbox=inbox)
-
-
-def _microphone(device: str | None) -> str:
-    from voz.audio.devices import choose
-
-    return choose(device).name
 
 
 def _other_recogniser(settings: Ros2) -> Callable[[Typist], AbstractContextManager[None]]:
@@ -228,18 +186,19 @@ def _terminal(stream: TextIO) -> Console | None:
 
 @contextmanager
 def _recognizer(
-    language: LanguageFiles, settings: Recognition, profile: str | None, place: str | None
+    options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
-    """Load the recogniser; with a place, what it learns there is kept from run to run."""
+    """Load the recogniser; if it adapts, what it learns at this place is kept for later runs."""
     from voz.recognition.profiles import USUAL_PROFILE, learnt_file, load_profile, save_learnt
     from voz.recognition.recognizer import Recognizer
 
-    known = load_profile(profile) if profile else None
-    if place is None:
-        yield Recognizer(language, settings, known)
+    known = load_profile(options.profile) if options.profile else None
+    if not options.adapt:
+        yield Recognizer(language, settings.recognition, known)
         return
-    learnt = learnt_file(profile or USUAL_PROFILE, place)
-    recognizer = Recognizer(language, settings, _with_learnt(known, learnt), learning=True)
+    learnt = learnt_file(options.profile or USUAL_PROFILE, place)
+    known = _with_learnt(known, learnt)
+    recognizer = Recognizer(language, settings.recognition, known, learning=True)
     try:
         yield recognizer
     finally:
@@ -256,13 +215,3 @@ def _with_learnt(known: Profile | None, path: Path) -> Profile:
     warn(problem)
     known = known or Profile()
     return replace(known, start=learnt) if learnt.frames else known
-
-
-def _event_log(stream: IO[str]) -> Callable[[Event], None]:
-    from voz.events import to_json
-
-    def receive(event: Event) -> None:
-        stream.write(f"{to_json(event)}\n")  # at once: a signal ends the run between two calls
-        stream.flush()
-
-    return receive

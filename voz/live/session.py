@@ -16,7 +16,7 @@ from voz.config import Config
 from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
 from voz.drive import SWITCH, Drive
-from voz.events import Event, Warning
+from voz.events import Event, Receiver, Warning
 from voz.language.commands import normalise
 from voz.live.display import Display
 from voz.live.hearing import Hearing
@@ -37,7 +37,7 @@ Typist: TypeAlias = Callable[[str, str], None]
 
 
 def run_live(
-    receivers: Sequence[Callable[[Event], None]],
+    receivers: Sequence[Receiver],
     settings: Config,
     recognizer: Recognizer,
     commands: Collection[str],
@@ -121,7 +121,7 @@ def run_live(
         drive_live(drive, inbox, hearing.trouble, clock, over_robots(drive, lost or {}))
 
 
-def answers(speaker: Speaker, warn: Callable[[str], None]) -> Callable[[Event], None]:
+def answers(speaker: Speaker, warn: Callable[[str], None]) -> Receiver:
     """Make a receiver that lets a speaker say the replies, and tells what goes wrong with that."""
     say = replies_to(speaker)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from voz.audio.mixer import Mixer
 from voz.config import Speech
 from voz.control.controller import REPLIES
-from voz.events import Event, Reply
+from voz.events import Event, Receiver, Reply
 from voz.pipeline import replies_to
 from voz.ros1.parameters import choice
 from voz.speech.speaker import Speaker
@@ -24,7 +24,7 @@ class Replies(NamedTuple):
         loudspeaker: what this process gives out, if it does.
     """
 
-    receive: Callable[[Event], None]
+    receive: Receiver
     problems: Callable[[], list[str]] = list
     loudspeaker: Mixer | None = None
 
@@ -46,7 +46,7 @@ def replies(settings: Speech) -> Iterator[Replies]:
         yield Replies(lambda event: None)
 
 
-def _replies_on_robotsound(voice: str) -> Callable[[Event], None]:
+def _replies_on_robotsound(voice: str) -> Receiver:
     from rospy import Publisher
 
     from voz.ros1.sound_request import ONCE, SAY, TOPIC, sound_request

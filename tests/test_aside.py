@@ -1,0 +1,103 @@
+"""What writes events down on a thread of its own, and what becomes of it if it cannot."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from voz.aside import MOST_WAITING, Aside
+from voz.errors import ConfigError
+from voz.events import Event, Receiver, Twist, Warning
+
+
+class Log:
+    """Keeps events; stalls while `flows` is not set, and fails at the event of `fails_at`."""
+
+    def __init__(self, fails_at: float | None = None) -> None:
+        self.flows = threading.Event()
+        self.flows.set()
+        self.begun = threading.Event()
+        self.times: list[float] = []
+        self.closed_on = ""
+        self._fails_at = fails_at
+
+    @contextmanager
+    def opening(self) -> Iterator[Receiver]:
+        try:
+            yield self._write
+        finally:
+            self.closed_on = threading.current_thread().name
+
+    def _write(self, event: Event) -> None:
+        self.begun.set()
+        self.flows.wait()
+        if event.t == self._fails_at:
+            raise ConfigError("log: cannot be written (No space left on device)")
+        self.times.append(event.t)
+
+
+def twist(t: float) -> Twist:
+    return Twist(t, 0.1, 0.0)
+
+
+def test_all_events_are_written_in_order_before_it_is_closed() -> None:
+    log = Log()
+    with Aside("log", log.opening(), pytest.fail) as receive:
+        for number in range(200):
+            receive(twist(number))
+    assert log.times == list(range(200))
+    assert log.closed_on == "voz-aside"
+
+
+def test_who_sends_does_not_wait_and_is_warned_once() -> None:
+    log = Log()
+    log.flows.clear()
+    told: list[Warning] = []
+    with Aside("log", log.opening(), told.append) as receive:
+        receive(twist(0))
+        assert log.begun.wait(10)  # that one is stuck, and the others wait
+        for number in range(1, MOST_WAITING + 3):
+            receive(twist(number))
+        text = "log: cannot be written fast enough; events are missing"
+        assert told == [Warning(MOST_WAITING + 1, text)]
+        log.flows.set()
+    assert log.times == list(range(MOST_WAITING + 1))
+
+
+def test_what_it_raises_is_raised_by_a_later_event() -> None:
+    log = Log(fails_at=0)
+    with pytest.raises(ConfigError, match="No space left"):
+        send_for_ever(Aside("log", log.opening(), pytest.fail))
+
+
+def send_for_ever(aside: Aside) -> None:
+    with aside as receive:
+        while True:
+            receive(twist(0))
+
+
+def test_what_it_raises_last_is_raised_at_the_end() -> None:
+    log = Log(fails_at=2)
+    aside = Aside("log", log.opening(), pytest.fail)
+    receive = aside.__enter__()
+    receive(twist(1))
+    receive(twist(2))
+    with pytest.raises(ConfigError, match="No space left"):
+        aside.__exit__(None, None, None)
+    assert log.times == [1]
+
+
+def test_what_opening_raises_is_raised_at_once() -> None:
+    @contextmanager
+    def closed() -> Iterator[Receiver]:
+        raise ConfigError("none/log: cannot be written (No such file or directory)")
+        yield
+
+    with (
+        pytest.raises(ConfigError, match="No such file"),
+        Aside("log", closed(), pytest.fail),
+    ):
+        pytest.fail("it is not open")

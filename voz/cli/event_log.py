@@ -1,0 +1,47 @@
+"""Writes the events of a run as lines of JSON."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from voz.errors import ConfigError
+from voz.events import Event, Receiver, to_json
+
+
+@contextmanager
+def event_log(name: str) -> Iterator[Receiver]:
+    """Open a file for events, for the length of a `with` block.
+
+    Args:
+        name: of the file; `-` is standard output.
+
+    Yields:
+        What writes an event at once: a signal ends the run between two of them.
+
+    Raises:
+        ConfigError: it cannot be opened or written.
+        BrokenPipeError: nobody reads standard output any more.
+    """
+
+    def receive(event: Event) -> None:
+        with _failure_told(name):
+            stream.write(f"{to_json(event)}\n".encode())
+
+    with _failure_told(name):
+        # Unbuffered, so that nothing is left to write, and to fail or to wait for, at the end.
+        file = sys.stdout.fileno() if name == "-" else name
+        stream = open(file, "wb", buffering=0, closefd=name != "-")  # noqa: SIM115
+    with stream:
+        yield receive
+
+
+@contextmanager
+def _failure_told(name: str) -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise ConfigError(f"{name}: cannot be written ({error.strerror})") from error

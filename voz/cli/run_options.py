@@ -1,0 +1,108 @@
+"""What `voz run` may be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from voz.cli.options import DeviceOption, ProfileOption, Recognising
+from voz.config import Config
+from voz.errors import ConfigError
+
+
+@dataclass
+class Running(Recognising):
+    """The options of `voz run`."""
+
+    wav: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE", help="Recordings; may be repeated.")
+    ] = None
+    more: Annotated[
+        list[Path] | None, typer.Argument(metavar="[FILE...]", help="More recordings.")
+    ] = None
+    text: Annotated[
+        str | None, typer.Option(metavar="FILE|-", help="Typed commands, a line each.")
+    ] = None
+    replay: Annotated[
+        Path | None, typer.Option(metavar="BAG", help="What a bag has on recognizer/output.")
+    ] = None
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="console, simulator, ros1, ros2 or MODULE:CLASS; may be repeated.",
+        ),
+    ] = None
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Recordings and text at their own pace.")
+    ] = False
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the simulator's way, .png or .svg.")
+    ] = None
+    animation: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Show the simulator move, .gif or .mp4.")
+    ] = None
+    bag: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep what is published: .mcap, .db3, .bag, or none."),
+    ] = None
+    events: Annotated[
+        str | None, typer.Option(metavar="FILE|-", help="Write all events as JSON lines.")
+    ] = None
+    no_sound: Annotated[bool, typer.Option("--no-sound", help="Do not speak.")] = False
+    no_half_duplex: Annotated[
+        bool, typer.Option("--no-half-duplex", help="Listen while the robot speaks: a headset.")
+    ] = False
+    no_safety: Annotated[
+        bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
+    ] = False
+    device: DeviceOption = None
+    listening: Annotated[
+        bool, typer.Option("--listening", help='Obey from the start, without "start speech".')
+    ] = False
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
+    ] = None
+    listen_ros: Annotated[
+        bool, typer.Option("--listen-ros", help="Obey another recogniser on ROS 2, too.")
+    ] = False
+    profile: ProfileOption = None
+    adapt: Annotated[
+        bool,
+        typer.Option("--adapt", help="Learn the speaker and the microphone, also for later runs."),
+    ] = False
+
+    @property
+    def recordings(self) -> list[Path]:
+        """What drives the robot, if it is recordings."""
+        return [*(self.wav or []), *(self.more or [])]
+
+    @property
+    def live(self) -> bool:
+        """Whether it is the microphone that drives the robot."""
+        return not (self.recordings or self.text or self.replay)
+
+    def check(self) -> None:
+        """Refuse options that exclude each other."""
+        if sum(map(bool, (self.recordings, self.text, self.replay))) > 1:
+            raise ConfigError(
+                "say what to obey: either --wav FILE... or --text FILE or --replay BAG"
+            )
+        if self.record and not self.live:
+            raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
+
+    def settings(self, **others: Any) -> Config:
+        """As for all, with what the robot may do."""
+        return super().settings(
+            safety={"enabled": False if self.no_safety else None},
+            speech={
+                "enabled": False if self.no_sound else None,
+                "half_duplex": False if self.no_half_duplex else None,
+            },
+            robot=self.robot or None,
+            **others,
+        )

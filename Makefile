@@ -20,6 +20,8 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
+	.venv/bin/mypy benchmarks
+	.venv/bin/mypy tools
 	.venv/bin/python -m pytest -q -n auto --dist loadfile
 
 fixtures: ## Make the recordings of audio_fixtures/ anew

@@ -33,31 +33,29 @@ from voz.language.build import build
 from voz.language.files import LanguageFiles, find_language
 from voz.recognition.adaptation import StartVector
 from voz.recognition.calibration import FEWEST, Said, Score, calibrate, score
+from voz.recognition.profiles import Profile
 from voz.recognition.recognizer import Recognizer
 
 DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 LEARNT_FROM = 14
 SEEDS = range(3)
 PARTS = 7
-COLUMNS = (lambda s: s.right, lambda s: s.obeyed, lambda s: s.wrong)
+NOTHING = StartVector()
+COLUMNS = ("right", "obeyed", "wrong")
 
 
-class Ears:
-    """A recogniser that learns, and one that hears the same and does not."""
+def hear(language: LanguageFiles, clips: Iterable[Clip], learnt: StartVector) -> list[Score]:
+    """Score with what was learnt before."""
+    recognizer = Recognizer(language, Recognition(), Profile(learnt))
+    return [score([said(clip)], recognizer) for clip in clips]
 
-    def __init__(self, language: LanguageFiles) -> None:
-        self.learning = Recognizer(language, Recognition(), learning=True)
-        self._still = Recognizer(language, Recognition())
 
-    def learn(self, clips: Iterable[Clip], learnt: StartVector | None = None) -> list[Score]:
-        """Start from what was learnt before, and score while learning."""
-        self.learning.learnt = learnt or StartVector()
-        return [score([said(clip)], self.learning) for clip in clips]
-
-    def hear(self, clips: Iterable[Clip], learnt: StartVector | None = None) -> list[Score]:
-        """Score without learning."""
-        self._still.learnt = learnt or StartVector()
-        return [score([said(clip)], self._still) for clip in clips]
+def learn(
+    language: LanguageFiles, clips: Iterable[Clip], learnt: StartVector
+) -> tuple[list[Score], StartVector]:
+    """Score while learning more; gives what is known then, too."""
+    recognizer = Recognizer(language, Recognition(), Profile(learnt), learning=True)
+    return [score([said(clip)], recognizer) for clip in clips], recognizer.learnt
 
 
 @cache
@@ -82,23 +80,23 @@ def shuffled(clips: Sequence[Clip], seed: int) -> list[Clip]:
 
 def row(name: str, before: list[Score], after: list[Score]) -> None:
     def shares(scores: list[Score]) -> list[float]:
-        return [float(np.mean([column(s) for s in scores])) for column in COLUMNS]
+        return [float(np.mean([getattr(s, column) for s in scores])) for column in COLUMNS]
 
     pairs = zip(shares(before), shares(after), strict=True)
     cells = " | ".join(f"{old:.3f} → {new:.3f}" for old, new in pairs)
     print(f"| {name} | {len(before)} | {cells} |", flush=True)
 
 
-def digits(clips: list[Clip], ears: Ears) -> None:
+def digits(clips: list[Clip], language: LanguageFiles) -> None:
     totals: tuple[list[Score], list[Score]] = [], []
     for speaker, own in by(clips, "speaker").items():
         before: list[Score] = []
         after: list[Score] = []
         for seed in SEEDS:
             order = shuffled(own, seed)
-            before += ears.hear(order[LEARNT_FROM:])
-            ears.learn(order[:LEARNT_FROM])
-            after += ears.hear(order[LEARNT_FROM:], ears.learning.learnt)
+            _, learnt = learn(language, order[:LEARNT_FROM], NOTHING)
+            before += hear(language, order[LEARNT_FROM:], NOTHING)
+            after += hear(language, order[LEARNT_FROM:], learnt)
         row(f"digits, {speaker}", before, after)
         totals[0].extend(before)
         totals[1].extend(after)
@@ -106,25 +104,22 @@ def digits(clips: list[Clip], ears: Ears) -> None:
         row("digits, all", *totals)
 
 
-def commands(clips: list[Clip], ears: Ears, later: StartVector) -> None:
+def commands(clips: list[Clip], language: LanguageFiles, later: StartVector) -> None:
     for condition, spoken in by(clips, "condition").items():
         order = shuffled(spoken, 0)
         speakers = by(order, "speaker").values()
-        before = [s for own in speakers for s in ears.hear(own)]
-        row(
-            f"{condition}, each speaker alone",
-            before,
-            [s for own in speakers for s in ears.learn(own)],
-        )
-        row(f"{condition}, one microphone", before, ears.learn(order))
-        row(
-            f"{condition}, after talk and noise",
-            before,
-            [s for own in speakers for s in ears.learn(own, later)],
-        )
+        ordered = [clip for own in speakers for clip in own]
+        before = hear(language, ordered, NOTHING)
+        for name, groups, learnt in (
+            ("each speaker alone", speakers, NOTHING),
+            ("one microphone", [order], NOTHING),
+            ("after talk and noise", speakers, later),
+        ):
+            after = [s for own in groups for s in learn(language, own, learnt)[0]]
+            row(f"{condition}, {name}", before, after)
 
 
-def calibrated(clips: list[Clip], ears: Ears, language: LanguageFiles) -> None:
+def calibrated(clips: list[Clip], language: LanguageFiles) -> None:
     for condition, spoken in by(clips, "condition").items():
         before: list[Score] = []
         after: list[Score] = []
@@ -135,7 +130,7 @@ def calibrated(clips: list[Clip], ears: Ears, language: LanguageFiles) -> None:
             for part in range(PARTS):
                 judged = [c for c in own if texts.index(c.text) % PARTS == part]
                 others = [said(clip) for clip in own if clip not in judged]
-                before += ears.hear(judged)
+                before += hear(language, judged, NOTHING)
                 with tempfile.TemporaryDirectory() as folder:
                     found = calibrate(others, language, Recognition(), Path(folder))
                     recognizer = Recognizer(language, Recognition(), found.profile)
@@ -144,12 +139,12 @@ def calibrated(clips: list[Clip], ears: Ears, language: LanguageFiles) -> None:
             row(f"{condition}, calibrated", before, after)
 
 
-def talk_and_noise(clips: list[Clip], ears: Ears) -> StartVector:
+def talk_and_noise(clips: list[Clip], language: LanguageFiles) -> StartVector:
     """Let it hear what is no command; returns what it learnt from that."""
-    obeyed = sum(s.wrong for s in ears.learn(shuffled(clips, 0)))
+    scores, learnt = learn(language, shuffled(clips, 0), NOTHING)
     minutes = sum(len(samples(clip.path)) for clip in clips) / SAMPLE_RATE / 60
-    learnt = ears.learning.learnt
-    print(f"\n{minutes:.0f} minutes of talk and noise, {obeyed} false alarms, taught {learnt}\n")
+    alarms = sum(s.wrong for s in scores)
+    print(f"\n{minutes:.0f} minutes of talk and noise, {alarms} false alarms, taught {learnt}\n")
     return learnt
 
 
@@ -165,13 +160,13 @@ def main(manifests: list[str]) -> None:
     print("| | utterances | right | right and accepted | wrong and accepted |")
     print("|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
-        ears = Ears(digit_language(Path(folder)))
-    digits([c for c in clips if c.condition == "human" and c.text in DIGITS], ears)
+        language = digit_language(Path(folder))
+        digits([c for c in clips if c.condition == "human" and c.text in DIGITS], language)
     language = find_language(None)
-    ears = Ears(language)
     spoken = [c for c in clips if c.kind == "command"]
-    calibrated(spoken, ears, language)
-    commands(spoken, ears, talk_and_noise([c for c in clips if c.kind in ("talk", "noise")], ears))
+    calibrated(spoken, language)
+    others = [c for c in clips if c.kind in ("talk", "noise")]
+    commands(spoken, language, talk_and_noise(others, language))
 
 
 if __name__ == "__main__":

@@ -39,6 +39,12 @@ FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 BEFORE, AFTER = 0.5, 1.5
 """Seconds of noise around each clip; after the second it is settled what was heard."""
 
+QUIET = 30.0
+"""Seconds at the beginning in which nobody speaks."""
+
+ROOM = 30
+"""The noise of a quiet room meanwhile, root mean square."""
+
 LOUDER = 20.0
 """By so much the speech is louder than the noise, dB."""
 
@@ -81,6 +87,17 @@ class Usage:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def idle_share(robot: LiveRobot, environment: dict[str, str]) -> float:
+    """The part of a core that it takes while nobody speaks."""
+    noise = np.random.default_rng(0).normal(0, ROOM, int(QUIET * SAMPLE_RATE))
+    with tempfile.TemporaryDirectory() as folder:
+        wav = Path(folder) / "room.wav"
+        soundfile.write(wav, noise.astype(np.int16), SAMPLE_RATE)
+        usage = Usage(robot.process.pid)
+        speak(environment, wav)
+        return usage.cpu_share()
+
+
 def in_noise(clip: Clip, rng: np.random.Generator) -> Samples:
     """A clip in noise that falls by 3 dB an octave, as that of rooms does."""
     speech = np.concatenate(list(read_blocks(clip.path)))
@@ -91,11 +108,13 @@ def in_noise(clip: Clip, rng: np.random.Generator) -> Samples:
     return mixed(speech, np.rint(3000 * pink / pink.std()).astype(np.int16), LOUDER)
 
 
-def soak(robot: LiveRobot, environment: dict[str, str], minutes: float, usage: Usage) -> Counter:
+def soak(
+    robot: LiveRobot, environment: dict[str, str], minutes: float, usage: Usage
+) -> Counter[str]:
     """Speak until the time is over; gives how many were obeyed, missed and so on."""
     rng = np.random.default_rng(0)
     clips = [c for c in read_manifest(FIXTURES) if c.kind in ("command", "near-miss")]
-    counts: Counter = Counter()
+    counts: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as folder:
         wav = Path(folder) / "clip.wav"
         while True:
@@ -127,6 +146,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=30)
     minutes = parser.parse_args().minutes
     with sound_server() as (environment, _), live_robot(environment, "--listening") as robot:
+        idle = idle_share(robot, environment)
         usage = Usage(robot.process.pid)
         counts = soak(robot, environment, minutes, usage)
         share = usage.cpu_share()
@@ -142,6 +162,7 @@ def main() -> None:
     )
     print(f"  trend           {trend:+.2f} MB an hour")
     print(f"CPU               {100 * share:.1f} % of a core")
+    print(f"  nobody speaks   {100 * idle:.1f} %")
     print(f"sound lost        {sum(lost):.2f} s")
     print(f"beat              {rate:.3f} Hz, 95 % within {off:.1f} ms, all within {most:.1f} ms")
     print(f"commands obeyed   {counts['command obeyed']} of {counts['command']}")

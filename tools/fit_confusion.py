@@ -28,8 +28,9 @@ from voz.audio import Samples
 from voz.audio.files import read_blocks
 from voz.language.confusion import DISTANCES
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
-from voz.recognition.decoder import ACOUSTIC_MODEL, CMN_START
-from voz.recognition.evidence import FILLERS, SILENCE_WEIGHT, UNPRUNED
+from voz.recognition.decoder import ACOUSTIC_MODEL, mean_start
+from voz.recognition.evidence import FILLERS, UNPRUNED
+from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT
 
 PHONES = PHONE_NAMES.split()
 MOST_PHONES = 12
@@ -175,7 +176,7 @@ def variations(phones: Sequence[str]) -> Search:
                 before, state = state, state + 1
             ends[place, other] = before
     quiet = (0, length, *ends.values())
-    arcs += [(at, at, SILENCE_WEIGHT, "<sil>") for at in quiet]
+    arcs += [(at, at, SILENCE_WEIGHT, SILENCE) for at in quiet]
     return Search(arcs, state, ends)
 
 
@@ -208,7 +209,7 @@ def measure_clip(decoder: Any, phones: list[str], samples: Samples, losses: Loss
     decoder.add_fsg("variations", graph)
     decoder.activate_search("variations")
     decoder.reinit_feat()
-    decoder.set_cmn(CMN_START)
+    decoder.set_cmn(mean_start(samples))
     decoder.start_utt()
     decoder.process_raw(samples.tobytes())
     decoder.end_utt()

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +23,7 @@ import soxr
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
 
-Sound = npt.NDArray[np.float64]
+Sound = npt.NDArray[Any]
 """Samples between -1 and 1; more than one channel as columns."""
 
 APT_PACKAGES = "festival festvox-kallpc16k festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
@@ -179,9 +180,7 @@ def with_floor(sound: Sound, noise: np.random.Generator) -> Sound:
     return sound + gain(FLOOR_DB) * np.column_stack(room).reshape(sound.shape)
 
 
-def shaped(
-    length: int, noise: np.random.Generator, spectrum: Callable[[Sound], npt.NDArray[np.generic]]
-) -> Sound:
+def shaped(length: int, noise: np.random.Generator, spectrum: Callable[[Sound], Sound]) -> Sound:
     """Noise of power 1 with a spectrum: a function from Hz to amplitude."""
     white = np.fft.rfft(noise.standard_normal(length))
     coloured = np.fft.irfft(white * spectrum(np.fft.rfftfreq(length, 1 / SAMPLE_RATE)), n=length)

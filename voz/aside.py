@@ -6,7 +6,6 @@ import queue
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from types import TracebackType
 
 from voz.events import Event, Receiver, Warning
 
@@ -50,18 +49,13 @@ class Aside:
         self._raise()
         return self._receive
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             self._waiting.put(None, timeout=CLOSING_TIME)
         except queue.Full:
             return
         self._thread.join(CLOSING_TIME)
-        if not error:
+        if kind is None:
             self._raise()
 
     def _receive(self, event: Event) -> None:

@@ -6,7 +6,6 @@ import contextlib
 import threading
 import time
 from collections import deque
-from types import TracebackType
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
@@ -81,12 +80,7 @@ class Mailbox:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._changed:
             self._closing = True
             self._changed.notify()

@@ -7,7 +7,6 @@ import queue
 import threading
 import time
 from collections.abc import Sequence
-from types import TracebackType
 from typing import TypeAlias
 
 from voz.audio.files import read_sound
@@ -115,13 +114,8 @@ class Speaker:
     def __enter__(self) -> Speaker:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close(0 if error else CLOSING_TIME)
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self.close(CLOSING_TIME if kind is None else 0)
 
     def _join(self, deadline: float) -> None:
         for thread in self._threads:

@@ -26,8 +26,8 @@ from rich.progress import track
 
 from voz.audio import Samples
 from voz.audio.files import read_blocks
-from voz.language.confusion import DISTANCES
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
+from voz.language.phone_distances import DISTANCES
 from voz.recognition.decoder import ACOUSTIC_MODEL, mean_start
 from voz.recognition.evidence import FILLERS, UNPRUNED
 from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT

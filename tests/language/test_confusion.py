@@ -1,10 +1,7 @@
 from __future__ import annotations
 
 import math
-import sys
-import time
-from itertools import combinations, permutations
-from pathlib import Path
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,10 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import ROOT, Recording
 
-from voz.errors import CommandsError, VozError
-from voz.language import confusion
-from voz.language.build import build, closest_commands, draw_alike
-from voz.language.confusion import AlikePair, reword, sound_alike, table, warnings
+from voz.language.alike import warnings
+from voz.language.build import closest_commands
+from voz.language.confusion import AlikePair, sound_alike
 from voz.language.files import LanguageFiles, read_sentences
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict
 
@@ -40,32 +36,6 @@ def pairs() -> list[AlikePair]:
 
 def names(pairs: list[AlikePair]) -> list[set[str]]:
     return [{pair.first, pair.second} for pair in pairs]
-
-
-# The table of phones
-
-
-def test_every_phone_has_a_length_and_a_distance_to_every_other():
-    distances = confusion.read_distances()
-    every = PHONE_NAMES.split()
-    assert list(distances.frames) == list(distances.apart) == every
-    assert all(list(distances.apart[phone]) == every for phone in every)
-
-
-def test_phones_are_apart_from_all_others_and_equally_in_both_directions():
-    apart = confusion.read_distances().apart
-    assert all(apart[phone][phone] == 0 for phone in apart)
-    assert all(apart[p][q] == apart[q][p] > 0 for p, q in permutations(apart, 2))
-
-
-@pytest.mark.parametrize(("near", "far"), [("S Z", "S AA"), ("EH AE", "EH K"), ("M N", "M AY")])
-def test_phones_that_are_made_alike_are_near(near: str, far: str):
-    apart = confusion.read_distances().apart
-    (p, q), (r, s) = near.split(), far.split()
-    assert apart[p][q] < apart[r][s]
-
-
-# How alike
 
 
 @given(phones, phones)
@@ -98,9 +68,6 @@ def test_what_differs_leaves_out_the_beginning_and_the_end_that_are_shared():
     words = {"start": ["S T AA R T"], "stop": ["S T AA P"], "speech": ["S P IY CH"]}
     (pair,) = sound_alike(["start speech", "stop speech"], words)
     assert pair.differ == ("R T", "P")
-
-
-# The list that comes with voz
 
 
 def test_the_pairs_that_are_most_mistaken_are_among_the_most_alike(pairs: list[AlikePair]):
@@ -193,105 +160,7 @@ def test_the_pairs_that_sound_alike_are_those_that_the_decoder_holds_close(
     assert rank_correlation(*map(list, zip(*both, strict=True))) >= 0.65
 
 
-# What the user is told
-
-
-def pair(first: str, second: str, alike: float = 0.9) -> AlikePair:
-    return AlikePair(first, second, alike, ("R T", "P"))
-
-
-def test_a_warning_says_which_pair_how_alike_why_and_what_to_do():
-    assert warnings([pair("start speech", "stop speech")]) == (
-        '"start speech" and "stop speech" sound alike (0.90: R T / P differ); '
-        'use another word for one, best in "stop speech"',
-    )
-
-
-def test_what_sounds_the_same_has_no_phones_that_differ():
-    words = {"right": ["R AY T"], "write": ["R AY T"]}
-    (line,) = warnings(sound_alike(["right", "write"], words))
-    assert "(1.00: no phone differs)" in line
-
-
-def test_pairs_that_are_hardly_alike_give_no_warning():
-    assert warnings([pair("go back", "stop", alike=0.7)]) == ()
-
-
-def test_many_warnings_are_a_few_and_how_many_more():
-    lines = warnings([pair(f"go {n}", f"no {n}") for n in range(20)])
-    assert len(lines) == 6
-    assert lines[-1] == ("15 more pairs sound as alike; `voz build-lm --alike` shows the closest")
-
-
-def test_the_command_that_is_close_to_others_too_is_the_one_to_reword():
-    pairs = [pair("arm up", "turn up"), pair("arm up", "arm off", 0.7)]
-    assert reword(pairs[0], pairs) == "arm up"
-
-
-def test_stop_is_never_the_one_to_reword():
-    pairs = [pair("stomp", "stop"), pair("stop", "top"), pair("stop", "shop")]
-    assert [reword(p, pairs) for p in pairs] == ["stomp", "top", "shop"]
-
-
-def test_the_table_shows_the_closest_pairs(pairs: list[AlikePair]):
-    head, first, *rest = table(pairs).splitlines()
-    assert head.split() == ["alike", "commands", "what", "differs"]
-    assert first.split() == f"{pairs[0].alike:.2f} start speech stop speech R T / P".split()
-    assert len(rest) == 9
-    assert table([]) == "no two commands sound alike"
-
-
-# Building
-
-
-def test_building_warns_of_alike_commands(tmp_path: Path):
-    (tmp_path / "list.txt").write_text("go right\ngo write\npoint beer\n")
-    (line,) = build(tmp_path / "list.txt", tmp_path).warnings
-    assert line.startswith('"go right" and "go write" sound alike (1.00')
-
-
-def test_a_long_list_is_not_compared_and_that_is_said_once(tmp_path: Path):
-    words = [line.split()[0].decode() for line in read_cmudict().split(b"\n")[20_000:60_000:50]]
-    usable = [word for word in words if word.isalpha()][:400]
-    (tmp_path / "list.txt").write_text("\n".join(f"go {word}" for word in usable))
-    started = time.process_time()
-    (line,) = build(tmp_path / "list.txt", tmp_path).warnings
-    assert time.process_time() - started < 1.0
-    assert "too many to find those that sound alike" in line
-    with pytest.raises(CommandsError, match="too many"):
-        closest_commands(tmp_path / "list.txt")
-
-
 def test_a_command_with_thousands_of_pronunciations_is_quick():
     words = {"either": ["IY DH ER", "AY DH ER", "IY DH AH"], "stop": ["S T AA P"]}
     commands = [" ".join(["either"] * 12), " ".join(["either"] * 11 + ["stop"])]
     assert len(sound_alike(commands, words)) == 1
-
-
-# The picture
-
-
-@pytest.mark.parametrize(("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
-def test_the_picture_is_written(name: str, begin: bytes, tmp_path: Path):
-    pytest.importorskip("matplotlib")
-    draw_alike(COMMANDS, tmp_path / name)
-    assert (tmp_path / name).read_bytes().startswith(begin)
-
-
-def test_without_matplotlib_the_message_says_how_to_install_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(VozError, match=r"pip install 'voz\[report\]'"):
-        draw_alike(COMMANDS, tmp_path / "a.png")
-
-
-def test_a_picture_of_another_kind_is_refused(tmp_path: Path):
-    with pytest.raises(VozError, match=r"end it with \.png or \.svg"):
-        draw_alike(COMMANDS, tmp_path / "a.jpg")
-
-
-def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
-    pytest.importorskip("matplotlib")
-    with pytest.raises(VozError, match="cannot be written"):
-        draw_alike(COMMANDS, tmp_path / "none" / "a.png")

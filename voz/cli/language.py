@@ -35,10 +35,11 @@ def build_lm(
 
     Example: voz build-lm lm/comandos_voz.txt
     """
-    from voz.language import build, confusion
+    from voz.language import build
+    from voz.language.alike import table
 
     if alike:
-        print(confusion.table(build.closest_commands(commands)))
+        print(table(build.closest_commands(commands)))
     if picture:
         build.draw_alike(commands, picture)
     folder = out or commands.parent

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
-from voz.language import confusion
+from voz.language import alike
 from voz.language.commands import MAX_BYTES, CommandList, at_most, parse_commands
+from voz.language.confusion import AlikePair, sound_alike
 from voz.language.files import LanguageFiles
 from voz.language.grammar import jsgf
 from voz.language.letter_to_sound import guess
@@ -85,7 +86,7 @@ def check(commands: Path, out: Path) -> list[str]:
     return [name for name, text in contents.items() if not _holds(out / name, text)]
 
 
-def closest_commands(commands: Path) -> list[confusion.AlikePair]:
+def closest_commands(commands: Path) -> list[AlikePair]:
     """Find the commands of a list that sound alike, and write nothing.
 
     Args:
@@ -98,7 +99,7 @@ def closest_commands(commands: Path) -> list[confusion.AlikePair]:
         CommandsError: the list or the pronunciations cannot be used, or it is too long.
     """
     parsed, entries = _read_few(commands)
-    return confusion.sound_alike(parsed.sentences, _phones(entries))
+    return sound_alike(parsed.sentences, _phones(entries))
 
 
 def draw_alike(commands: Path, picture: Path) -> None:
@@ -113,7 +114,7 @@ def draw_alike(commands: Path, picture: Path) -> None:
         VozError: the picture cannot be drawn.
     """
     parsed, entries = _read_few(commands)
-    confusion.draw(parsed.sentences, _phones(entries), picture)
+    alike.draw(parsed.sentences, _phones(entries), picture)
 
 
 def generate(sentences: Sequence[str], entries: Mapping[str, Entry]) -> dict[str, str]:
@@ -170,11 +171,11 @@ def _read_few(commands: Path) -> tuple[CommandList, dict[str, Entry]]:
 
 def _too_many(parsed: CommandList) -> str:
     """Say that a list is too long to compare its commands; empty if it is not."""
-    if len(parsed.sentences) <= confusion.MOST_COMMANDS:
+    if len(parsed.sentences) <= alike.MOST_COMMANDS:
         return ""
     return (
         f"{parsed.name}: has {len(parsed.sentences)} commands, too many to find those that sound "
-        f"alike; give a list of at most {confusion.MOST_COMMANDS} to `voz build-lm --alike`"
+        f"alike; give a list of at most {alike.MOST_COMMANDS} to `voz build-lm --alike`"
     )
 
 
@@ -220,7 +221,7 @@ def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[
     """Tell the user which commands sound alike."""
     if too_many := _too_many(parsed):
         return (too_many,)
-    return confusion.warnings(confusion.sound_alike(parsed.sentences, _phones(entries)))
+    return alike.warnings(sound_alike(parsed.sentences, _phones(entries)))
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:

@@ -11,7 +11,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.language.confusion import read_distances
+from voz.language.phone_distances import read_distances
 from voz.recognition.evidence import Evidence, Path, Span, covered, overlap
 
 MODEL = FilePath(__file__).with_name("confidence.json")

@@ -1,0 +1,110 @@
+"""What the user is told of commands that sound alike."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from recordings import ROOT
+
+from voz.errors import CommandsError, VozError
+from voz.language.alike import reword, table, warnings
+from voz.language.build import build, closest_commands, draw_alike
+from voz.language.confusion import AlikePair, sound_alike
+from voz.language.lexicon import read_cmudict
+
+COMMANDS = ROOT / "lm" / "comandos_voz.txt"
+
+
+@pytest.fixture(scope="module")
+def pairs() -> list[AlikePair]:
+    return closest_commands(COMMANDS)
+
+
+def pair(first: str, second: str, alike: float = 0.9) -> AlikePair:
+    return AlikePair(first, second, alike, ("R T", "P"))
+
+
+def test_a_warning_says_which_pair_how_alike_why_and_what_to_do():
+    assert warnings([pair("start speech", "stop speech")]) == (
+        '"start speech" and "stop speech" sound alike (0.90: R T / P differ); '
+        'use another word for one, best in "stop speech"',
+    )
+
+
+def test_what_sounds_the_same_has_no_phones_that_differ():
+    words = {"right": ["R AY T"], "write": ["R AY T"]}
+    (line,) = warnings(sound_alike(["right", "write"], words))
+    assert "(1.00: no phone differs)" in line
+
+
+def test_pairs_that_are_hardly_alike_give_no_warning():
+    assert warnings([pair("go back", "stop", alike=0.7)]) == ()
+
+
+def test_many_warnings_are_a_few_and_how_many_more():
+    lines = warnings([pair(f"go {n}", f"no {n}") for n in range(20)])
+    assert len(lines) == 6
+    assert lines[-1] == ("15 more pairs sound as alike; `voz build-lm --alike` shows the closest")
+
+
+def test_the_command_that_is_close_to_others_too_is_the_one_to_reword():
+    pairs = [pair("arm up", "turn up"), pair("arm up", "arm off", 0.7)]
+    assert reword(pairs[0], pairs) == "arm up"
+
+
+def test_stop_is_never_the_one_to_reword():
+    pairs = [pair("stomp", "stop"), pair("stop", "top"), pair("stop", "shop")]
+    assert [reword(p, pairs) for p in pairs] == ["stomp", "top", "shop"]
+
+
+def test_the_table_shows_the_closest_pairs(pairs: list[AlikePair]):
+    head, first, *rest = table(pairs).splitlines()
+    assert head.split() == ["alike", "commands", "what", "differs"]
+    assert first.split() == f"{pairs[0].alike:.2f} start speech stop speech R T / P".split()
+    assert len(rest) == 9
+    assert table([]) == "no two commands sound alike"
+
+
+def test_building_warns_of_alike_commands(tmp_path: Path):
+    (tmp_path / "list.txt").write_text("go right\ngo write\npoint beer\n")
+    (line,) = build(tmp_path / "list.txt", tmp_path).warnings
+    assert line.startswith('"go right" and "go write" sound alike (1.00')
+
+
+def test_a_long_list_is_not_compared_and_that_is_said_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("voz.language.build.sound_alike", pytest.fail)
+    words = [line.split()[0].decode() for line in read_cmudict().split(b"\n")[20_000:60_000:50]]
+    usable = [word for word in words if word.isalpha()][:400]
+    (tmp_path / "list.txt").write_text("\n".join(f"go {word}" for word in usable))
+    (line,) = build(tmp_path / "list.txt", tmp_path).warnings
+    assert "too many to find those that sound alike" in line
+    with pytest.raises(CommandsError, match="too many"):
+        closest_commands(tmp_path / "list.txt")
+
+
+@pytest.mark.parametrize(("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
+def test_the_picture_is_written(name: str, begin: bytes, tmp_path: Path):
+    draw_alike(COMMANDS, tmp_path / name)
+    assert (tmp_path / name).read_bytes().startswith(begin)
+
+
+def test_without_matplotlib_the_message_says_how_to_install_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(VozError, match=r"pip install 'voz\[report\]'"):
+        draw_alike(COMMANDS, tmp_path / "a.png")
+
+
+def test_a_picture_of_another_kind_is_refused(tmp_path: Path):
+    with pytest.raises(VozError, match=r"end it with \.png or \.svg"):
+        draw_alike(COMMANDS, tmp_path / "a.jpg")
+
+
+def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
+    with pytest.raises(VozError, match="cannot be written"):
+        draw_alike(COMMANDS, tmp_path / "none" / "a.png")

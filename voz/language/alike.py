@@ -1,0 +1,152 @@
+"""Tells and draws which commands sound alike, and which to reword; only `draw` does I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import permutations
+from pathlib import Path
+
+from voz.errors import VozError
+from voz.language.confusion import AlikePair, sound_alike
+
+RISKY = 0.77
+"""From here on a pair is worth a warning.
+
+In the list that comes with voz these are four pairs, `start speech` and `stop speech` first.
+"""
+
+MOST_COMMANDS = 100
+"""More are not compared when they are built: it takes a time that grows with their square.
+
+14 commands take 10 ms, 100 about a second, 300 ten times as long; of so many, dozens are alike.
+"""
+
+MOST_PICTURED = 60
+"""More make a picture that nobody can read."""
+
+MOST_WARNINGS = 5
+
+NEVER_REWORDED = frozenset({"stop"})
+"""The one command that works always (S1): everybody must be able to guess it."""
+
+
+def warnings(pairs: Sequence[AlikePair]) -> tuple[str, ...]:
+    """Tell the user which pairs are risky, and which of the two to reword.
+
+    Args:
+        pairs: what `sound_alike` gives.
+
+    Returns:
+        A line for each pair, the most alike first; if there are many, a few and how many more.
+    """
+    risky = [pair for pair in pairs if pair.alike >= RISKY]
+    lines = [_warning(pair, pairs) for pair in risky[:MOST_WARNINGS]]
+    if more := len(risky) - len(lines):
+        lines.append(f"{more} more pairs sound as alike; `voz build-lm --alike` shows the closest")
+    return tuple(lines)
+
+
+def reword(pair: AlikePair, pairs: Iterable[AlikePair]) -> str:
+    """Suggest which command of a pair to reword: the one that is also close to more others.
+
+    Args:
+        pair: the two commands.
+        pairs: all pairs that sound alike.
+
+    Returns:
+        The command; of two that are equally close to others the one that is later in the list.
+    """
+    others = [other for other in pairs if other != pair]
+
+    def closeness(command: str) -> float:
+        return sum(other.alike for other in others if command in (other.first, other.second))
+
+    candidates = [c for c in (pair.second, pair.first) if c not in NEVER_REWORDED]
+    return max(candidates, key=closeness)
+
+
+def table(pairs: Sequence[AlikePair], count: int = 10) -> str:
+    """Write the closest pairs as a table.
+
+    Args:
+        pairs: what `sound_alike` gives.
+        count: how many at most.
+
+    Returns:
+        Lines to print; one that says so if there are no such pairs.
+    """
+    if not pairs:
+        return "no two commands sound alike"
+    rows = [("alike", "commands", "", "what differs")]
+    rows += [(f"{p.alike:.2f}", p.first, p.second, _versus(p)) for p in pairs[:count]]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+    return "\n".join(lines)
+
+
+def draw(commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]], path: Path) -> None:
+    """Draw how alike all commands sound, as a matrix.
+
+    Args:
+        commands: normalised sentences, each once.
+        pronunciations: the pronunciations of each of their words.
+        path: the picture; its ending decides between PNG and SVG.
+
+    Raises:
+        VozError: matplotlib is missing, there are too many commands, or the picture cannot be
+            written.
+    """
+    if path.suffix.lower() not in (".png", ".svg"):
+        raise VozError(f"{path}: is no name for a picture; end it with .png or .svg")
+    if len(commands) > MOST_PICTURED:
+        raise VozError(
+            f"{len(commands)} commands are too many for a picture; give a list of at most "
+            f"{MOST_PICTURED}"
+        )
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise VozError(
+            "matplotlib is missing; install it with: pip install 'voz[report]'"
+        ) from None
+    figure = Figure(figsize=(3 + len(commands) / 2, 2 + len(commands) / 2), layout="constrained")
+    axes = figure.add_subplot()
+    cells = _matrix(commands, pronunciations)
+    # Two commands are rarely under 0.4: with colours from 0 on all would be the same red.
+    image = axes.imshow(cells, cmap="YlOrRd", vmin=0.4, vmax=1.0)
+    figure.colorbar(image, shrink=0.8)
+    places = range(len(commands))
+    axes.set_xticks(places, commands, rotation=45, ha="right", rotation_mode="anchor")
+    axes.set_yticks(places, commands)
+    for row, column in permutations(places, 2):
+        alike = cells[row][column]
+        colour, weight = ("white", "bold") if alike >= RISKY else ("black", "normal")
+        axes.text(
+            column, row, f"{alike:.2f}", ha="center", va="center", fontsize=8,
+            color=colour, weight=weight,
+        )  # fmt: skip
+    axes.set_title("How alike the commands sound; bold: worth a warning")
+    try:
+        figure.savefig(path, dpi=120)
+    except OSError as error:
+        raise VozError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _matrix(
+    commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]]
+) -> list[list[float]]:
+    pairs = sound_alike(commands, pronunciations, at_least=0.0)
+    alike = {frozenset((pair.first, pair.second)): pair.alike for pair in pairs}
+    return [[alike.get(frozenset((row, column)), 1.0) for column in commands] for row in commands]
+
+
+def _warning(pair: AlikePair, pairs: Sequence[AlikePair]) -> str:
+    differ = f"{_versus(pair)} differ" if any(pair.differ) else "no phone differs"
+    return (
+        f'"{pair.first}" and "{pair.second}" sound alike ({pair.alike:.2f}: {differ}); '
+        f'use another word for one, best in "{reword(pair, pairs)}"'
+    )
+
+
+def _versus(pair: AlikePair) -> str:
+    return " / ".join(phones or "nothing" for phones in pair.differ) if any(pair.differ) else ""

@@ -1,0 +1,33 @@
+"""How far apart the acoustic model holds two phones, as `tools/fit_confusion.py` measured it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+DISTANCES = Path(__file__).with_name("phone_distances.tsv")
+
+
+@dataclass(frozen=True)
+class Distances:
+    """How far apart the acoustic model holds the phones.
+
+    Attributes:
+        frames: how many frames of 10 ms a phone lasts.
+        apart: what a frame of the first phone loses, in nats, if it is taken for the second.
+    """
+
+    frames: Mapping[str, float]
+    apart: Mapping[str, Mapping[str, float]]
+
+
+@cache
+def read_distances(path: Path = DISTANCES) -> Distances:
+    """Read the table of phone distances that comes with voz."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    header, *rows = (line.split("\t") for line in lines if not line.startswith("#"))
+    frames = {phone: float(length) for phone, length, *_ in rows}
+    apart = {row[0]: dict(zip(header[2:], map(float, row[2:]), strict=True)) for row in rows}
+    return Distances(frames, apart)

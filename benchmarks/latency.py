@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from pulseaudio import sound_server
 
-from voz.audio import SAMPLE_RATE
+from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import read_blocks
 from voz.evaluation.manifest import read_manifests
 from voz.evaluation.results import Clip
@@ -117,7 +117,7 @@ def robots(environment: dict[str, str], setting: str) -> Iterator[Robot]:
         robot.close()
 
 
-def spoken(path: Path) -> np.ndarray:
+def spoken(path: Path) -> Samples:
     """A clip up to its last word."""
     samples = np.concatenate(list(read_blocks(path)))
     loud = np.flatnonzero(np.abs(samples) > 0.03 * np.abs(samples).max())

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from machine import machine
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -79,7 +80,7 @@ def read(path: Path) -> Samples:
     return np.concatenate([np.empty(0, np.int16), *read_blocks(path)])
 
 
-def within_16_bits(sound: np.ndarray) -> Samples:
+def within_16_bits(sound: npt.NDArray[np.float64]) -> Samples:
     return np.clip(np.round(sound), -32768, 32767).astype(np.int16)
 
 

@@ -209,7 +209,7 @@ def _converted(fill: Fill, rate: int) -> Fill:
     import soxr
 
     resampler = soxr.ResampleStream(RATE, rate, 1, dtype="float32")
-    ready = np.empty(0, np.float32)
+    ready: Wave = np.empty(0, np.float32)
 
     def give(frames: int, time: float) -> Wave:
         nonlocal ready

@@ -78,7 +78,7 @@ class Source:
         """Give the next samples, silence after its end."""
         end = self._position + frames
         if self.repeats:
-            block = self._sound[np.arange(self._position, end) % len(self._sound)]
+            block: Wave = self._sound[np.arange(self._position, end) % len(self._sound)]
             self._position = end % len(self._sound) or len(self._sound)
         else:
             block = np.zeros(frames, np.float32)

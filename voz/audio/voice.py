@@ -51,4 +51,4 @@ class VoiceDetector:
             return 0.0
         length = min(LONGEST_VOICE, len(found))
         sums = np.convolve(found, np.ones(length), mode="valid")
-        return float(sums.max()) / length
+        return float(np.max(sums)) / length

@@ -54,7 +54,7 @@ def speech_power(samples: Samples) -> float:
     """
     whole = samples[: max(len(samples) // FRAME, 1) * FRAME].astype(np.float64)
     powers = (whole.reshape(-1, min(FRAME, len(whole))) ** 2).mean(axis=1)
-    active = powers >= powers.max() * 10 ** (-ACTIVE_RANGE / 10)
+    active = powers >= np.max(powers) * 10 ** (-ACTIVE_RANGE / 10)
     return float(powers[active].mean())
 
 

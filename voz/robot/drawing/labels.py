@@ -185,8 +185,8 @@ def _around(wish: Wish) -> Iterator[tuple[float, Box]]:
 def _harm(wish: Wish, box: Box, strange: Points, avoid: Points) -> float:
     """How bad it is what a label and its leader would cover: anchors of others, and points."""
     with_air, leader = box.grown(NEAR if wish.leader else 0), _leader(wish, box)
-    own = np.abs(leader - wish.anchor).max(axis=1, initial=0) < OWN if len(leader) else []
-    covered = int(with_air.holds(avoid).sum()) + _touched(leader[~np.array(own, bool)], avoid)
+    near = np.abs(leader - wish.anchor).max(axis=1, initial=0) < OWN
+    covered = int(with_air.holds(avoid).sum()) + _touched(leader[~near], avoid)
     crossed = int(with_air.holds(strange).sum()) + _touched(leader, strange)
     return COVERED * covered + CROSSED * crossed
 
@@ -195,8 +195,7 @@ def _leader(wish: Wish, box: Box) -> Points:
     """Points on the line from an anchor to its label, if there is one."""
     if not wish.leader:
         return np.empty((0, 2))
-    points: Points = np.linspace(wish.anchor, box.hook(), 25)
-    return points
+    return np.linspace(wish.anchor, box.hook(), 25, dtype=np.float64)
 
 
 def _touched(leader: Points, places: Points) -> int:

@@ -124,10 +124,12 @@ def test_s7_a_signal_ends_with_zero_velocity(number: int, code: int) -> None:
 
 def test_a_reader_that_goes_away_is_no_error() -> None:
     command = subprocess.list2cmdline(VOZ[:1])
-    script = f"{command} -c '{VOZ[2]}' run --text - --events - --no-sound 2>/dev/null | head -1"
+    run = f"{command} -c '{VOZ[2]}' run --text - --events - --no-sound 2>/dev/null"
+    script = f"{run} | head -1; exit $PIPESTATUS"
     typed = "start speech\n" * 5000
     done = subprocess.run(
         ["bash", "-c", script], input=typed, capture_output=True, text=True, timeout=60
     )
     assert len(done.stdout.splitlines()) == 1
     assert done.stderr == ""
+    assert done.returncode == 128 + signal.SIGPIPE

@@ -62,7 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code = app(args=arguments, prog_name="voz", standalone_mode=False)
         sys.stdout.flush()
-    except BrokenPipeError:  # as in `voz decode ... | head -1`
+    except (BrokenPipeError, SystemExit) as end:  # as in `voz decode ... | head -1`
+        # click itself notices a broken pipe, too, and ends with 1, which is `STALE`.
+        if BrokenPipeError not in (type(end), type(end.__context__)):
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BY_SIGNAL + signal.SIGPIPE
     except (VozError, OSError) as error:

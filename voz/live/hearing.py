@@ -15,6 +15,7 @@ from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
 from voz.live.duplex import HalfDuplex, Loudspeaker
 from voz.live.ending import end_by_force
+from voz.live.memory import give_back_large_blocks
 from voz.live.messages import Inbox
 from voz.live.recorder import Recorder
 from voz.recognition.recognizer import Recognizer
@@ -90,6 +91,7 @@ class Hearing:
 
     def __enter__(self) -> Hearing:
         """Start to listen; raises AudioError if there is no such microphone."""
+        give_back_large_blocks()
         self._thread.start()
         self._opened.wait()
         if self._microphone is None:

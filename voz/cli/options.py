@@ -99,7 +99,8 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     Returns:
         The same with the fields of that class in the place of `options`, as typer reads them.
     """
-    hints = get_type_hints(command, include_extras=True)
+    # Not get_type_hints: in Python 3.10 it hides the names of an option whose default is None.
+    hints = inspect.get_annotations(command, eval_str=True)
     kind = hints.pop("options")
     shared = get_type_hints(kind, include_extras=True)
     parameters = [

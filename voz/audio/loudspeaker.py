@@ -16,7 +16,6 @@ from types import ModuleType
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from voz.audio import portaudio
 from voz.audio.mixing import RATE, Wave
@@ -156,10 +155,10 @@ class Loudspeaker:
         self._stream_ended = False
         self._last_block = time.monotonic()
 
-        def give(block: npt.NDArray[np.float32], frames: int, times: Any, _: Any) -> None:
+        def give(block: Any, frames: int, times: Any, _: Any) -> None:
             self._last_block = time.monotonic()
             delay = max(0.0, times.outputBufferDacTime - times.currentTime)
-            block[:, 0] = fill(frames, self._last_block + delay)
+            np.frombuffer(block, np.float32)[:] = fill(frames, self._last_block + delay)
 
         def end() -> None:
             self._stream_ended = True
@@ -167,7 +166,7 @@ class Loudspeaker:
 
         try:
             with portaudio.running(
-                "OutputStream",
+                "RawOutputStream",
                 samplerate=rate,
                 blocksize=round(BLOCK_SECONDS * rate),
                 channels=1,

@@ -7,18 +7,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import ModuleType
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.devices import Device, choose
 from voz.audio.files import to_int16
 from voz.audio.portaudio import load_sounddevice, running
 from voz.errors import AudioError
-
-Block: TypeAlias = npt.NDArray[np.float32]
 
 BLOCK_SECONDS = 0.03
 """What the sound card hands over at a time."""
@@ -39,9 +36,9 @@ class _Settings(NamedTuple):
 
 
 class _Arrived(NamedTuple):
-    """A block, and when it arrived on the monotonic clock, s."""
+    """A block, 32-bit floats of all channels, and when it arrived on the monotonic clock, s."""
 
-    samples: Block
+    sound: bytes
     when: float
 
 
@@ -57,19 +54,19 @@ class Microphone:
         lost: how many blocks were lost, of `BLOCK_SECONDS` each.
     """
 
-    def __init__(self, name: str, rate: int) -> None:
+    def __init__(self, name: str, rate: int, channels: int) -> None:
         self.name = name
         self.alive = self.arrived = time.monotonic()
         self.lost = 0
-        self._rate = rate
+        self._channels = channels
         self._waiting: queue.Queue[_Arrived | None] = queue.Queue(MOST_WAITING)
         self._resampler = _resampler(rate)
 
-    def heard(self, block: Block, _frames: int, _time: Any, status: Any) -> None:
+    def heard(self, block: Any, _frames: int, _time: Any, status: Any) -> None:
         """Take what PortAudio hands over; called on its thread."""
         self.alive = time.monotonic()
         self.lost += bool(status.input_overflow)
-        self._put(_Arrived(block.copy(), self.alive))  # PortAudio uses its block again
+        self._put(_Arrived(bytes(block), self.alive))  # PortAudio uses its block again
 
     def ended(self) -> None:
         """Let the reader know that nothing will follow; called on PortAudio's thread."""
@@ -86,7 +83,8 @@ class Microphone:
         if arrived is None:
             raise AudioError("the microphone is gone; connect it and start again")
         self.arrived = arrived.when
-        sound = arrived.samples.mean(axis=1)
+        channels = np.frombuffer(arrived.sound, np.float32).reshape(-1, self._channels)
+        sound = channels.mean(axis=1)
         return to_int16(self._resampler.resample_chunk(sound) if self._resampler else sound)
 
     def _put(self, arrived: _Arrived | None) -> None:
@@ -110,10 +108,10 @@ def listening(device: str | None = None) -> Iterator[Microphone]:
     sounddevice = load_sounddevice()
     chosen = choose(device)
     settings = _settings(sounddevice, chosen)
-    microphone = Microphone(chosen.name, settings.rate)
+    microphone = Microphone(chosen.name, settings.rate, settings.channels)
     try:
         with running(
-            "InputStream",
+            "RawInputStream",
             samplerate=settings.rate,
             blocksize=round(BLOCK_SECONDS * settings.rate),
             device=settings.device,

@@ -40,11 +40,12 @@ def load_sounddevice() -> ModuleType:
 
 
 @contextmanager
-def running(kind: Literal["InputStream", "OutputStream"], **settings: Any) -> Iterator[Any]:
+def running(kind: Literal["RawInputStream", "RawOutputStream"], **settings: Any) -> Iterator[Any]:
     """Open and start a stream for the length of a `with` block; what it still holds is dropped.
 
     Args:
-        kind: which of sounddevice's streams.
+        kind: which of sounddevice's streams; those with numpy set an array's shape, which numpy
+            will not let them for long.
         settings: what it is given.
 
     Yields:

@@ -127,10 +127,10 @@ def calibrated(clips: list[Clip], language: LanguageFiles) -> None:
             texts = sorted({clip.text for clip in own})
             if len(texts) <= FEWEST:
                 continue
+            before += hear(language, own, NOTHING)
             for part in range(PARTS):
                 judged = [c for c in own if texts.index(c.text) % PARTS == part]
                 others = [said(clip) for clip in own if clip not in judged]
-                before += hear(language, judged, NOTHING)
                 with tempfile.TemporaryDirectory() as folder:
                     found = calibrate(others, language, Recognition(), Path(folder))
                     recognizer = Recognizer(language, Recognition(), found.profile)

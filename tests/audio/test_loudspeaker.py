@@ -56,6 +56,13 @@ def run(script: str, environment: dict[str, str]) -> tuple[str, str]:
     return done.stdout, done.stderr
 
 
+def playing_on(environment: dict[str, str]) -> subprocess.Popen[str]:
+    """A new process that plays until it gets a line."""
+    pipe = subprocess.PIPE
+    command = [sys.executable, "-c", PLAY_ON]
+    return subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, text=True)
+
+
 def with_alsa(folder: Path, device: str) -> dict[str, str]:
     """An environment with a single sound device."""
     config = folder / "alsa.conf"
@@ -119,13 +126,7 @@ def test_a_loudspeaker_that_comes_later_is_found(
     environment, server = own_pulse
     server.kill()
     server.wait()
-    with subprocess.Popen(
-        [sys.executable, "-c", PLAY_ON],
-        env=environment,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as program:
+    with playing_on(environment) as program:
         assert program.stdout is not None
         assert program.stdout.readline() == f"{NO_LOUDSPEAKER}\n"
         with running_server(environment):
@@ -138,13 +139,7 @@ def test_a_sound_server_that_hangs_keeps_nobody_from_ending(
     own_pulse: tuple[dict[str, str], subprocess.Popen[bytes]],
 ) -> None:
     environment, server = own_pulse
-    with subprocess.Popen(
-        [sys.executable, "-c", PLAY_ON],
-        env=environment,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as program:
+    with playing_on(environment) as program:
         assert program.stdout is not None
         assert program.stdout.readline() == "playing\n"
         server.send_signal(signal.SIGSTOP)

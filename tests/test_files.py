@@ -1,0 +1,135 @@
+"""Files that are written whole or not at all."""
+
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import IO
+
+import pytest
+from full_disk import full_disk
+
+from voz.files import append_line, replaced
+
+
+@pytest.fixture
+def nobody() -> Iterator[None]:
+    """Run without the rights of root, to whom nothing is protected."""
+    usual = os.geteuid()
+    if usual == 0:
+        os.seteuid(65534)
+    yield
+    os.seteuid(usual)
+
+
+def names(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir()]
+
+
+def half_written(file: IO[str], end: type[BaseException]) -> None:
+    file.write("half")
+    raise end
+
+
+def test_a_file_is_replaced_when_it_is_complete(tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text("old")
+    with replaced(path) as file:
+        file.write("new: ñ")
+        file.flush()
+        assert path.read_text() == "old"
+    assert path.read_text(encoding="utf-8") == "new: ñ"
+    assert names(tmp_path) == ["page.html"]
+
+
+@pytest.mark.parametrize("end", [ValueError, KeyboardInterrupt, SystemExit])
+def test_whatever_ends_the_writing_the_old_file_stays(
+    tmp_path: Path, end: type[BaseException]
+) -> None:
+    path = tmp_path / "page.html"
+    path.write_text("old")
+    with pytest.raises(end), replaced(path) as file:
+        half_written(file, end)
+    assert path.read_text() == "old"
+    assert names(tmp_path) == ["page.html"]
+
+
+def test_a_file_that_was_never_complete_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), replaced(tmp_path / "data") as file:
+        half_written(file, KeyboardInterrupt)
+    assert not names(tmp_path)
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "data"
+    path.write_text("old")
+    with full_disk(100), pytest.raises(OSError), replaced(path, "wb") as file:  # noqa: PT011
+        file.write(bytes(10_000))
+    assert path.read_text() == "old"
+    assert names(tmp_path) == ["data"]
+
+
+def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    real = tmp_path / "elsewhere" / "real.json"
+    real.write_text("old")
+    link = tmp_path / "link.json"
+    link.symlink_to(real)
+    with replaced(link) as file:
+        file.write("new")
+    assert link.is_symlink()
+    assert real.read_text() == "new"
+
+
+def test_a_file_keeps_its_permissions_and_a_new_one_has_the_usual(tmp_path: Path) -> None:
+    (tmp_path / "usual").touch()
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.touch(0o640)
+    for path in (old, new):
+        with replaced(path) as file:
+            file.write("new")
+    assert old.stat().st_mode & 0o777 == 0o640
+    assert new.stat().st_mode == (tmp_path / "usual").stat().st_mode
+
+
+def test_a_folder_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError), replaced(tmp_path):
+        pytest.fail("it was opened")
+
+
+def test_a_pipe_is_written_directly(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE) as reader:
+        with replaced(pipe) as file:
+            file.write("through")
+        assert reader.communicate()[0] == b"through"
+    assert pipe.is_fifo()
+
+
+def test_a_protected_file_is_not_replaced(nobody: None) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "mine")
+        path.write_text("old")
+        path.chmod(0o444)
+        with pytest.raises(PermissionError), replaced(path) as file:
+            file.write("new")
+        assert path.read_text() == "old"
+
+
+def test_a_line_is_added_also_where_the_last_one_has_no_end(tmp_path: Path) -> None:
+    path = tmp_path / "manifest.tsv"
+    for line in ("first", "second"):
+        append_line(path, line)
+    path.write_text(path.read_text().rstrip("\n"))
+    append_line(path, "third")
+    assert path.read_text() == "first\nsecond\nthird\n"
+
+
+def test_of_a_line_for_which_there_is_no_room_nothing_is_added(tmp_path: Path) -> None:
+    path = tmp_path / "manifest.tsv"
+    append_line(path, "first")
+    with full_disk(10), pytest.raises(OSError):  # noqa: PT011
+        append_line(path, "second, which is long")
+    assert path.read_text() == "first\n"

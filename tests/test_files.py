@@ -10,7 +10,8 @@ from typing import IO
 import pytest
 from full_disk import full_disk
 
-from voz.files import append_line, replaced
+from voz.errors import ConfigError
+from voz.files import append_line, check_not_read, check_writable, replaced
 
 
 @pytest.fixture
@@ -133,3 +134,29 @@ def test_of_a_line_for_which_there_is_no_room_nothing_is_added(tmp_path: Path) -
     with full_disk(10), pytest.raises(OSError):  # noqa: PT011
         append_line(path, "second, which is long")
     assert path.read_text() == "first\n"
+
+
+def test_a_file_that_is_read_is_known_by_all_its_names(tmp_path: Path) -> None:
+    read = tmp_path / "in.wav"
+    read.write_text("sound")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link").symlink_to("in.wav")
+    (tmp_path / "hard").hardlink_to(read)
+    (tmp_path / "new").symlink_to("not-there-yet")
+    for name in ("in.wav", "folder/../in.wav", "link", "hard"):
+        with pytest.raises(ConfigError, match="is read or written already"):
+            check_not_read([tmp_path / name], [read])
+        with pytest.raises(ConfigError, match="is read or written already"):
+            check_not_read([tmp_path / name], [tmp_path])
+    with pytest.raises(ConfigError, match="is read or written already"):
+        check_not_read([tmp_path / "new", tmp_path / "not-there-yet"], [read])
+    check_not_read(["/dev/null", "/dev/null", "-", tmp_path / "other"], [read, "/dev/null"])
+
+
+def test_what_cannot_be_written_is_told_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("none/x")
+    for name in ("none/x", "link", "."):
+        with pytest.raises(ConfigError, match="cannot be written there; name a file in a folder"):
+            check_writable(tmp_path / name)
+    for path in (tmp_path / "new", Path("/dev/full")):
+        check_writable(path)

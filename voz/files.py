@@ -5,11 +5,14 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import stat
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
+
+from voz.errors import ConfigError
 
 
 @contextmanager
@@ -66,6 +69,70 @@ def append_line(path: Path, line: str) -> None:
         except BaseException:
             file.truncate(size)
             raise
+
+
+@contextmanager
+def told(path: str | Path) -> Iterator[None]:
+    """Say in one line, in a `with` block that writes a file, why it cannot be written.
+
+    Raises:
+        ConfigError: in place of the OSError that was raised in the block.
+    """
+    try:
+        yield
+    except BrokenPipeError:  # whoever reads standard output has seen enough
+        raise
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from error
+
+
+def check_writable(path: Path) -> None:
+    """Refuse, before the work whose result it is to hold, a file that cannot be written.
+
+    Raises:
+        ConfigError: it is protected or a folder, or there is no folder that it could be in.
+    """
+    with told(path):
+        is_kept = path.exists() and not path.is_file()  # a pipe, or a device: see `replaced`
+        changed = [] if is_kept else [Path(os.path.realpath(path)).parent]
+        changed += [path] if path.exists() else []
+        usable = all(os.access(each, os.W_OK, effective_ids=True) for each in changed)
+    if path.is_dir() or not usable:
+        raise ConfigError(f"{path}: cannot be written there; name a file in a folder of yours")
+
+
+def check_not_read(written: Iterable[str | Path], read: Iterable[str | Path]) -> None:
+    """Refuse to write a file that is read, or two results into one, by whatever name.
+
+    Args:
+        written: files that will be written; `-` is standard output.
+        read: files that are read meanwhile, and folders whose files are; `-` is standard input.
+
+    Raises:
+        ConfigError: two of them are the same file.
+    """
+    read = _files("/dev/stdin" if name == "-" else name for name in read)
+    known: dict[object, str | Path] = {_which(name): name for name in read}
+    for name in written:
+        which = _which("/dev/stdout" if name == "-" else name)
+        if which is not None and which in known:
+            other = "" if str(known[which]) == str(name) else f", as {known[which]}"
+            raise ConfigError(f"{name}: is read or written already{other}; name another file")
+        known[which] = name
+
+
+def _files(names: Iterable[str | Path]) -> Iterator[Path]:
+    for path in map(Path, names):
+        yield from path.iterdir() if path.is_dir() else [path]
+
+
+def _which(name: str | Path) -> object:
+    """What tells a file from all others, however it is named; None if nothing in it can be lost."""
+    try:
+        status = Path(name).stat()
+    except OSError:  # it is not there yet
+        return os.path.realpath(name)
+    return (status.st_dev, status.st_ino) if stat.S_ISREG(status.st_mode) else None
 
 
 def _like_the_old(target: Path, part: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from calls import VOZ, Result
-from recordings import FIXTURES, read_manifest
+from recordings import FIXTURES, GO_BACK, read_manifest
 
 Call = Callable[..., tuple[int, str, str]]
 
@@ -81,6 +82,7 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
         (["audio_fixtures/manifest.tsv", "--snr", "1", "--noise", "lm"], "holds no recording"),
         (["audio_fixtures/manifest.tsv", "--compare", "README.md"], "is not what"),
         (["audio_fixtures/manifest.tsv", "--html", "none/x.html"], "cannot be written"),
+        (["audio_fixtures/manifest.tsv", "--json", "none/x.json"], "cannot be written"),
         (["audio_fixtures/manifest.tsv", "--jobs", "0"], "--jobs"),
         (["audio_fixtures/manifest.tsv", "--threshold", "7"], "threshold"),
         (["audio_fixtures/manifest.tsv", "--engine", "magic", "--jobs", "1"], "magic"),
@@ -93,14 +95,43 @@ def test_a_wrong_call_is_one_line(arguments: list[str], said: str, voz: Call) ->
     assert said in line
 
 
+@pytest.mark.parametrize("option", ["--json", "--html"])
+def test_no_result_takes_the_place_of_what_it_comes_from(
+    option: str, voz: Call, tmp_path: Path
+) -> None:
+    clip, lists = tmp_path / "a.wav", tmp_path / "list.tsv"
+    shutil.copy(GO_BACK, clip)
+    lists.write_text("path\ttext\tspeaker\tkind\na.wav\tgo back\tme\tcommand\n")
+    (tmp_path / "other").symlink_to(lists)
+    before = lists.read_bytes(), clip.read_bytes()
+    arguments = [lists, "--snr", "10", "--noise", GO_BACK, "--jobs", "1"]
+    for result in (lists, tmp_path / "other", clip):
+        code, out, err = voz(*arguments, option, result)
+        assert (code, out) == (2, "")
+        assert err.startswith(f"voz: {result}: is read ")
+    assert (lists.read_bytes(), clip.read_bytes()) == before
+
+
+def test_the_results_of_a_full_disk_are_one_line(voz: Call, manifest: Path, tmp_path: Path) -> None:
+    arguments = [manifest, "--engine", "plain-pocketsphinx", "--jobs", "1"]
+    for option in ("--json", "--html"):
+        code, out, err = voz(*arguments, option, "/dev/full")
+        assert (code, out) == (2, "")
+        assert err == "voz: /dev/full: cannot be written (No space left on device)\n"
+
+
 @pytest.mark.slow
-def test_ctrl_c_ends_all_processes_without_a_word(tmp_path: Path) -> None:
+def test_ctrl_c_ends_all_processes_without_a_word_and_leaves_old_results(tmp_path: Path) -> None:
+    data, page = tmp_path / "old.json", tmp_path / "old.html"
+    data.write_text('{"results":[]}')
+    page.write_text("old page")
     started = tmp_path / "started"
     (tmp_path / "slow.py").write_text(
         "import pathlib, sys, time\npathlib.Path(sys.argv[1]).touch()\ntime.sleep(0.2)\n"
     )
     engine = f"command:{sys.executable} {tmp_path / 'slow.py'} {started}"
     arguments = ["eval", FIXTURES / "manifest.tsv", "--jobs", "1", "--engine", engine]
+    arguments += ["--compare", data, "--json", data, "--html", page]
     with subprocess.Popen(
         [*VOZ, *map(str, arguments)],
         stdout=subprocess.PIPE,
@@ -114,3 +145,4 @@ def test_ctrl_c_ends_all_processes_without_a_word(tmp_path: Path) -> None:
         out, err = process.communicate(timeout=20)
     assert (process.returncode, out) == (130, "")
     assert "Traceback" not in err
+    assert (data.read_text(), page.read_text()) == ('{"results":[]}', "old page")

@@ -6,10 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 
 from voz.errors import ConfigError
 from voz.recognition.adaptation import Observation, StartVector
-from voz.recognition.profiles import learnt_file, load_learnt, profile_folder, save_learnt
+from voz.recognition.profiles import (
+    Profile,
+    learnt_file,
+    load_learnt,
+    load_profile,
+    profile_folder,
+    save_learnt,
+    save_profile,
+)
 
 VECTOR = StartVector().updated(Observation((1.23456,) * 13, 60))
 
@@ -87,3 +96,15 @@ def test_without_a_data_folder_it_is_the_usual_one(
     monkeypatch.setenv("XDG_DATA_HOME", home)
     monkeypatch.setenv("HOME", str(tmp_path))
     assert profile_folder("ana").is_relative_to(tmp_path / ".local" / "share" / "voz")
+
+
+def test_a_profile_that_cannot_be_written_leaves_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    save_profile("ana", Profile(VECTOR))
+    before = load_profile("ana")
+    with full_disk(50), pytest.raises(ConfigError, match="cannot be written"):
+        save_profile("ana", Profile(VECTOR, log_odds=1.0))
+    assert load_profile("ana") == before
+    assert [path.name for path in profile_folder("ana").iterdir()] == ["profile.json"]

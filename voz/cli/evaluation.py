@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +10,8 @@ import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import LmOption, Recognising, with_options
-from voz.cli.terminal import open_text, tell, with_bar
+from voz.cli.terminal import tell, with_bar, write_text
+from voz.files import check_not_read, check_writable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
@@ -83,7 +83,15 @@ def evaluate(
     choice = EngineChoice(engine, options.language(settings), settings.recognition)
     others = report.read_results(compare) if compare else None
     ratios, noises = noise_options(snr, noise)
-    tasks = tasks_for(read_manifests(manifests), noises, ratios, reverb)
+    clips = read_manifests(manifests)
+    heard = [*manifests, *(clip.path for clip in clips), *noises]
+    # What is compared with may be replaced by what is new, but not by a page.
+    options.check_written([as_json, html], heard)
+    options.check_written([html], [compare])
+    for name in (as_json, html):
+        if name and name != "-":
+            check_writable(Path(name))
+    tasks = tasks_for(clips, noises, ratios, reverb)
     asked = {
         "manifests": ", ".join(map(str, manifests)),
         "engine": engine,
@@ -95,17 +103,14 @@ def evaluate(
         "reverb": "yes" if reverb else "no",
         "compare": str(compare or ""),
     }
-    with ExitStack() as files:
-        page = open_text(html, "w", files) if html else None
-        data = open_text(as_json, "w", files) if as_json else None
-        results = list(with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks)))
-        knob = _knob(results, choice) if engine == "voz" else []
-        evaluation = report.evaluate(results, asked, others, knob)
-        if page:
-            page.write(report.to_html(evaluation))
-        if data:
-            print(report.to_json(evaluation), file=data)
-    if not (page or data):
+    results = list(with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks)))
+    knob = _knob(results, choice) if engine == "voz" else []
+    evaluation = report.evaluate(results, asked, others, knob)
+    if html:
+        write_text(html, report.to_html(evaluation))
+    if as_json:
+        write_text(as_json, f"{report.to_json(evaluation)}\n")
+    if not (html or as_json):
         print(report.to_text(evaluation))
     failed = [result.error for result in results if result.error is not None]
     for error in failed:
@@ -136,6 +141,9 @@ def fit_confidence(
     from voz.recognition.confidence import MODEL, save_model, threshold_for
 
     clips = read_manifests(manifests)
+    written = out or MODEL
+    check_writable(written)
+    check_not_read([written], [*manifests, *(clip.path for clip in clips)])
     found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, len(clips)))
     examples = [example for of_clip in found for example in of_clip.examples]
     talk = sum(f.seconds for c, f in zip(clips, found, strict=True) if c.kind == "talk")
@@ -151,8 +159,8 @@ def fit_confidence(
     counts = fitting.acceptance(examples, likely, threshold)
     for name, (share, number) in counts.items():
         print(f"{share:8.3f} {number:5}  {name}")
-    save_model(model, out or MODEL)
-    print(f"written: {out or MODEL}")
+    save_model(model, written)
+    print(f"written: {written}")
 
 
 def _knob(results: Iterable[Result], choice: EngineChoice) -> list[Position]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import Field, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -13,6 +13,7 @@ import typer
 
 from voz.cli.terminal import tell, warn
 from voz.config import Config, load_config, overridden
+from voz.files import check_not_read
 
 if TYPE_CHECKING:
     from voz.language.files import LanguageFiles
@@ -58,6 +59,20 @@ class Common:
             tell(f"language files: {language.folder.resolve()}")
         warn(stale_warning(language))
         return language
+
+    def check_written(
+        self, written: Iterable[str | Path | None], read: Iterable[str | Path | None]
+    ) -> None:
+        """Refuse to write what is read: the files given, the settings, the language files.
+
+        Args:
+            written: what will be written anew; None is left out.
+            read: what the subcommand reads besides those that all have.
+        """
+        from voz.language.files import STEM, find_language
+
+        language = find_language(self.settings().lm).folder.glob(f"{STEM}.*")
+        check_not_read(filter(None, written), filter(None, (*read, self.config, *language)))
 
 
 @dataclass

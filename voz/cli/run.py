@@ -126,7 +126,7 @@ def _obey(options: Running, settings: Config, language: LanguageFiles, parts: Ex
     from voz.language.files import read_sentences
 
     if options.text:
-        lines = open_text(options.text, "r", parts)
+        lines = open_text(options.text, parts)
         return partial(pipeline.drive_by_text, lines=lines, commands=read_sentences(language))
     if options.replay:
         from voz.bags import read_sayings

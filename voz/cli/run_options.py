@@ -87,13 +87,25 @@ class Running(Recognising):
         return not (self.recordings or self.text or self.replay)
 
     def check(self) -> None:
-        """Refuse options that exclude each other."""
+        """Refuse options that exclude each other, and results that would replace what is read."""
         if sum(map(bool, (self.recordings, self.text, self.replay))) > 1:
             raise ConfigError(
                 "say what to obey: either --wav FILE... or --text FILE or --replay BAG"
             )
         if self.record and not self.live:
             raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
+        self.check_written(
+            [self.events, self.picture, self.animation, self.bag],
+            [*self.recordings, self.text, self.replay, self._profile()],
+        )
+
+    def _profile(self) -> Path | None:
+        """Which folder is read for the speaker."""
+        if self.profile is None:
+            return None
+        from voz.recognition.profiles import profile_folder
+
+        return profile_folder(self.profile)
 
     def settings(self, **others: Any) -> Config:
         """As for all, with what the robot may do."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO, TypeVar
 
 from voz.errors import ConfigError
+from voz.files import replaced, told
 
 Item = TypeVar("Item")
 
@@ -24,16 +25,24 @@ def warn(problem: str | None) -> None:
         tell(f"warning: {problem}")
 
 
-def open_text(name: str, mode: str, files: ExitStack) -> IO[str]:
-    """Open a text file until `files` closes; `-` is standard input or output."""
+def open_text(name: str, files: ExitStack) -> IO[str]:
+    """Open a text file until `files` closes; `-` is standard input."""
     if name == "-":
-        return sys.stdin if mode == "r" else sys.stdout
+        return sys.stdin
     try:
         # Typed text that is not UTF-8 is no command; it need not end the run.
-        return files.enter_context(Path(name).open(mode, encoding="utf-8", errors="replace"))
+        return files.enter_context(Path(name).open(encoding="utf-8", errors="replace"))
     except OSError as error:
-        doing = "read" if mode == "r" else "written"
-        raise ConfigError(f"{name}: cannot be {doing} ({error.strerror})") from error
+        raise ConfigError(f"{name}: cannot be read ({error.strerror})") from error
+
+
+def write_text(name: str, text: str) -> None:
+    """Write a text file anew, or it stays as it was; `-` is standard output."""
+    if name == "-":
+        sys.stdout.write(text)
+        return
+    with told(name), replaced(Path(name)) as file:
+        file.write(text)
 
 
 def with_bar(items: Iterable[Item], doing: str, total: int | None = None) -> Iterable[Item]:

@@ -10,7 +10,7 @@ from pathlib import Path as FilePath
 import msgspec
 from msgspec.structs import replace
 
-from voz.errors import ConfigError
+from voz.files import replaced, told
 from voz.language.phone_distances import read_distances
 from voz.recognition.evidence import Evidence, Path, Span, covered, overlap
 
@@ -72,10 +72,8 @@ def save_model(model: Model, path: FilePath) -> None:
         ConfigError: the file cannot be written.
     """
     text = msgspec.json.format(msgspec.json.encode(model), indent=2).decode()
-    try:
-        path.write_text(f"{text}\n", encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written ({error.strerror})") from error
+    with told(path), replaced(path) as file:
+        file.write(f"{text}\n")
 
 
 def with_log_odds(model: Model, more: float) -> Model:

@@ -13,6 +13,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
+from voz.files import replaced, told
 from voz.recognition.adaptation import StartVector
 from voz.recognition.mllr import is_transforms
 
@@ -125,18 +126,17 @@ def save_profile(name: str, profile: Profile) -> Path:
     """
     folder = profile_folder(name)
     path = folder / PROFILE_FILE
-    try:
-        if profile.mllr is None:
+    kept = replace(profile, start=_rounded(profile.start), mllr=profile.mllr and MLLR_FILE)
+    with told(path):
+        folder.mkdir(parents=True, exist_ok=True)
+        with replaced(path, "wb") as file:
+            file.write(msgspec.json.format(msgspec.json.encode(kept), indent=2) + b"\n")
+            if profile.mllr:  # first, so that a profile never names what is not there
+                _write(folder / MLLR_FILE, Path(profile.mllr).read_bytes())
+        if not profile.mllr:
             (folder / MLLR_FILE).unlink(missing_ok=True)
-        else:
-            replace_file(folder / MLLR_FILE, Path(profile.mllr).read_bytes())
-            profile = replace(profile, mllr=MLLR_FILE)
-        profile = replace(profile, start=_rounded(profile.start))
-        replace_file(path, msgspec.json.format(msgspec.json.encode(profile), indent=2) + b"\n")
         for learnt in (folder / LEARNT_FOLDER).glob("*.json"):
             learnt.unlink(missing_ok=True)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written ({error.strerror})") from error
     return path
 
 
@@ -191,21 +191,16 @@ def save_learnt(path: Path, vector: StartVector) -> str | None:
         A line for the user if it cannot be written: no reason to stop a robot.
     """
     try:
-        replace_file(path, msgspec.json.encode(_rounded(vector)) + b"\n")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write(path, msgspec.json.encode(_rounded(vector)) + b"\n")
     except OSError as error:
         return f"{path}: cannot be written ({error.strerror}); what was learnt will be lost"
     return None
 
 
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file, all of it, or it stays as it was; its folder is made if need be."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        temporary.write_bytes(data)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+def _write(path: Path, data: bytes) -> None:
+    with replaced(path, "wb") as file:
+        file.write(data)
 
 
 def _rounded(vector: StartVector) -> StartVector:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 from msgspec.structs import replace
 from PIL import Image
 
@@ -78,3 +79,16 @@ def test_what_fails_only_when_it_is_written_is_one_line(
     full.symlink_to("/dev/full")
     with pytest.raises(ConfigError, match=r"full\.\w+: cannot be written \([^\n]*No space left"):
         save_animation(short, full)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [".mp4", ".gif"])
+def test_an_animation_that_cannot_be_finished_leaves_the_old_one(
+    ending: str, short: Trip, tmp_path: Path
+) -> None:
+    path = tmp_path / f"way{ending}"
+    path.write_bytes(b"old")
+    with full_disk(5000), pytest.raises(ConfigError, match=r"way\.\w+: cannot be written \([^\n]*"):
+        save_animation(short, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from full_disk import full_disk
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
@@ -138,3 +139,12 @@ def test_what_fails_only_when_it_is_written_is_one_line_too(short: Trip, tmp_pat
         save_picture(short, full)
     with pytest.raises(ConfigError, match=r"\.svg: cannot be written \(File name too long\)$"):
         save_picture(short, tmp_path / ("a" * 300 + ".svg"))
+
+
+def test_a_picture_that_cannot_be_finished_leaves_the_old_one(short: Trip, tmp_path: Path) -> None:
+    path = tmp_path / "way.png"
+    path.write_bytes(b"old")
+    with full_disk(5000), pytest.raises(ConfigError, match=r"cannot be written \(File too large"):
+        save_picture(short, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]

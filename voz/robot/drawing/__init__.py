@@ -5,14 +5,12 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
 from voz.errors import ConfigError
+from voz.files import check_writable, told
 from voz.robot.simulator import Trip
 
 PICTURES = (".png", ".svg")
@@ -60,7 +58,7 @@ def save_picture(trip: Trip, path: Path) -> None:
     check_picture(path)
     from voz.robot.drawing.scene import save
 
-    with _telling(path):
+    with told(path):
         save(trip, path)
 
 
@@ -77,7 +75,7 @@ def save_animation(trip: Trip, path: Path) -> None:
     check_animation(path)
     from voz.robot.drawing.animation import save
 
-    with _telling(path):
+    with told(path):
         save(trip, path)
 
 
@@ -86,16 +84,4 @@ def _check(path: Path, endings: tuple[str, str], what: str) -> None:
         raise ConfigError(f"{path}: is no name for {what}; end it with {' or '.join(endings)}")
     if find_spec("matplotlib") is None:
         raise ConfigError("matplotlib is not installed; run `pip install 'voz[report]'`")
-    with _telling(path):
-        usable = path.parent.is_dir() and os.access(path.parent, os.W_OK) and not path.is_dir()
-    if not usable:
-        raise ConfigError(f"{path}: cannot be written there; name a file in a folder of yours")
-
-
-@contextmanager
-def _telling(path: Path) -> Iterator[None]:
-    """Say in one line why a file could not be written."""
-    try:
-        yield
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from error
+    check_writable(path)

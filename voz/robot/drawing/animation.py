@@ -6,7 +6,6 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from io import BytesIO
 from itertools import chain
 from math import ceil
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from voz.files import replaced
 from voz.robot.drawing.scene import Scene
 from voz.robot.simulator import Trip
 
@@ -84,10 +84,8 @@ def _save_gif(trip: Trip, path: Path) -> None:
     )
     first = next(images)
     duration = round(interval * 1000)
-    # Pillow would leave a file open that cannot be written.
-    file = BytesIO()
-    first.save(file, "GIF", save_all=True, append_images=images, duration=duration, loop=0)
-    path.write_bytes(file.getvalue())
+    with replaced(path, "wb") as file:
+        first.save(file, "GIF", save_all=True, append_images=images, duration=duration, loop=0)
 
 
 def _image(frame: Frame) -> Image.Image:
@@ -103,9 +101,10 @@ def _save_mp4(trip: Trip, path: Path) -> None:
         *("-s", f"{first.shape[1]}x{first.shape[0]}", "-r", f"{1 / interval:g}", "-i", "-"),
         # What every player understands: an even number of pixels, colours at half of them.
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"),
-        *("-movflags", "+faststart", f"file:{path}"),
+        *("-movflags", "+faststart", "-f", "mp4"),
     ]
-    with tempfile.TemporaryFile() as said:
+    with replaced(path, "wb") as film, tempfile.TemporaryFile() as said:
+        command.append(f"file:{film.name}")
         with (
             subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said) as process,
             suppress(BrokenPipeError),  # when ffmpeg has ended, and said why

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from voz.config import Simulator
+from voz.files import replaced
 from voz.robot.drawing import shapes
 from voz.robot.drawing.milestones import distance, pointings, seconds_between, time_marks
 from voz.robot.drawing.writing import write_along
@@ -159,5 +160,6 @@ def save(trip: Trip, path: Path) -> None:
     scene.show(trip.states[-1].t)
     # Without the time of writing, so that the same trip gives the same file.
     nothing = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
-    with rc_context(STYLE):
-        scene.figure.savefig(path, metadata=nothing)
+    kind = path.suffix[1:].lower()
+    with rc_context(STYLE), replaced(path, "wb") as file:
+        scene.figure.savefig(file, format=kind, metadata=nothing)

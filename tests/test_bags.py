@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
+from full_disk import full_disk
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_typestore
@@ -109,6 +112,76 @@ def test_a_run_that_is_ended_leaves_a_whole_bag(name: str, tmp_path: Path) -> No
     assert moved == [0.1, 0]
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("voz.bags.SAVED_EVERY", 0.0)
+    path = tmp_path / name
+    complaint = rf"{name}: cannot be written \([^\n]+\); it has what was published in the first"
+    with full_disk(60_000), pytest.raises(ConfigError, match=complaint):
+        keep(path, ["start speech", "go forward", *["-"] * 2000])
+    moved = [m.linear.x for topic, _, _, m in read(path) if topic == "/cmd_vel"]
+    assert moved[0] == 0
+    assert moved[-1] == 0.1
+    assert len(moved) > 50
+    assert [said.text for said in read_sayings(path).said] == ["start speech", "go forward"]
+    assert [each.name for each in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_once_a_bag_cannot_be_written_it_says_so_once(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("voz.bags.SAVED_EVERY", 0.0)
+    failures = []
+
+    def program() -> None:
+        with full_disk(60_000), bag_of(tmp_path / name) as receive:
+            for number in range(3000):
+                try:
+                    receive(Twist(number / 10, 0.1, 0.0))
+                except ConfigError as error:
+                    failures.append(error)
+
+    program()
+    assert len(failures) == 1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_on_a_disk_that_is_full_from_the_start_there_is_one_line_and_nothing_left(
+    name: str, tmp_path: Path
+) -> None:
+    with full_disk(0), pytest.raises(ConfigError, match=rf"{name}: cannot be written \([^\n]+$"):
+        keep(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bag_is_whole_after_kill_9(name: str, tmp_path: Path) -> None:
+    script = f"""
+import time
+from pathlib import Path
+import voz.bags
+from voz.events import Twist
+voz.bags.SAVED_EVERY = voz.bags.SAVED_PART = 0.0
+with voz.bags.bag_of(Path({name!r})) as receive:
+    for number in range(30):
+        receive(Twist(number / 10, 0.1, 0.0))
+    voz.bags.SAVED_EVERY = 1000.0
+    for number in range(30, 60):
+        receive(Twist(number / 10, 0.1, 0.0))
+    print("written", flush=True)
+    time.sleep(1000)
+"""
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=tmp_path) as process:
+        assert process.stdout
+        assert process.stdout.readline() == b"written\n"
+        process.kill()
+    assert len(read(tmp_path / name)) == 31
+
+
 def test_a_bag_is_never_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "drive.mcap"
     keep(path)
@@ -134,6 +207,21 @@ def test_what_is_no_bag_is_one_line(name: str, tmp_path: Path) -> None:
         read_sayings(path)
     path.write_bytes(b"no bag at all, but long enough to be read as a header of one\n" * 10)
     with pytest.raises(ConfigError, match=f"{name}: is no bag that can be read [^\n]*$"):
+        read_sayings(path)
+
+
+@pytest.mark.parametrize("damaged", [0, 4 * 10**18])
+def test_a_bag_with_a_damaged_time_is_one_line(damaged: int, tmp_path: Path) -> None:
+    path = tmp_path / "damaged.bag"
+    types = get_typestore(Stores.ROS1_NOETIC)
+    with Writer1(path) as writer:
+        topic = writer.add_connection(HEARD, STRING, typestore=types)
+        for stamp in (1_700_000_000 * 10**9, 1_700_000_001 * 10**9, damaged):
+            message = types.types[STRING]("go forward")
+            writer.write(topic, stamp, types.serialize_ros1(message, STRING))
+    with pytest.raises(
+        ConfigError, match=r"damaged.bag: lasts \d+ days by the times in it, [^\n]+"
+    ):
         read_sayings(path)
 
 

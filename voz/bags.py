@@ -6,14 +6,15 @@ and `.db3` are files of ROS 2, no ending is a folder as `ros2 bag` makes it, `.b
 
 from __future__ import annotations
 
-import tempfile
+import sqlite3
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from voz.bag_files import open_bag
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
 
@@ -27,8 +28,14 @@ STRING, INT16 = "std_msgs/msg/String", "std_msgs/msg/Int16"
 TWIST, VECTOR = "geometry_msgs/msg/Twist", "geometry_msgs/msg/Vector3"
 TOPICS = {"/cmd_vel": TWIST, "/selected_object": INT16, HEARD: STRING}
 
-METADATA_VERSION: Literal[8] = 8
-"""Of ROS 2's bags; the oldest that rosbags writes is read by the most."""
+SAVED_EVERY, SAVED_PART = 5.0, 0.002
+"""How often a bag is saved, s, or the part of its length if that is longer: each time is as long as
+the list of all times before."""
+
+
+DAY = 24 * 60 * 60.0
+LONGEST = 7 * DAY
+"""Nobody drives a robot for longer by one bag, s: a time in it is damaged, its end never comes."""
 
 
 class Saying(NamedTuple):
@@ -64,22 +71,36 @@ def check_bag(path: Path) -> None:
 def bag_of(path: Path) -> Iterator[Receiver]:
     """Keep what a run publishes for the length of a `with` block, however that ends.
 
+    The bag is whole at any time: what kills the program, or fills the disk, costs no more than what
+    was published since it was last saved, some seconds before.
+
     Args:
         path: the new bag; its times are those of the events, from now on.
 
     Yields:
-        What takes the events.
+        What takes the events; it raises ConfigError once the bag cannot be written.
 
     Raises:
-        ConfigError: as in `check_bag`.
+        ConfigError: as in `check_bag`, or it cannot be written.
     """
     check_bag(path)
-    writing = _bag_of_ros1 if path.suffix == ".bag" else _bag_of_ros2
+    types = _types(path)
+    serialize = types.serialize_ros1 if path.suffix == ".bag" else types.serialize_cdr
+    stamp = _stamps()
+    bag = _Bag(path, types)
     try:
-        with writing(path) as receive:
-            yield receive
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from error
+        yield _receiver(
+            types,
+            lambda topic, t, message: bag.write(topic, stamp(t), serialize(message, TOPICS[topic])),
+        )
+    except Exception:  # tells more than what might fail now
+        with suppress(ConfigError):
+            bag.close()
+        raise
+    except BaseException:  # a signal ends the run
+        bag.close()
+        raise
+    bag.close()
 
 
 def read_sayings(path: Path) -> Sayings:
@@ -89,7 +110,7 @@ def read_sayings(path: Path) -> Sayings:
         path: a bag of ROS 1 or 2.
 
     Raises:
-        ConfigError: there is no such bag, it cannot be read, or it holds no such topic.
+        ConfigError: there is no such bag, it cannot be read, holds no such topic, or no end.
     """
     _check_installed()
     if not path.exists():
@@ -97,7 +118,7 @@ def read_sayings(path: Path) -> Sayings:
     from rosbags.highlevel import AnyReader
 
     try:
-        with AnyReader([path], default_typestore=_types()) as bag:
+        with AnyReader([path], default_typestore=_types(path)) as bag:
             heard = [c for c in bag.connections if c.topic.endswith(HEARD) and c.msgtype == STRING]
             topics = sorted({c.topic for c in bag.connections})
             said = [
@@ -110,7 +131,62 @@ def read_sayings(path: Path) -> Sayings:
     if not heard:
         has = ", ".join(topics) or "nothing"
         raise ConfigError(f"{path}: has no strings on {HEARD[1:]}; it has {has}")
+    times = [0.0, seconds, *(each.t for each in said)]
+    if (longest := max(times) - min(times)) > LONGEST:
+        raise ConfigError(
+            f"{path}: lasts {longest / DAY:.0f} days by the times in it, one of which must be "
+            "damaged; name another bag"
+        )
     return Sayings(said, seconds)
+
+
+class _Bag:
+    """A bag that is saved again and again, and that tells in one line why it cannot be."""
+
+    def __init__(self, path: Path, types: Typestore) -> None:
+        self._path = path
+        self._begun = self._next = time.monotonic()
+        self._first: int | None = None
+        self._last = 0
+        self._kept = "nothing is kept"
+        self._usable = True
+        with self._told():
+            self._file = open_bag(path, TOPICS, types)
+
+    def write(self, topic: str, stamp: int, data: Any) -> None:
+        """Add a message; raises ConfigError if that fails, after which nothing more is added."""
+        if not self._usable:
+            return
+        with self._told():
+            self._file.write(topic, stamp, data)
+            self._first, self._last = self._first or stamp, stamp
+            now = time.monotonic()
+            if now >= self._next:
+                self._save()
+                self._next = now + max(SAVED_EVERY, (now - self._begun) * SAVED_PART)
+
+    def close(self) -> None:
+        """Save it a last time, and let go of it; raises ConfigError unless `write` already has."""
+        try:
+            if self._usable:
+                with self._told():
+                    self._save()
+        finally:
+            self._file.close()
+
+    def _save(self) -> None:
+        self._file.save()
+        seconds = _seconds(self._last - (self._first or self._last))
+        self._kept = f"it has what was published in the first {seconds:.1f} s"
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, sqlite3.Error) as error:
+            self._usable = False
+            why = getattr(error, "strerror", None) or error
+            raise ConfigError(f"{self._path}: cannot be written ({why}); {self._kept}") from error
 
 
 def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> Receiver:
@@ -130,76 +206,17 @@ def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> 
     return receive
 
 
-@contextmanager
-def _bag_of_ros1(path: Path) -> Iterator[Receiver]:
-    from rosbags.rosbag1 import Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    types = get_typestore(Stores.ROS1_NOETIC)
-    with _written(Writer(path), types, types.serialize_ros1) as receive:
-        yield receive
-
-
-@contextmanager
-def _bag_of_ros2(path: Path) -> Iterator[Receiver]:
-    from rosbags.rosbag2 import StoragePlugin, Writer
-
-    types = _types()
-    plugin = StoragePlugin.MCAP if path.suffix == ".mcap" else StoragePlugin.SQLITE3
-    with _folder_for(path) as folder:
-        writer = Writer(folder, version=METADATA_VERSION, storage_plugin=plugin)
-        with _written(writer, types, types.serialize_cdr) as receive:
-            yield receive
-
-
-@contextmanager
-def _written(
-    writer: Any, types: Typestore, serialize: Callable[[object, str], Any]
-) -> Iterator[Receiver]:
-    """What writes events into a bag; at the end the bag is finished."""
-    writer.open()
-    try:
-        topics = {
-            topic: writer.add_connection(topic, kind, typestore=types)
-            for topic, kind in TOPICS.items()
-        }
-        stamp = _stamps()
-        yield _receiver(
-            types,
-            lambda topic, t, message: writer.write(
-                topics[topic], stamp(t), serialize(message, TOPICS[topic])
-            ),
-        )
-    finally:  # as a context manager it would leave the bag unfinished at Ctrl-C
-        writer.close()
-
-
-@contextmanager
-def _folder_for(path: Path) -> Iterator[Path]:
-    """The folder that rosbags writes into; a bag that is a file is taken out of it at the end."""
-    if not path.suffix:
-        yield path
-        return
-    with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as around:
-        folder = Path(around) / path.stem
-        try:
-            yield folder
-        finally:
-            written = folder / f"{folder.name}{path.suffix}"
-            if written.exists():
-                written.replace(path)
-
-
 def _stamps() -> Callable[[float], int]:
     """Make what gives a time of the run, s, as one of the world, ns: a bag's times are of it."""
     begun = time.time_ns()
     return lambda t: begun + round(t * 1e9)
 
 
-def _types() -> Typestore:
+def _types(path: Path) -> Typestore:
     from rosbags.typesys import Stores, get_typestore
 
-    return get_typestore(Stores.ROS2_HUMBLE)
+    is_ros1 = path.suffix == ".bag"
+    return get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
 
 
 def _text(message: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import settings
 from loudspeaker import loudspeaker
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
@@ -12,6 +13,9 @@ from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
+
+settings.register_profile("voz", deadline=None)  # a busy machine is no fault of what is tested
+settings.load_profile("voz")
 
 
 @pytest.fixture(scope="session")

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import random
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import soundfile
 from rich.console import Console
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpoint import Segment, Segmenter
 from voz.audio.files import read_blocks
+from voz.audio.keeping import MANIFEST, keep
 from voz.audio.voice import VoiceDetector
 from voz.errors import ConfigError
 from voz.evaluation.manifest import read_manifest
+from voz.files import told
 from voz.level_bar import level_bar
 from voz.recognition.calibration import FEWEST, Said
 from voz.recognition.confidence import NO_SPEECH
@@ -25,7 +25,6 @@ from voz.recognition.confidence import NO_SPEECH
 PROMPTS = 24
 """Commands to say: at 4 to 5 s each it takes two minutes."""
 
-MANIFEST = "manifest.tsv"
 COLUMNS = ("path", "text", "speaker", "kind")
 
 MARGIN = int(0.5 * SAMPLE_RATE)
@@ -85,7 +84,9 @@ def record(
                 if complaint is None:
                     break
                 console.print(f"{INDENT}{complaint}; say again: {text}")
-            _keep(samples, text, folder, name)
+            with told(folder):
+                folder.mkdir(parents=True, exist_ok=True)
+                keep(samples, folder, COLUMNS, (text, name, "command"))
 
 
 def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
@@ -148,20 +149,3 @@ def _complaint(samples: Samples, voice: VoiceDetector) -> str | None:
     if voice.probability(samples[MARGIN:]) < NO_SPEECH:
         return "that was no speech"
     return None
-
-
-def _keep(samples: Samples, text: str, folder: Path, name: str) -> None:
-    """Write a recording, then its line: whatever interrupts it, what is listed is there."""
-    manifest = folder / MANIFEST
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        path = folder / f"{len(list(folder.glob('*.flac'))) + 1:03}.flac"
-        soundfile.write(path, samples, SAMPLE_RATE, subtype="PCM_16")
-        is_new = not manifest.exists()
-        with manifest.open("a", encoding="utf-8", newline="") as stream:
-            rows = csv.writer(stream, delimiter="\t", lineterminator="\n")
-            if is_new:
-                rows.writerow(COLUMNS)
-            rows.writerow((path.name, text, name, "command"))
-    except (OSError, soundfile.LibsndfileError) as error:
-        raise ConfigError(f"{folder}: recordings cannot be written there ({error})") from error

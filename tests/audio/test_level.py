@@ -149,7 +149,7 @@ def test_every_fault_says_what_to_do() -> None:
         lambda length: arrays(np.int16, length, elements=st.integers(-32768, 32767))
     )
 )
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_any_samples_have_a_level_within_what_16_bits_hold(samples: Samples) -> None:
     level = measure(samples)
     assert LOWEST <= level.background <= 0.1
@@ -163,7 +163,7 @@ def test_any_samples_have_a_level_within_what_16_bits_hold(samples: Samples) -> 
 
 @pytest.mark.slow
 @given(st.floats(-20, 8))
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_a_louder_recording_is_louder_and_as_far_above_its_background(decibels: float) -> None:
     plain = spoken(np.concatenate(list(read_blocks(GO_FORWARD))) // 3, background=50)
     before, after = measure(plain), measure(louder(plain, decibels))

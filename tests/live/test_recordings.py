@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from full_disk import full_disk
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings import FIXTURES, GO_BACK
@@ -61,6 +62,32 @@ def test_a_line_that_was_cut_short_does_not_spoil_the_manifest(tmp_path: Path) -
         manifest.write("20261121-1000")
     Folder(tmp_path, GIGABYTE).add(piece("stop"))
     assert texts(tmp_path) == ["go back", "stop"]
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_a_users_line_without_an_end_is_kept(later: bool, tmp_path: Path) -> None:
+    folder = Folder(tmp_path, GIGABYTE)
+    manifest = tmp_path / MANIFEST
+    manifest.write_text(manifest.read_text() + "mine.flac\tgo back\tme\tcommand\t")
+    if later:
+        folder = Folder(tmp_path, GIGABYTE)
+    folder.add(piece("stop"))
+    assert texts(tmp_path) == ["go back", "stop"]
+
+
+def test_a_manifest_that_was_emptied_is_begun_anew(tmp_path: Path) -> None:
+    (tmp_path / MANIFEST).touch()
+    Folder(tmp_path, GIGABYTE).add(piece("stop"))
+    assert texts(tmp_path) == ["stop"]
+
+
+def test_a_full_disk_leaves_what_was_recorded(tmp_path: Path) -> None:
+    folder = Folder(tmp_path, GIGABYTE)
+    folder.add(piece("stop"))
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with full_disk(1000), pytest.raises(OSError, match="File too large"):
+        folder.add(piece("go back"))
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_another_manifest_is_refused_and_stays(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_it_drives_as_far_as_it_is_told() -> None:
 
 
 @given(typed)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_same_events_give_the_same_way_and_end_at_rest(lines: list[str]) -> None:
     events = events_of(["start speech", *lines])
     first, again = driven(events), driven(events)
@@ -60,7 +60,7 @@ def test_the_same_events_give_the_same_way_and_end_at_rest(lines: list[str]) -> 
 
 
 @given(typed, st.lists(st.floats(0, 3), max_size=30))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_to_look_ahead_changes_nothing(lines: list[str], ahead: list[float]) -> None:
     events = events_of(["start speech", *lines])
     robot = SimulatedRobot(Simulator())

@@ -32,7 +32,7 @@ def drive(state: State, linear: float, angular: float, seconds: float, room: Sim
 
 
 @given(st.floats(0.05, 0.5), st.floats(0.1, 1.0), st.sampled_from((1, -1)))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_a_full_circle_closes_within_a_millimetre(linear: float, angular: float, side: int) -> None:
     begun = drive(start(WIDE), linear, side * angular, 3.0, WIDE)  # up to speed
     ended = drive(begun, linear, side * angular, 2 * pi / angular, WIDE)
@@ -40,7 +40,6 @@ def test_a_full_circle_closes_within_a_millimetre(linear: float, angular: float,
 
 
 @given(sent, st.integers(0, 200), st.sampled_from((1, 2, FOLD)))
-@settings(deadline=None)
 def test_walls_and_table_hold_and_no_limit_is_broken(
     sent: list[tuple[float, float, int]], silence: int, selected: int
 ) -> None:
@@ -59,7 +58,6 @@ def test_walls_and_table_hold_and_no_limit_is_broken(
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-1, 1), st.floats(0, 3))
-@settings(deadline=None)
 def test_a_robot_that_was_stopped_has_no_velocity_and_stays(
     linear: float, angular: float, seconds: float
 ) -> None:
@@ -130,7 +128,7 @@ def test_the_table_is_in_the_way() -> None:
 
 
 @given(st.floats(-0.3, 0.3), st.floats(-0.5, 0.5), st.sampled_from((1, 2)))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_the_arm_points_at_the_selected_object_while_the_robot_drives(
     linear: float, angular: float, selected: int
 ) -> None:

@@ -9,9 +9,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from voz.audio.keeping import MANIFEST
 from voz.audio.microphone import listening
 from voz.config import Recognition
-from voz.enrolment import MANIFEST, missing, prompts, read_kept, read_recordings, record
+from voz.enrolment import missing, prompts, read_kept, read_recordings, record
 from voz.errors import ConfigError
 from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate

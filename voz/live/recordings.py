@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import io
-from datetime import datetime
 from pathlib import Path
 
-import soundfile
-
-from voz.audio import SAMPLE_RATE
+from voz.audio.keeping import MANIFEST, keep
 from voz.errors import AudioError
 from voz.events import to_json
+from voz.files import replaced
 from voz.live.tape import Piece
 
-MANIFEST = "manifest.tsv"
 HEADER = ("file", "text", "speaker", "kind", "event")
 SPEAKER = "user"
 
@@ -50,16 +46,10 @@ class Folder:
 
     def add(self, piece: Piece) -> None:
         """Keep a recording; raises OSError if it cannot be written."""
-        flac = io.BytesIO()
-        soundfile.write(flac, piece.samples, SAMPLE_RATE, format="FLAC")
-        path = self._new_path()
-        path.write_bytes(flac.getvalue())
-        self._size += len(flac.getvalue())
         utterance = piece.utterance
         kind = "command" if utterance.accepted else "near-miss"
-        row = [path.name, utterance.text, SPEAKER, kind, to_json(utterance)]
-        with self._manifest.open("a", encoding="utf-8") as manifest:
-            manifest.write("\t".join(row) + "\n")
+        fields = [utterance.text, SPEAKER, kind, to_json(utterance)]
+        self._size += keep(piece.samples, self._path, HEADER, fields)
         if self._size > self._limit:
             self._make_room()
 
@@ -75,27 +65,20 @@ class Folder:
 
     def _rows(self) -> list[list[str]]:
         *lines, unfinished = self._manifest.read_text(encoding="utf-8-sig").split("\n")
-        header, *rows = [line.rstrip("\r").split("\t") for line in [*lines, unfinished] if line]
-        if tuple(header) != HEADER:
+        rows = [line.rstrip("\r").split("\t") for line in [*lines, unfinished] if line]
+        if rows and tuple(rows.pop(0)) != HEADER:
             raise AudioError(f"{self._manifest}: is not one of recordings; name another folder")
-        if unfinished and not _is_recorded(rows[-1]):  # the power failed
+        if unfinished and rows and len(rows[-1]) < len(HEADER):  # the power failed
             rows.pop()
         return rows
 
     def _write(self, rows: list[list[str]]) -> None:
-        unfinished = self._manifest.with_suffix(".part")
-        lines = ["\t".join(row) + "\n" for row in [list(HEADER), *rows]]
-        unfinished.write_text("".join(lines), encoding="utf-8")
-        unfinished.replace(self._manifest)
+        with replaced(self._manifest) as manifest:
+            manifest.writelines("\t".join(row) + "\n" for row in [list(HEADER), *rows])
 
     def _size_of(self, row: list[str]) -> int:
         path = self._path / row[0]
         return path.stat().st_size if path.is_file() else 0
-
-    def _new_path(self) -> Path:
-        name = f"{datetime.now():%Y%m%d-%H%M%S-%f}"
-        paths = (self._path / f"{name}{more}.flac" for more in ("", *"abcdefghij"))
-        return next(path for path in paths if not path.exists())
 
 
 def _is_recorded(row: list[str]) -> bool:

@@ -21,7 +21,7 @@ wishes = st.builds(
 
 
 @given(st.lists(wishes, max_size=12), st.lists(st.tuples(st.floats(0, 500), st.floats(0, 300))))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_labels_never_cover_each_other_or_what_is_taken(
     wishes: list[Wish], points: list[tuple[float, float]]
 ) -> None:

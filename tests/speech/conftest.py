@@ -14,6 +14,7 @@ from voz.speech import festival
 def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     home = tmp_path_factory.mktemp("cache")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home))
+    monkeypatch.setattr(festival, "_GIVEN", set())
     return home / "voz" / "speech"
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import threading
@@ -229,13 +230,48 @@ def test_another_text_or_voice_has_its_own_file() -> None:
     assert len(files) == len(voices()) + 1
 
 
-@pytest.mark.parametrize("harm", ["emptied", "cut", "overwritten"])
+@pytest.mark.parametrize("harm", ["emptied", "cut", "overwritten", "changed in one bit"])
 def test_a_damaged_cache_file_is_rendered_anew(harm: str) -> None:
     wav = cached(REPLY, KAL)
     whole = wav.read_bytes()
-    wav.write_bytes({"emptied": b"", "cut": whole[:-1000], "overwritten": b"x" * 5000}[harm])
+    changed = bytearray(whole)
+    changed[-1] ^= 1
+    damaged = {"emptied": b"", "cut": whole[:-1000], "overwritten": b"x" * 5000}
+    wav.write_bytes(damaged.get(harm, changed))
     assert cached(REPLY, KAL) == wav
     assert wav.read_bytes() == whole
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_link_in_the_cache_is_replaced_and_not_what_it_points_to(
+    whole: bool, tmp_path: Path
+) -> None:
+    wav = cached(REPLY, KAL)
+    precious = tmp_path / "precious"
+    precious.write_bytes(wav.read_bytes() if whole else b"precious")
+    before = precious.read_bytes()
+    wav.unlink()
+    wav.symlink_to(precious)
+    assert cached(REPLY, KAL) == wav
+    assert not wav.is_symlink()
+    assert precious.read_bytes() == before
+
+
+def test_a_pipe_in_the_cache_is_not_waited_for() -> None:
+    wav = cached(REPLY, KAL)
+    wav.unlink()
+    os.mkfifo(wav)
+    assert is_cached(REPLY, KAL)
+    assert soundfile.info(cached(REPLY, KAL)).frames > 0
+
+
+def test_the_cache_of_another_user_is_not_used(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cached(REPLY, KAL)
+    festival._private_folder.cache_clear()
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    assert cached(REPLY, KAL).parent != cache
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(

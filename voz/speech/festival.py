@@ -17,6 +17,7 @@ import re
 import reprlib
 import shutil
 import signal
+import stat
 import subprocess
 import tempfile
 import threading
@@ -25,6 +26,7 @@ import unicodedata
 from pathlib import Path
 
 from voz.errors import SpeechError
+from voz.files import replaced
 
 VOICES = {
     "kal_diphone": "festvox-kallpc16k",
@@ -53,6 +55,9 @@ TYPOGRAPHY = str.maketrans("‘’“”‐–—", "''\"\"---")  # noqa: RUF001
 
 SPEAKABLE = re.compile(r"[A-Za-z0-9#$%&*+=@]")
 """Festival says something for each of these, and crashes on a phrase without any."""
+
+_GIVEN: set[tuple[str, str]] = set()
+"""Text and voice of what `cached` has given in this process."""
 
 WAV_HEADER = 44
 """Bytes before the first sample."""
@@ -120,20 +125,11 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
     """
     plain = speakable(text)
     check_known(voice)
-    text2wave = _program("text2wave")
     try:
-        target = Path(os.path.realpath(out))  # a link stays, what it points to is replaced
-        if target.exists() and not target.is_file():
+        if out.exists() and not out.is_file():
             raise SpeechError(f"{out}: is no regular file; name a file to write")
-        # Beside the target, so that the finished file can be moved into place at once; and with
-        # festival working in it, so that not even the core dump of a crash is left behind.
-        with tempfile.TemporaryDirectory(prefix=".voz-", dir=target.parent) as folder:
-            wav = Path(folder, "speech.wav")
-            command = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
-            _run(command, plain, wav.parent, cancelled)
-            if not _is_whole_wav(wav):
-                raise _failure(plain, voice)
-            wav.replace(target)
+        with replaced(out, "wb") as file, tempfile.TemporaryDirectory(prefix="voz-") as folder:
+            file.write(_spoken(plain, voice, Path(folder), cancelled).read_bytes())
     except OSError as error:
         raise SpeechError(
             f"{out}: cannot be written ({error.strerror}); name a file in a folder that exists "
@@ -151,21 +147,30 @@ def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> P
 
     Returns:
         The file, in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be
-        written, in a folder that lives as long as this process.
+        written or is another user's, in a folder that lives as long as this process.
 
     Raises:
         SpeechError: as `render` does.
     """
     plain = speakable(text)
-    wav = _cache_file(plain, voice)
-    if not _is_whole_wav(wav):
-        render(plain, voice, wav, cancelled)
+    check_known(voice)
+    folder = _cache_folder()
+    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
+    try:
+        wav = _found(folder, key) or _added(folder, key, plain, voice, cancelled)
+    except OSError as error:
+        raise SpeechError(f"{folder}: cannot be used ({error.strerror}); remove it") from error
+    _GIVEN.add((plain, voice))
     return wav
 
 
 def is_cached(text: str, voice: str) -> bool:
-    """Whether `cached` would give its file at once; raises SpeechError if there is no text."""
-    return _is_whole_wav(_cache_file(speakable(text), voice))
+    """Whether `cached` has given a file before; asks no disk, which might not answer.
+
+    Raises:
+        SpeechError: there is no text.
+    """
+    return (speakable(text), voice) in _GIVEN
 
 
 def check_known(voice: str) -> None:
@@ -175,9 +180,53 @@ def check_known(voice: str) -> None:
         raise SpeechError(f"voice {reprlib.repr(voice)} is unknown; installed: {installed}")
 
 
-def _cache_file(plain: str, voice: str) -> Path:
-    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
-    return _cache_folder() / f"{key}.wav"
+def _spoken(plain: str, voice: str, folder: Path, cancelled: threading.Event | None) -> Path:
+    """Let festival speak in an empty folder, where the core dump of a crash may be left, too."""
+    wav = folder / "speech.wav"
+    text2wave = _program("text2wave")
+    command = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
+    _run(command, plain, folder, cancelled)
+    if not _is_whole_wav(wav):
+        raise _failure(plain, voice)
+    return wav
+
+
+def _added(
+    folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
+) -> Path:
+    """Render a file into the cache, under a name that says what is in it."""
+    # Beside its place, so that the finished file can be moved there at once.
+    with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
+        wav = _spoken(plain, voice, Path(work), cancelled)
+        target = folder / f"{key}-{_own_digest(wav)}.wav"
+        wav.replace(target)  # a link too, and not what it points to
+    return target
+
+
+def _found(folder: Path, key: str) -> Path | None:
+    """Find a file in the cache; what only looks like it is removed."""
+    for path in folder.glob(f"{key}-*.wav"):
+        if path.name == f"{key}-{_own_digest(path)}.wav":
+            return path
+        path.unlink(missing_ok=True)
+    return None
+
+
+def _own_digest(path: Path) -> str | None:
+    """Sum up a file; None if it is no regular one of this user, but a link or a pipe."""
+    try:
+        # A link is not opened, and whoever writes into a pipe is not waited for.
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return None
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid():
+            return None
+        digest = hashlib.sha256()
+        while block := file.read(2**16):
+            digest.update(block)
+    return digest.hexdigest()[:32]
 
 
 def _program(name: str) -> str:
@@ -268,6 +317,8 @@ def _cache_folder() -> Path:
             base = Path.home() / ".cache"
         folder = base / "voz" / "speech"
         folder.mkdir(parents=True, exist_ok=True)
+        if folder.stat().st_uid != os.geteuid():  # whose owner could exchange files at any time
+            return _private_folder()
         # Whether one may write is known by writing: for root, permissions say nothing.
         tempfile.TemporaryFile(dir=folder).close()
     except (OSError, RuntimeError):  # RuntimeError: there is no home folder

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
+
+from programs import wait_until
 
 
 def is_running(process: int) -> bool:
@@ -17,7 +18,4 @@ def is_running(process: int) -> bool:
 def wait_for_end(slow_festival: Path) -> None:
     """Wait until the child whose id is in a file has ended."""
     child = int(slow_festival.read_text())
-    deadline = time.monotonic() + 5
-    while is_running(child):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: not is_running(child))

@@ -19,6 +19,7 @@ from loudspeaker import (
     play_into,
     recording,
 )
+from programs import wait_until
 from pulseaudio import running_server
 
 from voz.audio import loudspeaker as device
@@ -177,12 +178,11 @@ def test_the_loudspeaker_is_closed_when_nothing_sounds(
 
     monkeypatch.setattr(device, "IDLE", 0.2)
     mixer.prepare()
-    loudspeaker.pass_by(0.5)
-    assert players() == ""
-    mixer.wait(mixer.play(sweep()))
-    assert len(players().splitlines()) == 1
-    loudspeaker.pass_by(1)
-    assert players() == ""
+    wait_until(lambda: players() == "")
+    source = mixer.play(sweep(), repeats=True)
+    wait_until(lambda: len(players().splitlines()) == 1)
+    mixer.stop(source)
+    wait_until(lambda: players() == "")
     wave = at_16_khz(sweep())
     assert best(lambda: likeness(wave, played(mixer, loudspeaker, sweep())), 0.99) > 0.99
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, place_of
+from programs import wait_until
 
 from voz.audio.files import read_sound
 from voz.audio.mixing import RATE
@@ -136,7 +137,7 @@ def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
     while not child.exists() or speaker.mixer.busy_until() < time.monotonic():
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    time.sleep(1)
+    wait_until(lambda: speaker.mixer.busy_until() < time.monotonic())
     speaker.close(timeout=0)
     place_in(speaker.mixer.recent(5)[0], "known")
     wait_for_end(child)

@@ -38,9 +38,7 @@ class Folder:
         self._limit = limit
         self._manifest = path / MANIFEST
         path.mkdir(parents=True, exist_ok=True)
-        if not self._manifest.exists():
-            self._write([])
-        rows = self._rows()
+        rows = self._rows() if self._manifest.exists() else []
         self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
         self._write(rows)
 

@@ -69,7 +69,7 @@ def open_bag(path: Path, topics: Mapping[str, str], types: Typestore) -> BagFile
             for topic, kind in topics.items()
         }
         bag.save()
-    except BaseException:
+    except (OSError, sqlite3.Error):
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:

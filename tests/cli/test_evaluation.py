@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from calls import VOZ, Result
+from calls import VOZ, Result, in_process
 from recordings import FIXTURES, GO_BACK, read_manifest
 
 Call = Callable[..., tuple[int, str, str]]
@@ -110,6 +110,16 @@ def test_no_result_takes_the_place_of_what_it_comes_from(
         assert (code, out) == (2, "")
         assert err.startswith(f"voz: {result}: is read ")
     assert (lists.read_bytes(), clip.read_bytes()) == before
+
+
+def test_no_model_takes_the_place_of_what_it_is_made_from(tmp_path: Path) -> None:
+    lists = tmp_path / "list.tsv"
+    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
+    before = lists.read_bytes()
+    result = in_process("fit-confidence", lists, "--out", lists)
+    assert (result.code, result.out) == (2, "")
+    assert result.complaint.startswith(f"voz: {lists}: is read ")
+    assert lists.read_bytes() == before
 
 
 def test_the_results_of_a_full_disk_are_one_line(voz: Call, manifest: Path, tmp_path: Path) -> None:

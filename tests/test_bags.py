@@ -148,11 +148,12 @@ def test_once_a_bag_cannot_be_written_it_says_so_once(
     assert len(failures) == 1
 
 
+@pytest.mark.parametrize("room", [0, 1000])
 @pytest.mark.parametrize("name", NAMES)
 def test_on_a_disk_that_is_full_from_the_start_there_is_one_line_and_nothing_left(
-    name: str, tmp_path: Path
+    name: str, room: int, tmp_path: Path
 ) -> None:
-    with full_disk(0), pytest.raises(ConfigError, match=rf"{name}: cannot be written \([^\n]+$"):
+    with full_disk(room), pytest.raises(ConfigError, match=rf"{name}: cannot be written \([^\n]+$"):
         keep(tmp_path / name)
     assert not list(tmp_path.iterdir())
 

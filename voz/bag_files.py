@@ -14,6 +14,7 @@ import sqlite3
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal
@@ -64,11 +65,14 @@ def open_bag(path: Path, topics: Mapping[str, str], types: Typestore) -> BagFile
     kind = {".bag": _Ros1, ".mcap": _Mcap}.get(path.suffix, _Database)
     try:
         bag = kind(path)
-        bag.topics = {
-            topic: bag.writer.add_connection(topic, kind, typestore=types)
-            for topic, kind in topics.items()
-        }
-        bag.save()
+        with ExitStack() as undone:
+            undone.callback(bag.close)
+            bag.topics = {
+                topic: bag.writer.add_connection(topic, message, typestore=types)
+                for topic, message in topics.items()
+            }
+            bag.save()
+            undone.pop_all()
     except (OSError, sqlite3.Error):
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)

@@ -119,7 +119,7 @@ def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
     monkeypatch.setattr("voz.bags.SAVED_EVERY", 0.0)
     path = tmp_path / name
     complaint = rf"{name}: cannot be written \([^\n]+\); it has what was published in the first"
-    with full_disk(60_000), pytest.raises(ConfigError, match=complaint):
+    with full_disk(90_000), pytest.raises(ConfigError, match=complaint):
         keep(path, ["start speech", "go forward", *["-"] * 2000])
     moved = [m.linear.x for topic, _, _, m in read(path) if topic == "/cmd_vel"]
     assert moved[0] == 0
@@ -137,7 +137,7 @@ def test_once_a_bag_cannot_be_written_it_says_so_once(
     failures = []
 
     def program() -> None:
-        with full_disk(60_000), bag_of(tmp_path / name) as receive:
+        with full_disk(90_000), bag_of(tmp_path / name) as receive:
             for number in range(3000):
                 try:
                     receive(Twist(number / 10, 0.1, 0.0))

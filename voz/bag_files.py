@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 METADATA_VERSION: Literal[8] = 8
 """Of ROS 2's bags; the oldest that rosbags writes is read by the most."""
 
+EMPTY_DATABASE = 2**16
+"""More than one without messages takes, bytes."""
+
 
 class BagFile(ABC):
     """A bag that is being written, by a writer of rosbags."""
@@ -201,6 +204,9 @@ class _Database(BagFile):
     def __init__(self, path: Path) -> None:
         from rosbags.rosbag2 import StoragePlugin
 
+        # Where there is no room to begin with, rosbags leaves the database open.
+        with tempfile.TemporaryFile(dir=path.parent) as room:
+            room.write(bytes(EMPTY_DATABASE))
         self._metapath: Any = path / "metadata.yaml"
         if not path.suffix:
             self.writer = _writer(path, StoragePlugin.SQLITE3)

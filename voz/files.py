@@ -1,4 +1,7 @@
-"""Writes files so that nothing is lost: whole or not at all, a line or none of it."""
+"""Writes files so that nothing is lost, and reads what users name, however it is broken.
+
+Writing is whole or not at all, a line or none of it. Reading is bounded: `/dev/zero` never ends.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,51 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from voz.errors import ConfigError
+from voz.errors import ConfigError, VozError
+
+MOST_BYTES = 100_000_000
+"""No list, table or model of voz's is larger; a comparison of 300,000 clips is not."""
+
+
+def printable(path: Path) -> str:
+    """A path as text that JSON can hold too, with escapes for what is no UTF-8 in it."""
+    return os.fsencode(path).decode(errors="backslashreplace")
+
+
+def read_bytes(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_BYTES) -> bytes:
+    """Read a file that a user named, whole.
+
+    Args:
+        path: of the file; a pipe, as of `<(...)`, is read to its end.
+        wrong: what is raised if it cannot be read.
+        advice: what the user can do then.
+        limit: how large it may be, bytes.
+
+    Raises:
+        VozError: the file cannot be read or is too large; it is a `wrong`.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(limit + 1)
+    except OSError as error:
+        raise wrong(f"{printable(path)}: cannot be read ({error.strerror}); {advice}") from None
+    except ValueError:  # no name of a file has a zero in it
+        raise wrong(f"{str(path)!a}: cannot be the name of a file; {advice}") from None
+    if len(data) > limit:
+        raise wrong(f"{printable(path)}: is larger than {limit:,} bytes; {advice}")
+    return data
+
+
+def read_text(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_BYTES) -> str:
+    """Read a text that a user named, in UTF-8 with or without a byte order mark, and any line ends.
+
+    Arguments and errors are those of `read_bytes`.
+    """
+    try:
+        text = read_bytes(path, wrong, advice, limit).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise wrong(f"{printable(path)}: is not UTF-8 text; {advice}") from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import printable, read_blocks
+from voz.audio.files import read_blocks
 from voz.bags import Sayings
 from voz.config import Safety
 from voz.control.controller import REPLIES
@@ -20,6 +20,7 @@ from voz.control.safety import zero_at_the_end
 from voz.drive import CYCLES_PER_SECOND, Drive
 from voz.errors import AudioError
 from voz.events import Event, Partial, Reason, Receiver, Reply, Utterance, Warning, later
+from voz.files import printable
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speaker import Speaker

@@ -1,18 +1,24 @@
 from __future__ import annotations
 
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 import soundfile
+from full_disk import full_disk
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
 from voz.language.build import build, check
+from voz.language.checks import check_files
 from voz.language.files import PACKAGED, LanguageFiles
 
 CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
-NAMES = [f"comandos_voz.{end}" for end in ("dic", "lm", "gram", "sent", "vocab", "log_pronounce")]
+ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "sha256")
+NAMES = [f"comandos_voz.{end}" for end in ENDS]
 
 
 @pytest.fixture
@@ -116,6 +122,85 @@ def test_no_temporary_file_stays_when_writing_fails(commands: Path, tmp_path: Pa
     with pytest.raises(LanguageError, match="cannot be written"):
         build(commands, tmp_path / "lm")
     assert not list((tmp_path / "lm").glob(".*"))
+
+
+def test_a_full_disk_leaves_the_files_as_they_were(commands: Path, tmp_path: Path):
+    out = tmp_path / "lm"
+    before = {path: path.read_bytes() for path in build(commands, out).paths}
+    commands.write_text("go forward\n" * 5 + "turn left\nstop\n")
+    with full_disk(300), pytest.raises(LanguageError, match="cannot be written"):
+        build(commands, out)
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
+
+
+def builder(out: Path, words: str) -> subprocess.Popen[str]:
+    """A process that makes the same files again and again, and says so each time."""
+    (out / f"{words}.txt").write_text(f"go {words}\nstop\n")
+    return subprocess.Popen(
+        [sys.executable, "-c", BUILDS, out / f"{words}.txt", out], stdout=subprocess.PIPE, text=True
+    )
+
+
+BUILDS = """
+import sys
+from pathlib import Path
+from voz.language.build import build
+
+commands, out = map(Path, sys.argv[1:])
+while not (out / "enough").exists():
+    build(commands, out)
+    print(flush=True)
+"""
+
+
+def test_two_at_once_leave_one_set(tmp_path: Path):
+    with builder(tmp_path, "left") as one, builder(tmp_path, "right") as other:
+        for process in (one, other):
+            process.stdout.readline()
+        for _ in range(40):
+            check_files(LanguageFiles(tmp_path))
+        (tmp_path / "enough").touch()
+    check_files(LanguageFiles(tmp_path))
+    assert any(not check(tmp_path / name, tmp_path) for name in ("left.txt", "right.txt"))
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from voz.language.build import build
+
+left, replace = int(sys.argv[3]), Path.replace
+
+def replace_a_few(self, target):
+    global left
+    if left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    left -= 1
+    return replace(self, target)
+
+Path.replace = replace_a_few
+build(Path(sys.argv[1]), Path(sys.argv[2]))
+"""
+
+
+@pytest.mark.parametrize("replaced", range(len(NAMES)))
+def test_what_a_killed_one_leaves_is_noticed_and_mended_by_another(
+    commands: Path, tmp_path: Path, replaced: int
+):
+    files = LanguageFiles(tmp_path / "lm")
+    build(commands, files.folder)
+    files.fingerprint.unlink()  # it was made by lmtool
+    commands.write_text("go forward\nstop\n")
+    killed = [sys.executable, "-c", KILLED, commands, files.folder, str(replaced)]
+    assert subprocess.run(killed).returncode == -signal.SIGKILL
+    if replaced:
+        with pytest.raises(LanguageError, match="`voz build-lm`"):
+            check_files(files)
+    else:
+        check_files(files)
+    build(commands, files.folder)
+    check_files(files)
+    assert check(commands, files.folder) == []
 
 
 def test_pocketsphinx_loads_the_trigram_model_with_its_probabilities():

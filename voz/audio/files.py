@@ -14,6 +14,7 @@ import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
+from voz.files import printable
 
 BLOCK_SECONDS = 1.0
 """Long enough to be read fast, short enough that an hour needs no more memory than a second."""
@@ -35,11 +36,6 @@ LAST_PAGE = 4
 
 UNKNOWN_LENGTH = 0x7FFFF000
 """A program that writes to a pipe does not know the length and promises at least this."""
-
-
-def printable(path: Path) -> str:
-    """A path as text that JSON can hold too, with escapes for what is no UTF-8 in it."""
-    return os.fsencode(path).decode(errors="backslashreplace")
 
 
 def read_blocks(path: Path) -> Iterator[Samples]:

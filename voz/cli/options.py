@@ -51,10 +51,12 @@ class Common:
         return overridden(settings, {"lm": self.lm, **others})
 
     def language(self, settings: Config) -> LanguageFiles:
-        """Find the language files; tell which, and whether their list has changed since."""
+        """Find language files that can be used; tell which, and whether their list has changed."""
+        from voz.language.checks import check_files
         from voz.language.files import find_language, stale_warning
 
         language = find_language(settings.lm)
+        check_files(language)
         if self.verbose:
             tell(f"language files: {language.folder.resolve()}")
         warn(stale_warning(language))

@@ -21,6 +21,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.results import Understood
+from voz.language.checks import check_files
 from voz.language.files import LanguageFiles, read_sentences
 
 Engine: TypeAlias = Callable[[Samples], list[Understood]]
@@ -105,6 +106,7 @@ def plain_pocketsphinx(language: LanguageFiles) -> Engine:
     """
     from pocketsphinx import Decoder
 
+    check_files(language)
     decoder = Decoder(
         jsgf=str(language.grammar), dict=str(language.dictionary), lm=None, loglevel="FATAL"
     )
@@ -128,6 +130,7 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles) -> Engine:
     """
     from pocketsphinx import Decoder, get_model_path
 
+    check_files(language)
     # Only if both score all states of each frame are their scores comparable.
     model = {"dict": str(language.dictionary), "lm": None, "loglevel": "FATAL", "compallsen": True}
     grammar = Decoder(jsgf=str(language.grammar), bestpath=False, **model)

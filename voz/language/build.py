@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import os
+import fcntl
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
+from voz.files import read_bytes, replaced
 from voz.language import alike
+from voz.language.checks import fingerprint, locked
 from voz.language.commands import MAX_BYTES, CommandList, at_most, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
 from voz.language.files import LanguageFiles
@@ -137,7 +140,8 @@ def generate(sentences: Sequence[str], entries: Mapping[str, Entry]) -> dict[str
         files.vocabulary: _lines(list(entries)),
         files.pronounce_log: _lines(list(log)),
     }
-    return {path.name: text for path, text in contents.items()}
+    named = {path.name: text for path, text in contents.items()}
+    return {**named, files.fingerprint.name: fingerprint(named)}
 
 
 def _dictionary(entries: Mapping[str, Entry]) -> list[str]:
@@ -184,13 +188,7 @@ def _phones(entries: Mapping[str, Entry]) -> dict[str, tuple[str, ...]]:
 
 
 def _read_text(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            return file.read(MAX_BYTES + 1)  # enough to see that it is too large
-    except OSError as error:
-        raise CommandsError(
-            f"{path}: cannot be read ({error.strerror}); give a readable text file"
-        ) from None
+    return read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
 
 
 def _holds(path: Path, text: str) -> bool:
@@ -225,21 +223,18 @@ def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:
-    """Write all files, or none: each is complete under another name before any is replaced."""
-    finished: list[tuple[Path, Path]] = []
+    """Write all files, or none: each is complete under another name before any is replaced.
+
+    The fingerprint is the first to be: whatever ends this, what is left does not fit it.
+    """
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for name, text in contents.items():
-            temporary = out / f".{name}.{os.getpid()}"
-            finished.append((temporary, out / name))
-            temporary.write_bytes(text.encode())
-        for temporary, path in finished:
-            temporary.replace(path)
+        with locked(out, fcntl.LOCK_EX), ExitStack() as last_first:
+            for name, text in contents.items():
+                file = last_first.enter_context(replaced(out / name, "wb"))
+                file.write(text.encode())
+                file.flush()  # a full disk is told before any is replaced
     except OSError as error:
         raise LanguageError(
-            f"{error.filename2 or out}: cannot be written ({error.strerror}); "
-            "give a folder that you may write to"
+            f"{out}: cannot be written ({error.strerror}); give a folder that you may write to"
         ) from None
-    finally:
-        for temporary, _ in finished:
-            temporary.unlink(missing_ok=True)

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
-from voz.language.commands import parse_commands
+from voz.files import read_bytes
+from voz.language.commands import MAX_BYTES, MAX_LETTERS, parse_commands
+from voz.language.lexicon import PHONES
 
 STEM = "comandos_voz"
 PACKAGED = Path(__file__).parent.parent / "lm"
+AGAIN = "make the language files again with `voz build-lm`"
+
+_WORD = re.compile(rf"((?:[^\W_]|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
+"""Of a dictionary. The underscore is for voz's own words, others mean something in a grammar."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,17 @@ class LanguageFiles:
         """Where each pronunciation comes from."""
         return self.folder / f"{STEM}.log_pronounce"
 
+    @property
+    def generated(self) -> tuple[Path, ...]:
+        """All that is generated from the command list."""
+        read = (self.dictionary, self.lm, self.grammar, self.sentences)
+        return (*read, self.vocabulary, self.pronounce_log)
+
+    @property
+    def fingerprint(self) -> Path:
+        """The SHA-256 of each file that is generated, as `sha256sum` writes them."""
+        return self.folder / f"{STEM}.sha256"
+
 
 def find_language(folder: str | Path | None) -> LanguageFiles:
     """Find the language files: in the folder given, else in `lm/` here, else in the package.
@@ -86,22 +104,19 @@ def read_sentences(files: LanguageFiles) -> list[str]:
     Raises:
         LanguageError: the file cannot be read or holds something else.
     """
-    path = files.sentences
-    again = "make it again with `voz build-lm`"
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise LanguageError(f"{path}: cannot be read ({error.strerror}); {again}") from None
-    except UnicodeDecodeError:
-        raise LanguageError(f"{path}: is not text; {again}") from None
+    return parse_sentences(read_plain(files.sentences), files.sentences)
+
+
+def parse_sentences(text: str, path: Path, advice: str = AGAIN) -> list[str]:
+    """Parse sentences; arguments and errors are those of `parse_dictionary`."""
     sentences = []
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(_lines(text), start=1):
         words = line.split()
         if len(words) < 3 or (words[0], words[-1]) != ("<s>", "</s>"):
-            raise LanguageError(f"{path}:{number}: is no line `<s> sentence </s>`; {again}")
+            raise LanguageError(f"{path}:{number}: is no line `<s> sentence </s>`; {advice}")
         sentences.append(" ".join(words[1:-1]))
     if not sentences:
-        raise LanguageError(f"{path}: is empty; {again}")
+        raise LanguageError(f"{path}: is empty; {advice}")
     return sentences
 
 
@@ -109,15 +124,52 @@ def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
     """Read the phones of each word of the dictionary; variants are words, as `the(2)`.
 
     Raises:
-        LanguageError: the dictionary cannot be read.
+        LanguageError: the dictionary cannot be read or holds something else.
+    """
+    return parse_dictionary(read_plain(files.dictionary), files.dictionary)
+
+
+def parse_dictionary(text: str, path: Path, advice: str = AGAIN) -> dict[str, tuple[str, ...]]:
+    """Parse a dictionary, as strictly as pocketsphinx needs it.
+
+    Args:
+        text: what `read_plain` has read.
+        path: what messages call it.
+        advice: what the user can do if it cannot be used.
+
+    Raises:
+        LanguageError: a line is something else; the message says which.
+    """
+    words: dict[str, tuple[str, ...]] = {}
+    for number, line in enumerate(_lines(text), start=1):
+        word, *phones = line.split() or [""]
+        match = _WORD.fullmatch(word)
+        if not match or not phones or not PHONES.issuperset(phones):
+            raise LanguageError(f"{path}:{number}: is no line `word PHONE PHONE`; {advice}")
+        if word in words or (match[2] and match[1] not in words):
+            raise LanguageError(f"{path}:{number}: {word} stands in the wrong place; {advice}")
+        words[word] = tuple(phones)
+    return words
+
+
+def read_plain(path: Path, advice: str = AGAIN) -> str:
+    """Read a text whose lines mean the same to Python and to C: no other control characters.
+
+    Raises:
+        LanguageError: it cannot be read or is none.
     """
     try:
-        lines = files.dictionary.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise LanguageError(
-            f"{files.dictionary}: cannot be read; make it again with `voz build-lm`"
-        ) from error
-    return {word: tuple(phones) for word, *phones in map(str.split, lines) if phones}
+        text = read_bytes(path, LanguageError, advice).decode()
+    except UnicodeDecodeError:
+        raise LanguageError(f"{path}: is not text; {advice}") from None
+    text = text.replace("\r\n", "\n")
+    if not text.replace("\n", "").replace("\t", "").isprintable():
+        raise LanguageError(f"{path}: is not text; {advice}")
+    return text
+
+
+def _lines(text: str) -> list[str]:
+    return text.removesuffix("\n").split("\n") if text else []
 
 
 def stale_warning(files: LanguageFiles) -> str | None:
@@ -130,11 +182,10 @@ def stale_warning(files: LanguageFiles) -> str | None:
     Raises:
         LanguageError: the sentences cannot be read.
     """
-    try:
-        data = files.commands.read_bytes()
-    except OSError:
+    if not files.commands.is_file():
         return None
     try:
+        data = read_bytes(files.commands, CommandsError, "", MAX_BYTES)
         listed = set(parse_commands(data, str(files.commands)).sentences)
     except CommandsError:
         listed = set()  # it could be used when it was built, so it has changed

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 from pathlib import Path
 
-import pocketsphinx
-
 from voz.errors import CommandsError
 from voz.language.commands import text_lines
 from voz.language.letter_to_sound import FestivalError
@@ -53,6 +51,8 @@ def read_cmudict() -> bytes:
     It is neither decoded nor parsed: 135,000 lines would take longer than all the rest of
     building a small language.
     """
+    import pocketsphinx  # 20 ms that who types commands need not wait for
+
     return Path(pocketsphinx.get_model_path("en-us/cmudict-en-us.dict")).read_bytes()
 
 

@@ -1,5 +1,7 @@
 """The trigram language model in ARPA format, by the formulas of lmtool's QuickLM. Does no I/O.
 
+Models of others are checked before pocketsphinx gets them: cut or changed ones crash it.
+
 http://www.speech.cs.cmu.edu/tools/lmtool.html: half of the probability of every history is kept
 for what was not seen ("discount mass 0.5"), the other half goes by relative frequency; the
 back-off weights follow from that (Katz's ratio method, without cut-offs).
@@ -7,13 +9,26 @@ back-off weights follow from that (Katz's ratio method, without cut-offs).
 
 from __future__ import annotations
 
+import re
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import log10
 from typing import TypeAlias
 
 DISCOUNT = 0.5
 ORDER = 3
+
+MARKS = ("<s>", "</s>")
+"""The ends of a sentence; every model has both."""
+
+UNKNOWN = {"<unk>", "<UNK>"}
+"""Any other word, in models of other programs."""
+
+LONGEST_ORDER = 5
+"""pocketsphinx knows no longer n-grams."""
+
+LARGEST_LOG = 100.0
+"""Programs write -99 for what never happens."""
 
 Gram: TypeAlias = tuple[str, ...]
 
@@ -45,7 +60,7 @@ def _count(sentences: Iterable[str], n: int) -> Counter[Gram]:
     """Count the runs of n words, with the marks of the sentences' ends."""
     counts: Counter[Gram] = Counter()
     for sentence in sentences:
-        words = ("<s>", *sentence.split(), "</s>")
+        words = (MARKS[0], *sentence.split(), MARKS[1])
         counts.update(zip(*(words[start:] for start in range(n)), strict=False))
     return counts
 
@@ -78,3 +93,69 @@ def _section(
 def _log(probability: float) -> str:
     """Write a logarithm to the base 10 with four decimals, never as -0.0000."""
     return f"{round(log10(probability), 4) + 0.0:.4f}"
+
+
+def check_arpa(text: str, words: Collection[str]) -> None:
+    """Check that a model is one, so strictly that pocketsphinx reads the same.
+
+    Args:
+        text: the model, with no control characters but tabs and line feeds.
+        words: those of the dictionary.
+
+    Raises:
+        ValueError: it is none; the message says what is wrong.
+    """
+    _, found, body = f"\n{text}".partition("\n\\data\\\n")
+    counts, *sections = [part.split("\n") for part in re.split(r"\n{2,}", body.strip())]
+    numbers = [_NUMBER_OF_GRAMS.fullmatch(line.strip()) for line in counts]
+    orders = [int(match[1]) for match in numbers if match]
+    if (
+        not found
+        or len(orders) < len(counts)
+        or orders != [*range(1, LONGEST_ORDER + 1)][: len(counts)]
+    ):
+        raise ValueError("it does not say how many n-grams there are")
+    if len(sections) != len(orders) + 1 or [line.strip() for line in sections[-1]] != ["\\end\\"]:
+        raise ValueError("a part is missing or in the wrong place")
+    shorter: Collection[Gram] = [()]
+    known = {*words, *MARKS, *UNKNOWN}
+    for order, (match, (title, *lines)) in enumerate(zip(numbers, sections, strict=False), start=1):
+        if title.strip() != f"\\{order}-grams:" or not match or int(match[2]) != len(lines):
+            raise ValueError(f"there are not as many {order}-grams as it says")
+        shorter = _grams(lines, order, len(orders), shorter, known)
+        if order == 1:
+            known = {word for (word,) in shorter}
+            if not known.issuperset(MARKS):
+                raise ValueError(f"{MARKS[0]} or {MARKS[1]} is missing")
+
+
+_NUMBER_OF_GRAMS = re.compile(r"ngram ([1-9])=([0-9]{1,9})", re.ASCII)
+_LOG = re.compile(r"[-+]?[0-9]{1,3}(\.[0-9]{1,20})?([eE][-+]?[0-9]{1,2})?", re.ASCII)
+
+
+def _grams(
+    lines: Sequence[str], order: int, last: int, shorter: Collection[Gram], known: set[str]
+) -> Collection[Gram]:
+    """Read the lines of one length of n-grams; raises ValueError."""
+    grams: dict[Gram, None] = {}
+    for line in lines:
+        probability, *rest = line.split() or [""]
+        gram, backoff = tuple(rest[:order]), rest[order:]
+        usable = (
+            len(gram) == order
+            and len(backoff) <= (order < last)
+            and _is_log(probability)
+            and float(probability) <= 0
+            and all(map(_is_log, backoff))
+            and gram not in grams
+            and gram[:-1] in shorter
+            and known.issuperset(gram)
+        )
+        if not usable:
+            raise ValueError(f'the line "{line.strip()[:60]}" cannot be')
+        grams[gram] = None
+    return grams
+
+
+def _is_log(text: str) -> bool:
+    return bool(_LOG.fullmatch(text)) and abs(float(text)) <= LARGEST_LOG

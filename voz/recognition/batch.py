@@ -7,9 +7,10 @@ from pathlib import Path
 
 import msgspec
 
-from voz.audio.files import printable, read_blocks
+from voz.audio.files import read_blocks
 from voz.errors import AudioError
 from voz.events import Reason, Utterance
+from voz.files import printable
 from voz.recognition.recognizer import Recognizer
 
 

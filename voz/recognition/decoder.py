@@ -10,6 +10,7 @@ from voz.audio import Samples
 from voz.audio.denoise import energies
 from voz.config import Search
 from voz.errors import LanguageError
+from voz.language.checks import check_files
 from voz.language.files import LanguageFiles, read_pronunciations
 from voz.recognition.accents import added, with_accents
 
@@ -85,10 +86,9 @@ def load_decoder(language: LanguageFiles, **settings: Any) -> Any:
         settings: what differs from pocketsphinx's defaults.
 
     Raises:
-        LanguageError: pocketsphinx cannot use the dictionary.
+        LanguageError: the language files, or pocketsphinx's, cannot be used.
     """
-    if not language.dictionary.is_file():
-        raise LanguageError(_unusable(language.dictionary))
+    check_files(language)
     config = pocketsphinx.Config(
         hmm=pocketsphinx.get_model_path(ACOUSTIC_MODEL),
         dict=str(language.dictionary),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from fcntl import LOCK_SH
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpoint import FRAME, Segment, Segmenter, Sound, follow_closely, segments, through
 from voz.config import Recognition
 from voz.events import Partial, Utterance
+from voz.language.checks import locked
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
 from voz.recognition.confidence import Around
@@ -57,7 +59,8 @@ class Recognizer:
         Raises:
             LanguageError: the language files cannot be used.
         """
-        self._interpreter = Interpreter(language, settings, profile or Profile(), learning)
+        with locked(language.folder, LOCK_SH):  # all of one `voz build-lm`
+            self._interpreter = Interpreter(language, settings, profile or Profile(), learning)
         self._early = settings.early_decision
 
     @property

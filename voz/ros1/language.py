@@ -6,9 +6,20 @@ from pathlib import Path
 
 from voz.errors import LanguageError
 from voz.language.build import build
-from voz.language.files import LanguageFiles, find_language, read_sentences
+from voz.language.checks import check_model, check_words
+from voz.language.files import (
+    LanguageFiles,
+    find_language,
+    parse_dictionary,
+    parse_sentences,
+    read_plain,
+)
 from voz.language.grammar import jsgf
 from voz.ros1.parameters import text
+
+OF_LMTOOL = (
+    "name the files of one lmtool run, with the .sent beside the .lm, or give ~commands instead"
+)
 
 
 def read_language(settings_lm: str | None, folder: Path) -> tuple[LanguageFiles, tuple[str, ...]]:
@@ -46,22 +57,28 @@ def adopted(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:
         LanguageError: one of them cannot be read.
     """
     files = LanguageFiles(folder)
-    _write(files.sentences, _read(lm.with_suffix(".sent")).lower())
-    _write(files.lm, _read(lm).lower())
-    words = (line.split(maxsplit=1) for line in _read(dictionary).splitlines() if line.strip())
-    _write(files.dictionary, "".join(f"{w.lower()}\t{' '.join(phones)}\n" for w, *phones in words))
-    _write(files.grammar, jsgf(read_sentences(files)))
+    sent = lm.with_suffix(".sent")
+    sentences = parse_sentences(_read(sent), sent, OF_LMTOOL)
+    words = parse_dictionary(_upper_phones(_read(dictionary)), dictionary, OF_LMTOOL)
+    model = _read(lm)
+    check_words(sentences, words, sent, OF_LMTOOL)
+    check_model(model, words, lm, OF_LMTOOL)
+    _write(files.sentences, "".join(f"<s> {sentence} </s>\n" for sentence in sentences))
+    _write(files.lm, model)
+    _write(files.dictionary, "".join(f"{w}\t{' '.join(phones)}\n" for w, phones in words.items()))
+    _write(files.grammar, jsgf(sentences))
     return files
 
 
 def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise LanguageError(
-            f"{path}: cannot be read ({error}); name the files of one lmtool run, with the .sent "
-            "beside the .lm, or give ~commands instead"
-        ) from error
+    """Read a file of lmtool, whose words are in upper case."""
+    return read_plain(path, OF_LMTOOL).lower()
+
+
+def _upper_phones(text: str) -> str:
+    """Give the phones of a dictionary their upper case back; empty lines mean nothing."""
+    words = (line.split(maxsplit=1) for line in text.splitlines() if line.strip())
+    return "".join(f"{word}\t{' '.join(phones).upper()}\n" for word, *phones in words)
 
 
 def _write(path: Path, text: str) -> None:

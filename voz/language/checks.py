@@ -1,0 +1,102 @@
+"""Whether language files are whole and belong together. An edge: it reads them.
+
+pocketsphinx crashes on a model that is cut or changed, and on files of two languages Python fails
+in odd places. So nothing reaches them that was not read here. `voz build-lm` leaves a fingerprint,
+which tells of any change; files of lmtool, or of another voz, have none.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+
+from voz.errors import LanguageError
+from voz.files import read_bytes
+from voz.language.files import (
+    AGAIN,
+    LanguageFiles,
+    parse_dictionary,
+    parse_sentences,
+    read_plain,
+)
+from voz.language.grammar import jsgf
+from voz.language.ngram import check_arpa
+
+
+def check_files(files: LanguageFiles) -> None:
+    """Check that language files can be used.
+
+    Raises:
+        LanguageError: one is missing or damaged, or they do not belong together.
+    """
+    with locked(files.folder, fcntl.LOCK_SH):
+        _check_fingerprint(files)
+        words = parse_dictionary(read_plain(files.dictionary), files.dictionary)
+        sentences = parse_sentences(read_plain(files.sentences), files.sentences)
+        check_words(sentences, words, files.sentences)
+        if read_plain(files.grammar) != jsgf(sentences):
+            raise LanguageError(f"{files.grammar}: is not of {files.sentences}; {AGAIN}")
+        check_model(read_plain(files.lm), words, files.lm)
+
+
+def check_words(
+    sentences: Sequence[str], words: Mapping[str, object], path: Path, advice: str = AGAIN
+) -> None:
+    """Check that sentences have no word that a dictionary lacks; `path` is theirs.
+
+    Raises:
+        LanguageError: they have.
+    """
+    for word in dict.fromkeys(word for sentence in sentences for word in sentence.split()):
+        if word not in words or "(" in word:
+            raise LanguageError(f'{path}: "{word[:60]}" is not in the dictionary; {advice}')
+
+
+def check_model(text: str, words: Mapping[str, object], path: Path, advice: str = AGAIN) -> None:
+    """Check that a trigram model can be used with a dictionary; `path` is the model's.
+
+    Raises:
+        LanguageError: it cannot.
+    """
+    try:
+        check_arpa(text, words)
+    except ValueError as error:
+        raise LanguageError(f"{path}: cannot be used, {error}; {advice}") from None
+
+
+def fingerprint(contents: Mapping[str, str]) -> str:
+    """Write the SHA-256 of files, by their names, as `sha256sum` does."""
+    return "".join(_line(name, text.encode()) for name, text in contents.items())
+
+
+@contextmanager
+def locked(folder: Path, how: int) -> Iterator[None]:
+    """Keep the files of a folder as they are, from all that ask in this way.
+
+    Args:
+        folder: the folder.
+        how: `fcntl.LOCK_SH` to read them, `fcntl.LOCK_EX` to write them.
+    """
+    with ExitStack() as opened:
+        with suppress(OSError):  # some network drives have no locks; then the fingerprint tells
+            descriptor = os.open(folder, os.O_RDONLY)
+            opened.callback(os.close, descriptor)
+            fcntl.flock(descriptor, how)
+        yield
+
+
+def _check_fingerprint(files: LanguageFiles) -> None:
+    if not files.fingerprint.exists():
+        return
+    lines = read_plain(files.fingerprint).splitlines(keepends=True)
+    for path in files.generated:
+        if path.exists() and _line(path.name, read_bytes(path, LanguageError, AGAIN)) not in lines:
+            raise LanguageError(f"{path}: is not what `voz build-lm` has written; {AGAIN}")
+
+
+def _line(name: str, data: bytes) -> str:
+    return f"{sha256(data).hexdigest()}  {name}\n"

@@ -118,9 +118,10 @@ def test_without_a_fingerprint_they_have_to_fit(
         check_files(plain)
 
 
-def test_a_file_that_nobody_reads_may_be_missing(built: LanguageFiles) -> None:
+def test_a_missing_file_is_noticed(built: LanguageFiles) -> None:
     built.vocabulary.unlink()
-    check_files(built)
+    with pytest.raises(LanguageError, match=r"\.vocab: cannot be read .*`voz build-lm`"):
+        check_files(built)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
 """Whether language files are whole and belong together. An edge: it reads them.
 
 pocketsphinx crashes on a model that is cut or changed, and on files of two languages Python fails
-in odd places. So nothing reaches them that was not read here. `voz build-lm` leaves a fingerprint,
-which tells of any change; files of lmtool, or of another voz, have none.
+in odd places. `voz build-lm` leaves a fingerprint, which tells of any change. Files of lmtool, or
+of an older voz, have none: they are read here, strictly, before pocketsphinx gets them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ def check_files(files: LanguageFiles) -> None:
         LanguageError: one is missing or damaged, or they do not belong together.
     """
     with locked(files.folder, fcntl.LOCK_SH):
-        _check_fingerprint(files)
+        if files.fingerprint.exists():
+            _check_fingerprint(files)
+            return
         words = parse_dictionary(read_plain(files.dictionary), files.dictionary)
         sentences = parse_sentences(read_plain(files.sentences), files.sentences)
         check_words(sentences, words, files.sentences)
@@ -90,11 +92,9 @@ def locked(folder: Path, how: int) -> Iterator[None]:
 
 
 def _check_fingerprint(files: LanguageFiles) -> None:
-    if not files.fingerprint.exists():
-        return
     lines = read_plain(files.fingerprint).splitlines(keepends=True)
     for path in files.generated:
-        if path.exists() and _line(path.name, read_bytes(path, LanguageError, AGAIN)) not in lines:
+        if _line(path.name, read_bytes(path, LanguageError, AGAIN)) not in lines:
             raise LanguageError(f"{path}: is not what `voz build-lm` has written; {AGAIN}")
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from voz.errors import ConfigError
+from voz.files import FEW_BYTES, read_text
 from voz.simulation.room import Table, gap_to_table, gap_to_walls
 
 if sys.version_info >= (3, 11):
@@ -229,18 +230,17 @@ def load_config(path: Path) -> Config:
     Raises:
         ConfigError: the file cannot be read, is no TOML, or holds a wrong name or value.
     """
+    text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", FEW_BYTES)
     try:
-        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8-sig")), Config)
-    except OSError as error:
-        raise ConfigError(
-            f"{path}: cannot be read ({error.strerror}); give an existing file"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: is not UTF-8 text; save it as UTF-8") from error
+        return msgspec.convert(tomllib.loads(text), Config)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    except RecursionError:
+        raise ConfigError(f"{path}: has too many tables in each other; remove some") from None
     except msgspec.ValidationError as error:
         raise ConfigError(f"{path}: {error}; the README lists the settings") from error
+    except (ValueError, OverflowError):  # a number of more than 4300 digits
+        raise ConfigError(f"{path}: has a number that is too long; shorten it") from None
 
 
 def overridden(config: Config, options: dict[str, Any]) -> Config:

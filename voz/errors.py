@@ -8,13 +8,21 @@
     ├── SpeechError      a text cannot be spoken
     └── RobotError       a robot cannot be reached
 
-Every message is one line: what was wrong, where, and what to do. The command line prints it
-and exits with 2.
+Every message is one line, which any terminal can show and JSON can hold: what was wrong, where,
+and what to do. The command line prints it and exits with 2.
 """
+
+
+def one_line(text: str) -> str:
+    """Escape what is no visible character: file names, keys and typed text may hold anything."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class VozError(Exception):
     """Base of all errors that voz raises on purpose."""
+
+    def __init__(self, message: object) -> None:
+        super().__init__(one_line(str(message)))
 
 
 class ConfigError(VozError):

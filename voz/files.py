@@ -13,12 +13,19 @@ import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
+
+import msgspec
 
 from voz.errors import ConfigError, VozError
 
+Kind = TypeVar("Kind")
+
 MOST_BYTES = 100_000_000
 """No list, table or model of voz's is larger; a comparison of 300,000 clips is not."""
+
+FEW_BYTES = 1_000_000
+"""No settings of voz's, nor what it learns, are larger."""
 
 
 def printable(path: Path) -> str:
@@ -60,6 +67,17 @@ def read_text(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_
     except UnicodeDecodeError:
         raise wrong(f"{printable(path)}: is not UTF-8 text; {advice}") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_json(
+    path: Path, kind: type[Kind], wrong: type[VozError], advice: str, limit: int = MOST_BYTES
+) -> Kind:
+    """Read what voz keeps as JSON, of some kind; the rest is as with `read_bytes`."""
+    data = read_bytes(path, wrong, advice, limit)
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise wrong(f"{printable(path)}: cannot be used ({error}); {advice}") from None
 
 
 @contextmanager

@@ -80,7 +80,7 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
         (["audio_fixtures/manifest.tsv", "--noise", "audio_fixtures"], "--snr"),
         (["audio_fixtures/manifest.tsv", "--snr", "x", "--noise", "lm"], "20,10,5"),
         (["audio_fixtures/manifest.tsv", "--snr", "1", "--noise", "lm"], "holds no recording"),
-        (["audio_fixtures/manifest.tsv", "--compare", "README.md"], "is not what"),
+        (["audio_fixtures/manifest.tsv", "--compare", "README.md"], "cannot be used (JSON"),
         (["audio_fixtures/manifest.tsv", "--html", "none/x.html"], "cannot be written"),
         (["audio_fixtures/manifest.tsv", "--json", "none/x.json"], "cannot be written"),
         (["audio_fixtures/manifest.tsv", "--jobs", "0"], "--jobs"),

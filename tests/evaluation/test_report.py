@@ -76,7 +76,7 @@ def test_what_json_writes_can_be_compared_with(results: list[Result], tmp_path: 
 
 def test_what_cannot_be_compared_with(results: list[Result], tmp_path: Path) -> None:
     (tmp_path / "other.json").write_text('{"scores": []}')
-    with pytest.raises(ConfigError, match="is not what"):
+    with pytest.raises(ConfigError, match="cannot be used"):
         report.read_results(tmp_path / "other.json")
     with pytest.raises(ConfigError, match="cannot be read"):
         report.read_results(tmp_path / "none.json")

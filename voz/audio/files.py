@@ -85,15 +85,21 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
 @contextmanager
 def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
     """Open a recording; whatever is wrong with it, then or while it is read, is an AudioError."""
-    if path.is_dir():
-        raise AudioError(f"{printable(path)}: is a folder; name the recordings in it")
-    if not path.exists():
-        raise AudioError(f"{printable(path)}: there is no such file")
-    if not path.is_file():
-        raise AudioError(f"{printable(path)}: is no regular file; save the recording to disk first")
     try:
+        if path.is_dir():
+            raise AudioError(f"{printable(path)}: is a folder; name the recordings in it")
+        if not path.exists():
+            raise AudioError(f"{printable(path)}: there is no such file")
+        if not path.is_file():
+            raise AudioError(
+                f"{printable(path)}: is no regular file; save the recording to disk first"
+            )
         # An open file: by its name alone libsndfile would guess at `.raw` and stumble over accents.
-        with path.open("rb") as stream, soundfile.SoundFile(stream) as file:
+        # By its number: what goes wrong while Python reads for libsndfile is a traceback.
+        with (
+            path.open("rb", buffering=0) as stream,
+            soundfile.SoundFile(stream.fileno(), closefd=False) as file,
+        ):
             if not LOWEST_RATE <= file.samplerate <= HIGHEST_RATE:
                 raise AudioError(
                     f"{printable(path)}: a sample rate of {file.samplerate} Hz is not usable; "

@@ -11,7 +11,8 @@ import typer
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import LmOption, Recognising, with_options
 from voz.cli.terminal import tell, with_bar, write_text
-from voz.files import check_not_read, check_writable
+from voz.errors import one_line
+from voz.files import check_not_read, check_writable, printable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
@@ -21,8 +22,12 @@ if TYPE_CHECKING:
 ManifestsArgument = Annotated[
     list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
 ]
+MOST_JOBS = 256
+"""Processes; each takes 100 MB."""
+
 JobsOption = Annotated[
-    int | None, typer.Option(metavar="N", min=1, help="Processes; else one for each core.")
+    int | None,
+    typer.Option(metavar="N", min=1, max=MOST_JOBS, help="Processes; else one for each core."),
 ]
 
 RECOGNISING = "Recognising"
@@ -93,15 +98,15 @@ def evaluate(
             check_writable(Path(name))
     tasks = tasks_for(clips, noises, ratios, reverb)
     asked = {
-        "manifests": ", ".join(map(str, manifests)),
-        "engine": engine,
+        "manifests": ", ".join(map(printable, manifests)),
+        "engine": one_line(engine),
         "search": settings.recognition.search,
         "threshold": _number(settings.recognition.threshold),
         "false alarms per hour": _number(settings.recognition.false_alarms_per_hour),
-        "snr": snr or "",
-        "noise": str(noise or ""),
+        "snr": one_line(snr or ""),
+        "noise": printable(noise) if noise else "",
         "reverb": "yes" if reverb else "no",
-        "compare": str(compare or ""),
+        "compare": printable(compare) if compare else "",
     }
     results = list(with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks)))
     knob = _knob(results, choice) if engine == "voz" else []

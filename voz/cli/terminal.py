@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
+from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, TypeVar
 
@@ -12,6 +13,9 @@ from voz.errors import ConfigError
 from voz.files import replaced, told
 
 Item = TypeVar("Item")
+
+LONGEST_LINE = 10_000
+"""Of typed commands, characters: `/dev/zero` is one line without an end."""
 
 
 def tell(line: str) -> None:
@@ -25,13 +29,30 @@ def warn(problem: str | None) -> None:
         tell(f"warning: {problem}")
 
 
-def open_text(name: str, files: ExitStack) -> IO[str]:
-    """Open a text file until `files` closes; `-` is standard input."""
+def open_text(name: str, files: ExitStack) -> Iterator[str]:
+    """Open a text file until `files` closes, and give its lines; `-` is standard input.
+
+    Raises:
+        ConfigError: it cannot be opened; later, it cannot be read or a line has no end.
+    """
+    # Typed text that is not UTF-8 is no command; it need not end the run.
     if name == "-":
-        return sys.stdin
+        if isinstance(sys.stdin, TextIOWrapper):
+            sys.stdin.reconfigure(encoding="utf-8", errors="replace")
+        return _lines(sys.stdin, name)
     try:
-        # Typed text that is not UTF-8 is no command; it need not end the run.
-        return files.enter_context(Path(name).open(encoding="utf-8", errors="replace"))
+        file = Path(name).open(encoding="utf-8", errors="replace")  # noqa: SIM115
+        return _lines(files.enter_context(file), name)
+    except OSError as error:
+        raise ConfigError(f"{name}: cannot be read ({error.strerror})") from error
+
+
+def _lines(stream: IO[str], name: str) -> Iterator[str]:
+    try:
+        while line := stream.readline(LONGEST_LINE + 1):
+            if len(line) > LONGEST_LINE:
+                raise ConfigError(f"{name}: has a line without an end; write a command a line")
+            yield line
     except OSError as error:
         raise ConfigError(f"{name}: cannot be read ({error.strerror})") from error
 

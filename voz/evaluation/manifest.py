@@ -8,6 +8,7 @@ from typing import cast, get_args
 
 from voz.errors import ConfigError
 from voz.evaluation.results import Clip, Kind
+from voz.files import printable, read_text
 from voz.language.commands import normalise
 
 COLUMNS = {
@@ -62,17 +63,12 @@ def read_manifests(paths: Iterable[Path]) -> list[Clip]:
 
 def set_name(path: Path) -> str:
     """Name a manifest for reports: `manifest.tsv` says nothing, its folder does."""
-    return path.resolve().parent.name if path.stem == "manifest" else path.stem
+    return printable(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
 
 
 def _lines(path: Path) -> list[tuple[int, list[str]]]:
     """The fields of all lines that are not empty, with their numbers; the first is the header."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); name a manifest") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: is not UTF-8 text; name a manifest, a .tsv file") from None
+    text = read_text(path, ConfigError, "name a manifest, a .tsv file")
     numbered = enumerate(text.split("\n"), start=1)
     lines = [(number, line.split("\t")) for number, line in numbered if line.strip()]
     return lines or [(1, [])]
@@ -99,7 +95,7 @@ def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
     file, text, kind = row["file"], normalise(row["text"]), row["kind"]
     if kind not in KINDS:
         raise ConfigError(f'{path}:{number}: the kind "{kind}" is none of {", ".join(KINDS)}')
-    if not file:
+    if not file or "\0" in file:
         raise ConfigError(f"{path}:{number}: names no file; write its path")
     if not text and KINDS[kind] in ("command", "long"):
         raise ConfigError(f"{path}:{number}: has no text; write the command that is said")

@@ -17,6 +17,7 @@ from voz.evaluation.knob import Position
 from voz.evaluation.results import Result
 from voz.evaluation.scores import Scores, score
 from voz.evaluation.tables import Table, as_text, main_tables, speaker_tables
+from voz.files import read_json
 
 STYLE = """
 body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 72em; padding: 0 1em; }
@@ -86,14 +87,7 @@ def read_results(path: Path) -> list[Result]:
     Raises:
         ConfigError: it cannot be read or is something else.
     """
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=_Saved).results
-    except OSError as error:
-        raise ConfigError(
-            f"{path}: cannot be read ({error.strerror}); name what `voz eval --json` wrote"
-        ) from None
-    except msgspec.DecodeError as error:
-        raise ConfigError(f"{path}: is not what `voz eval --json` writes ({error})") from None
+    return read_json(path, _Saved, ConfigError, "name what `voz eval --json` wrote").results
 
 
 def evaluate(

@@ -13,7 +13,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.files import replaced, told
+from voz.files import FEW_BYTES, printable, read_json, read_text, replaced, told
 from voz.recognition.adaptation import StartVector
 from voz.recognition.mllr import is_transforms
 
@@ -91,23 +91,16 @@ def load_profile(name: str) -> Profile:
     folder = profile_folder(name)
     path = folder / PROFILE_FILE
     again = f"make it with `voz calibrate {name}`"
-    try:
-        profile = msgspec.json.decode(path.read_bytes(), type=Profile)
-    except FileNotFoundError:
-        raise ConfigError(f'there is no profile "{name}" in {folder.parent}; {again}') from None
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); {again}") from error
-    except msgspec.DecodeError as error:
-        raise ConfigError(f"{path}: cannot be used ({error}); {again}") from error
+    if not path.exists():
+        raise ConfigError(f'there is no profile "{name}" in {folder.parent}; {again}')
+    profile = read_json(path, Profile, ConfigError, again, FEW_BYTES)
     if profile.mllr is None:
         return profile
     mllr = folder / profile.mllr
-    try:
-        usable = is_transforms(mllr.read_text(encoding="ascii"))
-    except (OSError, UnicodeDecodeError):
-        usable = False
-    if not usable:
-        raise ConfigError(f"{mllr}: is missing or spoilt; {again}")
+    if not is_transforms(read_text(mllr, ConfigError, again, FEW_BYTES)):
+        raise ConfigError(f"{mllr}: is spoilt; {again}")
+    if printable(mllr) != str(mllr):
+        raise ConfigError(f"{printable(mllr)}: is no name in UTF-8; set XDG_DATA_HOME to another")
     return replace(profile, mllr=str(mllr))
 
 
@@ -155,7 +148,7 @@ def learnt_file(profile: str, device: str) -> Path:
     """
     name = re.sub(r"[^A-Za-z0-9]+", "-", device)[:60].strip("-")
     # Two devices may differ only in what a file name cannot have.
-    digest = hashlib.sha256(device.encode()).hexdigest()[:8]
+    digest = hashlib.sha256(device.encode(errors="backslashreplace")).hexdigest()[:8]
     return profile_folder(profile) / LEARNT_FOLDER / f"{name}-{digest}.json"
 
 
@@ -170,14 +163,15 @@ def load_learnt(path: Path) -> tuple[StartVector, str | None]:
         as if nothing had been learnt.
     """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=StartVector), None
+        path.stat()
     except FileNotFoundError:
         return StartVector(), None
-    except OSError as error:
-        reason = error.strerror
-    except msgspec.DecodeError as error:
-        reason = str(error)
-    return StartVector(), f"{path}: cannot be used ({reason}); learning starts anew"
+    except OSError:
+        pass  # is told when it is read
+    try:
+        return read_json(path, StartVector, ConfigError, "learning starts anew", FEW_BYTES), None
+    except ConfigError as error:
+        return StartVector(), str(error)
 
 
 def save_learnt(path: Path, vector: StartVector) -> str | None:

@@ -41,6 +41,12 @@ def test_what_the_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
         ("[ros2]\ndomain = 233", "domain"),
         ("[safety", "not valid TOML"),
         (b"\xff\xfe", "not UTF-8"),
+        ("[safety]\nmax_linear = " + "9" * 5000, "a number that is too long"),
+        ("[safety]\nmax_linear = " + "9" * 400, "max_linear"),
+        ("a = " + "[" * 3000 + "]" * 3000, "too many tables in each other"),
+        ("a = " + "{b = " * 3000 + "1" + "}" * 3000, "too many tables in each other"),
+        ('"a\\n\\u001b[31m" = 1', r"unknown field `a\n\x1b[31m`"),
+        ("#" * 1_000_001, "larger than 1,000,000 bytes"),
     ],
 )
 def test_what_cannot_be_is_one_line_that_names_it(

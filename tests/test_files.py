@@ -10,8 +10,17 @@ from typing import IO
 import pytest
 from full_disk import full_disk
 
-from voz.errors import ConfigError
-from voz.files import append_line, check_not_read, check_writable, replaced
+from voz.errors import AudioError, ConfigError, one_line
+from voz.files import (
+    append_line,
+    check_not_read,
+    check_writable,
+    printable,
+    read_bytes,
+    read_json,
+    read_text,
+    replaced,
+)
 
 
 @pytest.fixture
@@ -160,3 +169,57 @@ def test_what_cannot_be_written_is_told_before_the_work(tmp_path: Path) -> None:
             check_writable(tmp_path / name)
     for path in (tmp_path / "new", Path("/dev/full")):
         check_writable(path)
+
+
+def test_what_is_read_is_utf_8_with_any_line_ends(tmp_path: Path) -> None:
+    path = tmp_path / "text"
+    path.write_bytes(b"\xef\xbb\xbfo\xc3\xb1e\r\ntwo\rthree\n")
+    assert read_text(path, ConfigError, "") == "oñe\ntwo\nthree\n"
+    with pytest.raises(ConfigError, match=r"text: is larger than 9 bytes; make it smaller$"):
+        read_text(path, ConfigError, "make it smaller", limit=9)
+
+
+def test_a_pipe_is_read_to_its_end() -> None:
+    reading, writing = os.pipe()
+    os.write(writing, b"all of it")
+    os.close(writing)
+    assert read_bytes(Path(f"/dev/fd/{reading}"), ConfigError, "") == b"all of it"
+    os.close(reading)
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("/dev/zero", r"/dev/zero: is larger than 1,000 bytes; other"),
+        ("/proc/self/mem", r"/proc/self/mem: cannot be read \(Input/output error\); other"),
+        ("/", r"/: cannot be read \(Is a directory\); other"),
+        ("none", r"none: cannot be read \(No such file or directory\); other"),
+        ("x" * 5000, r"cannot be read \(File name too long\); other"),
+        ("a\0b", r"'a\\x00b': cannot be the name of a file; other"),
+        ("a\udcff\n", r"a\\xff\\n: cannot be read \(No such file or directory\); other"),
+    ],
+)
+def test_what_cannot_be_read_is_one_line(path: str, said: str) -> None:
+    with pytest.raises(AudioError, match=said) as caught:
+        read_bytes(Path(path), AudioError, "other", limit=1000)
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"[" * 100_000, b'["\xff"]', b"[1]", b'{"\\n": 1}', b"1e999"]
+)
+def test_json_of_another_kind_is_one_line(tmp_path: Path, data: bytes) -> None:
+    path = tmp_path / "kept.json"
+    path.write_bytes(data)
+    with pytest.raises(
+        ConfigError, match=r"kept\.json: cannot be used \(.*\); make it anew"
+    ) as caught:
+        read_json(path, list[str], ConfigError, "make it anew")
+    assert str(caught.value).isprintable()
+
+
+def test_whatever_a_message_quotes_it_is_one_line_for_any_terminal_and_json() -> None:
+    message = str(ConfigError("a\nb\x1b[31m\0\udcff ñ \\n"))
+    assert message == r"a\nb\x1b[31m\x00\udcff ñ \n"
+    assert one_line(message) == message
+    assert printable(Path(os.fsdecode(b"\xff.wav"))) == r"\xff.wav"

@@ -4,19 +4,34 @@ from __future__ import annotations
 
 import json
 import random
+import re
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 import soundfile
 from calls import VOZ
-from recordings import FIXTURES
+from language.damage import damaged
+from recordings import FIXTURES, GO_BACK, ROOT
 
+from voz.config import load_config
 from voz.errors import VozError
+from voz.evaluation.manifest import read_manifest
+from voz.evaluation.report import evaluate, read_results
+from voz.evaluation.results import Result, Understood
 from voz.language.build import build
+from voz.language.files import PACKAGED, LanguageFiles
+from voz.recognition.adaptation import StartVector
+from voz.recognition.decoder import Decoder
+from voz.recognition.mllr import Transform, as_text, is_transforms
+from voz.recognition.profiles import Profile, load_profile, save_profile
 
 SOURCE = FIXTURES / "formats" / "mono_8000.wav"
 FILES = 200
+MEAN = "45,3,-1"
 
 
 def fuzzed_header(data: bytes, seed: int) -> bytes:
@@ -75,3 +90,76 @@ def refusal(commands: Path) -> str | None:
     except VozError as error:
         return str(error)
     return None
+
+
+def toml(folder: Path) -> tuple[Path, Callable[[], object]]:
+    (settings,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    path = folder / "voz.toml"
+    path.write_text(settings)
+    return path, lambda: load_config(path)
+
+
+def manifest(folder: Path) -> tuple[Path, Callable[[], object]]:
+    path = folder / "manifest.tsv"
+    lines = (FIXTURES / "manifest.tsv").read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:40]))
+    return path, lambda: read_manifest(path)
+
+
+def comparison(folder: Path) -> tuple[Path, Callable[[], object]]:
+    heard = (Understood("stop", 0.5, accepted=True),)
+    results = [
+        Result("set", f"{n}.wav", "stop", "ann", "command", "all", heard=heard) for n in "ab"
+    ]
+    path = folder / "results.json"
+    path.write_bytes(msgspec.json.encode({"results": results}))
+    return path, lambda: evaluate(results, {}, read_results(path))
+
+
+def profile(folder: Path) -> tuple[Path, Callable[[], object]]:
+    transforms = folder / "transforms"
+    transforms.write_text(as_text([Transform(np.eye(13), np.zeros(13))] * 3))
+    path = save_profile("ann", Profile(StartVector((1.0,) * 13, 60.0), str(transforms), 0.5))
+    return path, lambda: load_profile("ann")
+
+
+def transform(folder: Path) -> tuple[Path, Callable[[], object]]:
+    path, read = profile(folder)
+    return path.with_name("mllr.txt"), read
+
+
+@pytest.mark.parametrize("kind", [toml, manifest, comparison, profile, transform])
+def test_fuzzed_files_of_other_kinds(
+    kind: Callable[[Path], tuple[Path, Callable[[], object]]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    path, read = kind(tmp_path)
+    read()
+    data, refused, taken = path.read_bytes(), 0, 0
+    for seed in range(FILES):
+        path.write_bytes(damaged(data, random.Random(seed)))
+        try:
+            read()
+        except VozError as error:
+            refused += str(error).isprintable()
+        else:
+            taken += 1
+    assert refused + taken == FILES
+    assert refused >= FILES // 4
+
+
+def test_a_transform_that_is_taken_does_not_make_pocketsphinx_crash(tmp_path: Path) -> None:
+    path, numbers = tmp_path / "mllr.txt", as_text([Transform(np.eye(13), np.zeros(13))] * 3)
+    for changed in ("-999999999.999999", "0.000000"):
+        text = numbers.replace("1.000000", changed)
+        assert is_transforms(text)
+        path.write_text(text)
+        Decoder(LanguageFiles(PACKAGED), mllr=str(path)).decode(
+            soundfile.read(GO_BACK, dtype="int16")[0], MEAN
+        )
+    for changed in ("nan", "inf", "1e9", "1", "0x1p3"):
+        assert not is_transforms(numbers.replace("1.000000", changed, 1))
+    assert not is_transforms("9" + numbers)
+    assert not is_transforms(numbers.replace("13\n", "12\n", 1))

@@ -137,7 +137,15 @@ def test_too_few_commands_and_broken_recordings_are_one_line(
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"{}}", b'{"log_odds": 1e9}', b'{"mllr": "none.txt"}', b'{"other": 1}']
+    "content",
+    [
+        b"",
+        b"{}}",
+        b'{"log_odds": 1e9}',
+        b'{"mllr": "none.txt"}',
+        b'{"other": 1}',
+        b'{"mllr": "\\u0000"}',
+    ],
 )
 def test_a_spoilt_profile_is_one_line(content: bytes, voz, home: Path) -> None:
     (home / "ana").mkdir(parents=True)

@@ -7,9 +7,12 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import pytest
 import soundfile
 from calls import in_process
 from recordings import GO_BACK, Recording
+
+from voz.language.files import PACKAGED
 
 
 def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Recording) -> None:
@@ -26,6 +29,37 @@ def test_decode_shows_a_table(voz: Any) -> None:
     header, row = voz("decode", GO_BACK).out.splitlines()
     assert header.split() == ["start", "end", "sure", "obeyed", "text", "file"]
     assert row.split()[3:] == ["yes", "go", "back", str(GO_BACK)]
+
+
+def test_what_libraries_say_of_a_damaged_recording_is_not_seen(tmp_path: Path) -> None:
+    samples, rate = soundfile.read(GO_BACK)
+    path = tmp_path / "bad.mp3"
+    soundfile.write(path, samples, rate, format="MP3")
+    data = bytearray(path.read_bytes())
+    for at in range(1000, len(data), 211):
+        data[at] ^= 0x55
+    path.write_bytes(data)
+    result = in_process("decode", "--json", path)
+    assert result.err == ""
+    assert {line["file"] for line in result.json} == {str(path)}
+
+
+def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
+    odd = tmp_path / os.fsdecode(b"\xff.flac")
+    shutil.copy(GO_BACK, odd)
+    assert in_process("decode", "--json", odd).json[0]["file"] == rf"{tmp_path}/\xff.flac"
+    folder = tmp_path / os.fsdecode(b"\xfe")
+    shutil.copytree(PACKAGED, folder)
+    assert (
+        rf"{tmp_path}/\xfe: is no name in UTF-8"
+        in in_process("decode", "--lm", folder, odd).complaint
+    )
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "/proc/self/mem", "/", "x" * 5000])
+def test_what_is_no_file_of_sound_is_one_line(path: str) -> None:
+    (line,) = in_process("decode", "--json", path).json
+    assert line["error"].startswith(f"{path}: ")
 
 
 def test_an_unreadable_recording_is_a_line_and_the_exit_code_3(voz: Any, tmp_path: Path) -> None:

@@ -133,3 +133,26 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
     assert len(done.stdout.splitlines()) == 1
     assert done.stderr == ""
     assert done.returncode == 128 + signal.SIGPIPE
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("/dev/zero", "/dev/zero: has a line without an end; write a command a line"),
+        ("/proc/self/mem", "/proc/self/mem: cannot be read (Input/output error)"),
+        ("/", "/: cannot be read (Is a directory)"),
+    ],
+)
+def test_a_text_that_cannot_be_read_is_one_line(text: str, said: str) -> None:
+    assert in_process("run", "--text", text).complaint == f"voz: {said}"
+
+
+def test_typed_bytes_that_are_not_utf_8_are_no_command() -> None:
+    done = subprocess.run(
+        [*VOZ, "run", "--text", "-", "--no-sound"],
+        input=b"start speech\n\xff\xfe\ngo forward\n",
+        capture_output=True,
+        env={**os.environ, "PYTHONUTF8": "0", "LC_ALL": "C.UTF-8"},
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"drives forward" in done.stdout

@@ -42,6 +42,8 @@ def calibrate(
         profiles.delete_profile(name)
     else:
         from voz.cli.make_profile import make_profile
+        from voz.live.quiet import quiet_libraries
 
         settings = options.settings()
-        make_profile(name, wav, device, options.language(settings), settings.recognition)
+        with quiet_libraries():
+            make_profile(name, wav, device, options.language(settings), settings.recognition)

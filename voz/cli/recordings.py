@@ -32,6 +32,7 @@ def decode(
 
     Example: voz decode audio_fixtures/long/session.wav
     """
+    from voz.live.quiet import quiet_libraries
     from voz.recognition.batch import Unreadable, decode_recordings
     from voz.recognition.profiles import load_profile
     from voz.recognition.recognizer import Recognizer
@@ -43,9 +44,10 @@ def decode(
     if not as_json:
         print(f"   start      end  sure  obeyed  {'text':32}  file")
     unreadable = 0
-    for result in decode_recordings(recognizer, _with_progress(files)):
-        show(result)
-        unreadable += isinstance(result, Unreadable)
+    with quiet_libraries():
+        for result in decode_recordings(recognizer, _with_progress(files)):
+            show(result)
+            unreadable += isinstance(result, Unreadable)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
 

@@ -49,8 +49,7 @@ def run(options: Running) -> None:
     options.check()
     settings = options.settings()
     with ExitStack() as parts:
-        if options.live:
-            parts.enter_context(quiet_libraries())
+        parts.enter_context(quiet_libraries())
         plan = _plan(options, settings)
         language = options.language(settings)
         if options.live:

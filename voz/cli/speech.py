@@ -85,10 +85,11 @@ def sound(
 @contextmanager
 def _sounding(patient: bool = False) -> Iterator[SoundClient]:
     """Give a client. If there is no loudspeaker that is an error, unless one is waited for."""
+    from voz.live.quiet import quiet_libraries
     from voz.speech.sound_client import SoundClient
 
     problems: list[str] = []
-    with SoundClient(warn=warn if patient else problems.append) as client:
+    with quiet_libraries(), SoundClient(warn=warn if patient else problems.append) as client:
         yield client
     if problems:
         raise AudioError(problems[0])

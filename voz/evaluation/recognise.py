@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -23,6 +24,7 @@ from voz.errors import AudioError, ConfigError
 from voz.evaluation import noise
 from voz.evaluation.engines import Engine, EngineChoice, load_engine
 from voz.evaluation.results import Clip, Result
+from voz.live.quiet import quiet_libraries
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -102,7 +104,7 @@ def in_processes(
     """
     # A fork would copy the threads of the progress bar, and with them locks that nobody opens.
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, spawn, initializer=_leave_ctrl_c) as pool:
+    with ProcessPoolExecutor(processes, spawn, initializer=_begin) as pool:
         try:
             yield from pool.map(work, items)
         except BrokenProcessPool as error:
@@ -151,9 +153,10 @@ def prepared(task: Task) -> Samples:
     return samples
 
 
-def _leave_ctrl_c() -> None:
-    """Ctrl-C reaches all processes; the one that started the others ends them."""
+def _begin() -> None:
+    """Leave Ctrl-C, which reaches all processes, to the one that started them, and stderr to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _UNTIL_THE_END.enter_context(quiet_libraries())
 
 
 @cache
@@ -163,6 +166,9 @@ def _loaded(choice: EngineChoice) -> Engine:
 
 def _read(path: Path) -> Samples:
     return np.concatenate(list(read_blocks(path)))
+
+
+_UNTIL_THE_END = ExitStack()
 
 
 def _cpu_seconds() -> float:

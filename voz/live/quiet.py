@@ -13,7 +13,7 @@ def quiet_libraries() -> Iterator[None]:
     """Let nobody but Python write to standard error for the length of a `with` block.
 
     Of a lost microphone ALSA and PortAudio write ten lines at each attempt to open it anew, in the
-    midst of the display.
+    midst of the display, and libmpg123 as many of a damaged recording.
     """
     try:
         theirs = sys.stderr.fileno()

@@ -50,7 +50,7 @@ def profile_folder(name: str) -> Path:
         A path under `$XDG_DATA_HOME/voz/profiles`, or `~/.local/share/voz/profiles`.
 
     Raises:
-        ConfigError: the name cannot be that of a folder.
+        ConfigError: the name cannot be that of a folder, or there is no home.
     """
     if not re.fullmatch(r"\w[\w.-]{0,59}", name):
         raise ConfigError(
@@ -58,8 +58,12 @@ def profile_folder(name: str) -> Path:
         )
     home = os.environ.get("XDG_DATA_HOME", "")
     # The standard says that a path which is not absolute is to be ignored.
-    data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
-    return data / "voz" / "profiles" / name
+    if Path(home).is_absolute():
+        return Path(home) / "voz" / "profiles" / name
+    try:
+        return Path.home() / ".local" / "share" / "voz" / "profiles" / name
+    except RuntimeError:
+        raise ConfigError("there is no home folder; set XDG_DATA_HOME to a folder") from None
 
 
 def profile_names() -> list[str]:

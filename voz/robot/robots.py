@@ -14,6 +14,7 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Warning
 from voz.robot.base import Robot
 from voz.robot.mailbox import Mailbox
+from voz.robot.mistakes import mistakes_told
 
 
 class Setup(NamedTuple):
@@ -51,7 +52,7 @@ def _ros(name: str, *others: str) -> Callable[[Setup], Robot]:
     """
 
     def load(setup: Setup) -> Robot:
-        kind = _imported(name, f"voz.robot.{name}", f"{name.capitalize()}Robot")
+        kind = _imported(f"voz.robot.{name}", f"{name.capitalize()}Robot")
         more = (getattr(setup, other) for other in others)
         return kind(getattr(setup.settings, name), *more)
 
@@ -105,11 +106,12 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
         setup: what they are made from.
 
     Raises:
-        RobotError: a robot's module cannot be imported.
+        RobotError: a robot's module cannot be imported, or the robot not be made.
     """
-    robots: dict[str, Any] = {
-        name: ROBOTS[name](setup) if name in ROBOTS else _own(name) for name in names
-    }
+    robots: dict[str, Any] = {}
+    for name in names:
+        with mistakes_told(name):
+            robots[name] = ROBOTS[name](setup) if name in ROBOTS else _own(name)
     if "simulator" in robots:
         for name in robots.keys() & {"ros1", "ros2"}:
             robots[name].where = robots["simulator"].state_at  # RViz shows it then
@@ -120,8 +122,9 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
 def opened(robots: Mapping[str, Robot]) -> Iterator[None]:
     """Open robots and close them at the end of a `with` block, for events without a clock."""
     with ExitStack() as stack:
-        for robot in robots.values():
-            robot.open()
+        for name, robot in robots.items():
+            with mistakes_told(name):
+                robot.open()
             stack.callback(robot.close)
         yield
 
@@ -156,12 +159,15 @@ def _own(name: str) -> Robot:
     if here not in sys.path:
         sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
     invalidate_caches()  # it may have been written since
-    return _imported(name, *name.split(":", 1))()
+    robot = _imported(*name.split(":", 1))()
+    for needed in ("open", "receive", "lost", "close"):
+        if not callable(getattr(robot, needed, None)):
+            raise RobotError(
+                f"the robot {name} has no {needed}(); derive its class from voz.robot.base.Robot"
+            )
+    return robot
 
 
-def _imported(name: str, module: str, kind: str) -> Callable[..., Robot]:
-    try:
-        found: Callable[..., Robot] = getattr(import_module(module), kind)
-    except (ImportError, AttributeError) as error:
-        raise RobotError(f"the robot {name} cannot be used here: {error}") from error
+def _imported(module: str, kind: str) -> Callable[..., Robot]:
+    found: Callable[..., Robot] = getattr(import_module(module), kind)
     return found

@@ -1,0 +1,76 @@
+"""Mistakes in robots of users: one line with the place in their file, instead of a traceback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from voz.errors import RobotError, VozError
+
+VOZ = str(Path(__file__).parents[1]) + os.sep
+
+IMPORTING = ("<frozen importlib", "importlib/__init__.py")
+"""How the names of Python's own files begin and end that stand between voz and theirs."""
+
+
+@contextmanager
+def mistakes_told(name: str) -> Iterator[None]:
+    """Let what a robot's own code raises before the run, in a `with` block, be one line.
+
+    Args:
+        name: of the robot.
+
+    Raises:
+        RobotError: anything was raised; a `VozError` stays what it is.
+    """
+    try:
+        yield
+    except VozError:
+        raise
+    except (Exception, SystemExit, KeyboardInterrupt) as error:
+        if isinstance(error, KeyboardInterrupt) and _raised_by_python():
+            raise
+        raise RobotError(f"the robot {name} cannot be used here: {in_words(error)}") from error
+
+
+def in_words(error: BaseException) -> str:
+    """Say in one line what was raised, and where in the file of whoever wrote it."""
+    message = " ".join(_message(error).split())
+    said = f"{type(error).__name__}: {message}" if message else type(error).__name__
+    place = _place(error)
+    return f"{said} ({place})" if place else said
+
+
+def _message(error: BaseException) -> str:
+    try:
+        return error.msg if isinstance(error, SyntaxError) else str(error)
+    except Exception:  # their own class may fail at that, too
+        return ""
+
+
+def _place(error: BaseException) -> str:
+    if isinstance(error, SyntaxError) and error.filename and Path(error.filename).is_file():
+        return _shown(error.filename, error.lineno)
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if _is_theirs(f.filename)]
+    # What their code calls of a library is no place that they could mend.
+    own = [f for f in frames if Path(f.filename).parent == Path(frames[0].filename).parent]
+    return _shown(own[-1].filename, own[-1].lineno) if own else ""
+
+
+def _is_theirs(file: str) -> bool:
+    return not (file.startswith((VOZ, IMPORTING[0])) or file.endswith(IMPORTING[1]))
+
+
+def _shown(file: str, line: int | None) -> str:
+    here = Path.cwd()
+    path = Path(file)
+    return f"{path.relative_to(here) if path.is_relative_to(here) else path}, line {line}"
+
+
+def _raised_by_python() -> bool:
+    """Whether Ctrl-C raises KeyboardInterrupt, as it does for who uses voz as a library."""
+    return signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -4,6 +4,33 @@ What takes its time to import is imported inside the subcommand that needs it, s
 `voz --help` is there at once.
 """
 
-from voz.cli.app import main
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from voz import signals
 
 __all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line, in which a signal at any moment is a good end.
+
+    Args:
+        arguments: without the program's name; None takes those of the process.
+
+    Returns:
+        The exit code: 0, one of those in `exit_codes.py`, or of a signal.
+    """
+    signals.install()
+    code = 0
+    try:
+        from voz.cli.app import call
+
+        code = call(arguments)
+    except BaseException:
+        # Cut short by a signal, an import may raise anything.
+        if signals.ended_by() is None:
+            raise
+    number = signals.ended_by()
+    return code if number is None else signals.BY_SIGNAL + number

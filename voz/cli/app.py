@@ -7,20 +7,21 @@ import signal
 import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
-from typing import Any, NoReturn
+from typing import Any
 
 import typer
 
 from voz.cli.calibrate import calibrate
 from voz.cli.devices import devices
 from voz.cli.evaluation import evaluate, fit_confidence
-from voz.cli.exit_codes import BY_SIGNAL, WRONG_CALL
+from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm
 from voz.cli.recordings import decode
 from voz.cli.run import run
 from voz.cli.speech import say, sound
 from voz.cli.terminal import tell
 from voz.errors import VozError
+from voz.signals import BY_SIGNAL
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
 
@@ -45,7 +46,7 @@ app.command("say")(say)
 app.command("sound")(sound)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def call(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
     Args:
@@ -58,7 +59,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    _end_by_signals()
     try:
         code = app(args=arguments, prog_name="voz", standalone_mode=False)
         sys.stdout.flush()
@@ -73,23 +73,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsageError as error:
         return _wrong_call(error.format_message())
     return code if isinstance(code, int) else 0
-
-
-def _end_by_signals() -> None:
-    """Let signals end the program by way of all `finally` blocks, which stop the robot."""
-    # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
-    # the same; whoever says `nohup` means it.
-    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGQUIT]
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
-        numbers.append(signal.SIGHUP)
-
-    def end(number: int, _frame: object) -> NoReturn:
-        for other in numbers:  # a second Ctrl-C must not keep the robot from being stopped
-            signal.signal(other, lambda *_: None)
-        sys.exit(BY_SIGNAL + number)
-
-    for number in numbers:
-        signal.signal(number, end)
 
 
 def _wrong_call(message: str) -> int:

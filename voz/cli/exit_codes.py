@@ -1,4 +1,4 @@
-"""What the program's exit codes say besides 0."""
+"""What the program's exit codes say besides 0; from 128 on it was a signal, see `voz.signals`."""
 
 STALE = 1
 """Exit code of `build-lm --check` when files are not up to date."""
@@ -8,6 +8,3 @@ WRONG_CALL = 2
 
 SOME_UNREADABLE = 3
 """Exit code when some recordings could not be read; the others are done."""
-
-BY_SIGNAL = 128
-"""Exit code when a signal ended the program, to which the signal's number is added."""

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from voz.errors import RobotError, VozError
+from voz.signals import ended_by
 
 VOZ = str(Path(__file__).parents[1]) + os.sep
 
@@ -32,7 +33,7 @@ def mistakes_told(name: str) -> Iterator[None]:
     except VozError:
         raise
     except (Exception, SystemExit, KeyboardInterrupt) as error:
-        if isinstance(error, KeyboardInterrupt) and _raised_by_python():
+        if _is_by_signal(error):
             raise
         raise RobotError(f"the robot {name} cannot be used here: {in_words(error)}") from error
 
@@ -71,6 +72,7 @@ def _shown(file: str, line: int | None) -> str:
     return f"{path.relative_to(here) if path.is_relative_to(here) else path}, line {line}"
 
 
-def _raised_by_python() -> bool:
-    """Whether Ctrl-C raises KeyboardInterrupt, as it does for who uses voz as a library."""
-    return signal.getsignal(signal.SIGINT) is signal.default_int_handler
+def _is_by_signal(error: BaseException) -> bool:
+    """Whether somebody ends the program, by Ctrl-C also the one of who uses voz as a library."""
+    by_python = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return ended_by() is not None or (isinstance(error, KeyboardInterrupt) and by_python)

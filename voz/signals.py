@@ -1,0 +1,97 @@
+"""Signals that end the program: by an exception while it starts, by a message while it drives."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+BY_SIGNAL = 128
+"""Exit code when a signal ended the program, to which the signal's number is added."""
+
+AGAIN = 0.02
+"""After an exception was swallowed, the next try, s: what swallowed it is over by then."""
+
+
+class _State:
+    first: int | None = None
+    wake: Callable[[], None] | None = None
+    only_noted = False
+
+
+def install() -> None:
+    """Take the signals that end a program; the first thing it does, before it imports others.
+
+    Until a run drives, each raises SystemExit, which ends the program by way of all `finally`
+    blocks. The code is 128 and the number of the first.
+    """
+    _State.first, _State.wake, _State.only_noted = None, None, False
+    # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
+    # the same; whoever says `nohup` means it.
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGQUIT]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    for number in numbers:
+        signal.signal(number, _received)
+    sys.unraisablehook = _swallowed
+
+
+def ended_by() -> int | None:
+    """The number of the first signal that came; None if none did."""
+    return _State.first
+
+
+@contextmanager
+def let_signals_wake(wake: Callable[[], None]) -> Iterator[None]:
+    """Let signals only be noted in a `with` block, as an exception could cut anything in two.
+
+    After a signal has ended the block others are noted, and nothing more: a second Ctrl-C must
+    not keep the robot from being stopped.
+
+    Args:
+        wake: is called at each, between any two lines of the main thread: it only puts a message
+            into a queue.
+
+    Raises:
+        SystemExit: a signal came before, and something swallowed what it raised.
+    """
+    _State.wake = wake
+    try:
+        _end_if_asked()
+        yield
+    finally:
+        _State.only_noted = _State.first is not None
+        _State.wake = None
+
+
+def _received(number: int, _frame: FrameType | None) -> None:
+    if _State.first is None:
+        _State.first = number
+    if _State.wake:
+        _State.wake()
+    elif not _State.only_noted:
+        _end_if_asked()
+
+
+def _end_if_asked() -> None:
+    if _State.first is not None:
+        raise SystemExit(BY_SIGNAL + _State.first)
+
+
+def _swallowed(unraisable: sys.UnraisableHookArgs) -> None:
+    """Take an exception that nobody can catch: ours, in a callback of an import, is tried again."""
+    if not (isinstance(unraisable.exc_value, SystemExit) and _State.first is not None):
+        sys.__unraisablehook__(unraisable)
+        return
+    # Raised here it would be swallowed again; such a thread keeps no program from its end.
+    _thread.start_new_thread(_signal_again, (_State.first,))
+
+
+def _signal_again(number: int) -> None:
+    time.sleep(AGAIN)
+    os.kill(os.getpid(), number)

@@ -19,6 +19,8 @@ from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, 
         (SelectedObject(0.1, 100), '{"type":"selected_object","t":0.1,"value":100}'),
         (Reply(0.1, "bep bep"), '{"type":"reply","t":0.1,"text":"bep bep"}'),
         (Warning(0.1, "two\nlines"), '{"type":"warning","t":0.1,"text":"two\\nlines"}'),
+        # The name of a file need be no text.
+        (Warning(0.1, "no \udcff.wav"), '{"type":"warning","t":0.1,"text":"no ?.wav"}'),
     ],
 )
 def test_an_event_is_one_line_of_json(event: Event, line: str) -> None:

@@ -12,6 +12,7 @@ from voz.errors import (
     ConfigError,
     LanguageError,
     RobotError,
+    RobotMistake,
     SpeechError,
     VozError,
 )
@@ -24,6 +25,7 @@ __all__ = [
     "ConfigError",
     "LanguageError",
     "RobotError",
+    "RobotMistake",
     "SpeechError",
     "VozError",
     "__version__",

@@ -7,6 +7,7 @@
     ├── AudioError       a recording or a sound device cannot be read or opened
     ├── SpeechError      a text cannot be spoken
     └── RobotError       a robot cannot be reached
+        └── RobotMistake its own code raised something
 
 Every message is one line, which any terminal can show and JSON can hold: what was wrong, where,
 and what to do. The command line prints it and exits with 2.
@@ -47,3 +48,7 @@ class SpeechError(VozError):
 
 class RobotError(VozError):
     """A robot cannot be reached or does not do what it should."""
+
+
+class RobotMistake(RobotError):
+    """What a user programmed for a robot raised something, which is this error's cause."""

@@ -6,6 +6,7 @@ run began, for instance `{"type":"cmd_vel","t":1.2,"linear":0.1,"angular":0.0}`.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Literal, TypeAlias
 
@@ -108,8 +109,12 @@ Receiver: TypeAlias = Callable[[Event], None]
 
 
 def to_json(event: msgspec.Struct) -> str:
-    """Write an event as one line of JSON, without the newline."""
-    return msgspec.json.encode(event).decode()
+    """Write an event, or another record, as one line of JSON, without the newline."""
+    try:
+        return msgspec.json.encode(event).decode()
+    except UnicodeEncodeError:  # the name of a file need be no text, nor what somebody types
+        plain = json.dumps(msgspec.to_builtins(event), ensure_ascii=False, separators=(",", ":"))
+        return plain.encode(errors="replace").decode()
 
 
 def explain(reason: Reason, between: tuple[str, str] | None) -> str:

@@ -7,9 +7,12 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
+
+TYPE_CHECKING = False  # `typing` takes its time, and until they are taken signals are tracebacks
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from types import FrameType
 
 BY_SIGNAL = 128
 """Exit code when a signal ended the program, to which the signal's number is added."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calls import VOZ, Result
+from calls import VOZ, Result, in_process
 from recordings import Recording
 
 MOVES = ("cmd_vel", "selected_object")
@@ -84,6 +84,7 @@ def test_a_picture_shows_what_a_recording_made_the_simulator_do(
         (["--robot", "simulator", "--picture", "a.jpg"], "end it with .png or .svg"),
         (["--robot", "simulator", "--animation", "no/a.gif"], "cannot be written there"),
         (["--robot", "no_module:Robot"], "the robot no_module:Robot cannot be used here"),
+        (["--robot", "json:JSONDecoder"], "the robot json:JSONDecoder has no open()"),
     ],
 )
 def test_what_cannot_be_is_told_before_the_run(
@@ -92,6 +93,19 @@ def test_what_cannot_be_is_told_before_the_run(
     result = voz("run", "--text", typed, *arguments)
     assert complaint in result.complaint
     assert result.out == ""
+
+
+def test_who_wants_to_know_all_about_a_mistake_is_told_it(typed: Path, tmp_path: Path) -> None:
+    (tmp_path / "my_arm.py").write_text("import no_driver\n")
+    arguments = ["run", "--text", typed, "--robot", "my_arm:Arm"]
+    line = in_process(*arguments, cwd=tmp_path).complaint
+    assert line.endswith("No module named 'no_driver' (my_arm.py, line 1)")
+    done = subprocess.run(
+        [*VOZ, *map(str, arguments), "-v"], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 2
+    assert "Traceback" in done.stderr
+    assert done.stderr.splitlines()[-1] == line
 
 
 def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> None:

@@ -6,9 +6,12 @@ What takes its time to import is imported inside the subcommand that needs it, s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from voz import signals
+from voz.cli.streams import let_go_of_streams, open_streams
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["main"]
 
@@ -23,6 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0, one of those in `exit_codes.py`, or of a signal.
     """
     signals.install()
+    open_streams()
     code = 0
     try:
         from voz.cli.app import call
@@ -32,5 +36,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Cut short by a signal, an import may raise anything.
         if signals.ended_by() is None:
             raise
+    let_go_of_streams()
     number = signals.ended_by()
     return code if number is None else signals.BY_SIGNAL + number

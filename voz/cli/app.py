@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
+import traceback
 from collections.abc import Sequence
-from io import TextIOWrapper
 from typing import Any
 
 import typer
@@ -19,8 +18,8 @@ from voz.cli.language import build_lm
 from voz.cli.recordings import decode
 from voz.cli.run import run
 from voz.cli.speech import say, sound
-from voz.cli.terminal import tell
-from voz.errors import VozError
+from voz.cli.terminal import tell, writing_results
+from voz.errors import RobotMistake, VozError
 from voz.signals import BY_SIGNAL
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
@@ -55,20 +54,19 @@ def call(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code, one of those in `exit_codes.py` or 0.
     """
-    # A file name may hold what the terminal cannot show; that is no reason to stop.
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
     try:
         code = app(args=arguments, prog_name="voz", standalone_mode=False)
-        sys.stdout.flush()
+        with writing_results():
+            sys.stdout.flush()
     except (BrokenPipeError, SystemExit) as end:  # as in `voz decode ... | head -1`
         # click itself notices a broken pipe, too, and ends with 1, which is `STALE`.
         if BrokenPipeError not in (type(end), type(end.__context__)):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BY_SIGNAL + signal.SIGPIPE
     except (VozError, OSError) as error:
+        given = sys.argv[1:] if arguments is None else arguments
+        if isinstance(error, RobotMistake) and {"-v", "--verbose"} & set(given):
+            traceback.print_exception(error.__cause__)
         return _wrong_call(str(error))
     except UsageError as error:
         return _wrong_call(error.format_message())

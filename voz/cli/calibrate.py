@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import Common, DeviceOption, with_options
+from voz.cli.terminal import show
 
 
 @with_options
@@ -37,7 +38,7 @@ def calibrate(
     from voz.recognition import profiles
 
     if list_profiles:
-        print("\n".join(profiles.profile_names()))
+        show(*profiles.profile_names())
     elif delete:
         profiles.delete_profile(name)
     else:

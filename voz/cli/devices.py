@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from voz.cli.options import DeviceOption
+from voz.cli.terminal import show
 
 if TYPE_CHECKING:
     from voz.audio.devices import Device
@@ -32,17 +33,18 @@ def devices(
 
         try_microphone(used)
     else:
-        print(_table(microphones(), used))
-        print("> is used; take another with --device N or --device NAME (a part of it is enough)")
+        show(*_table(microphones(), used))
+        show("> is used; take another with --device N or --device NAME (a part of it is enough)")
 
 
-def _table(there: list[Device], used: Device) -> str:
+def _table(there: list[Device], used: Device) -> list[str]:
     """Mark what is used as sounddevice does."""
     width = max(len(device.name) for device in there)
-    lines = [f"     {'name':{width}}  channels      rate  system"]
-    lines += [
-        f"{'>' if device == used else ' '} {device.number:2} {device.name:{width}}  "
-        f"{device.channels:8}  {device.rate:5} Hz  {device.system}"
-        for device in there
+    return [
+        f"     {'name':{width}}  channels      rate  system",
+        *(
+            f"{'>' if device == used else ' '} {device.number:2} {device.name:{width}}  "
+            f"{device.channels:8}  {device.rate:5} Hz  {device.system}"
+            for device in there
+        ),
     ]
-    return "\n".join(lines)

@@ -10,7 +10,7 @@ import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import LmOption, Recognising, with_options
-from voz.cli.terminal import tell, with_bar, write_text
+from voz.cli.terminal import show, tell, with_bar, write_text
 from voz.errors import one_line
 from voz.files import check_not_read, check_writable, printable
 
@@ -116,7 +116,7 @@ def evaluate(
     if as_json:
         write_text(as_json, f"{report.to_json(evaluation)}\n")
     if not (html or as_json):
-        print(report.to_text(evaluation))
+        show(*report.to_text(evaluation).split("\n"))
     failed = [result.error for result in results if result.error is not None]
     for error in failed:
         tell(f"error: {error}")
@@ -158,14 +158,14 @@ def fit_confidence(
         fitting.fit(examples, fitted_on), examples, likely, hours=talk / 3600
     )
     threshold = threshold_for(model, Recognition().false_alarms_per_hour)
-    print(
+    show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
     )
     counts = fitting.acceptance(examples, likely, threshold)
     for name, (share, number) in counts.items():
-        print(f"{share:8.3f} {number:5}  {name}")
+        show(f"{share:8.3f} {number:5}  {name}")
     save_model(model, written)
-    print(f"written: {written}")
+    show(f"written: {written}")
 
 
 def _knob(results: Iterable[Result], choice: EngineChoice) -> list[Position]:

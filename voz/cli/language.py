@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.exit_codes import STALE
-from voz.cli.terminal import tell, warn
+from voz.cli.terminal import show, tell, warn
 
 
 def build_lm(
@@ -39,7 +39,7 @@ def build_lm(
     from voz.language.alike import table
 
     if alike:
-        print(table(build.closest_commands(commands)))
+        show(*table(build.closest_commands(commands)).split("\n"))
     if picture:
         build.draw_alike(commands, picture)
     folder = out or commands.parent
@@ -48,11 +48,10 @@ def build_lm(
             names = ", ".join(stale)
             tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
             raise typer.Exit(STALE)
-        print(f"{folder}: up to date")
+        show(f"{folder}: up to date")
         return
     result = build.build(commands, folder)
     for warning in result.warnings:
         warn(warning)
-    print(f"{result.sentences} sentences, {result.words} words:")
-    for path in result.paths:
-        print(f"  {path}")
+    show(f"{result.sentences} sentences, {result.words} words:")
+    show(*(f"  {path}" for path in result.paths))

@@ -11,6 +11,7 @@ from rich.progress import Progress
 
 from voz.audio.keeping import MANIFEST
 from voz.audio.microphone import listening
+from voz.cli.terminal import show
 from voz.config import Recognition
 from voz.enrolment import missing, prompts, read_kept, read_recordings, record
 from voz.errors import ConfigError
@@ -48,12 +49,14 @@ def make_profile(
         _record(name, device, commands, own, console)
     said = read_recordings((wav or own) / MANIFEST, commands)
     found = _calibrate(said, language, settings, name)
-    print(report(found, len(said)))
-    print(f"written: {profile_folder(name)}")
-    print(f"use it:  voz run --profile {name}")
+    show(
+        *report(found, len(said)),
+        f"written: {profile_folder(name)}",
+        f"use it:  voz run --profile {name}",
+    )
 
 
-def report(found: Calibration, sentences: int) -> str:
+def report(found: Calibration, sentences: int) -> list[str]:
     """Write what was found as a table, and what is kept."""
     lines = [
         f"{sentences} sentences, each heard by what the others gave:",
@@ -63,7 +66,7 @@ def report(found: Calibration, sentences: int) -> str:
         lines.append(f"{title:20}{_shares(score)}")
     kept = _kept(found.profile)
     lines.append(f"kept: {', '.join(kept)}" if kept else "kept: nothing, for nothing is better")
-    return "\n".join(lines)
+    return lines
 
 
 def _shares(score: Score) -> str:

@@ -11,7 +11,7 @@ import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import ProfileOption, Recognising, with_options
-from voz.cli.terminal import with_bar
+from voz.cli.terminal import put, show, with_bar
 
 if TYPE_CHECKING:
     from voz.recognition.batch import Heard, Unreadable
@@ -40,13 +40,13 @@ def decode(
     settings = options.settings()
     known = load_profile(profile) if profile else None
     recognizer = Recognizer(options.language(settings), settings.recognition, known)
-    show = _show_json if as_json else _show_row
+    write = _show_json if as_json else _show_row
     if not as_json:
-        print(f"   start      end  sure  obeyed  {'text':32}  file")
+        show(f"   start      end  sure  obeyed  {'text':32}  file")
     unreadable = 0
     with quiet_libraries():
         for result in decode_recordings(recognizer, _with_progress(files)):
-            show(result)
+            write(result)
             unreadable += isinstance(result, Unreadable)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
@@ -60,7 +60,7 @@ def _with_progress(files: list[Path]) -> Iterable[Path]:
 def _show_json(result: Heard | Unreadable) -> None:
     from voz.events import to_json
 
-    print(to_json(result), flush=True)
+    put(to_json(result))
 
 
 def _show_row(result: Heard | Unreadable) -> None:
@@ -68,13 +68,12 @@ def _show_row(result: Heard | Unreadable) -> None:
     from voz.recognition.batch import Unreadable
 
     if isinstance(result, Unreadable):
-        print(f"{'':>26} error {result.error}", flush=True)
+        show(f"{'':>26} error {result.error}")
         return
     obeyed = "yes" if result.accepted else "no"
     why = f"({explain(result.reason, result.between)})" if result.reason else ""
     text = " ".join(part for part in (result.text, why) if part)
-    print(
+    show(
         f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {obeyed:6}  "
-        f"{text:32}  {result.file}",
-        flush=True,
+        f"{text:32}  {result.file}"
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.terminal import warn
+from voz.cli.terminal import show, warn
 from voz.errors import AudioError, SpeechError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def say(
     from voz.speech import festival
 
     if list_voices:
-        print("\n".join(festival.voices()))
+        show(*festival.voices())
     elif text is None:
         raise SpeechError("there is nothing to say; give a text in quotes, see --help")
     elif out:
@@ -64,7 +64,7 @@ def sound(
 
     builtin = {each.title: each for each in BuiltinSound}
     if list_sounds:
-        print("\n".join(builtin))
+        show(*builtin)
         return
     if name is None:
         raise AudioError("there is nothing to play; give a file or a name from `voz sound --list`")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
 from typing import IO, TypeVar
 
 from voz.errors import ConfigError
 from voz.files import replaced, told
+from voz.printable import printable
 
 Item = TypeVar("Item")
 
@@ -18,9 +19,38 @@ LONGEST_LINE = 10_000
 """Of typed commands, characters: `/dev/zero` is one line without an end."""
 
 
+def show(*lines: str) -> None:
+    """Write lines of results for people."""
+    for line in lines:
+        put(printable(line))
+
+
+def put(line: str) -> None:
+    """Write a line of results for programs, as it is.
+
+    Raises:
+        BrokenPipeError: nobody reads it any more.
+        ConfigError: it cannot be written.
+    """
+    with writing_results():
+        print(line, flush=True)
+
+
+@contextmanager
+def writing_results() -> Iterator[None]:
+    """Name what cannot be written in a `with` block; it raises what `put` raises."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise ConfigError(f"the results cannot be written ({error.strerror})") from error
+
+
 def tell(line: str) -> None:
     """Write a line to the user that is no result."""
-    print(line, file=sys.stderr)
+    with suppress(OSError):  # that nobody can read it is no reason to stop
+        print(printable(line), file=sys.stderr)
 
 
 def warn(problem: str | None) -> None:

@@ -11,6 +11,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.devices import Device
 from voz.audio.level import Level, faults, measure
 from voz.audio.microphone import listening
+from voz.cli.terminal import show as show_line
 from voz.level_bar import level_bar, level_line
 
 SECONDS = 3
@@ -32,16 +33,15 @@ def try_microphone(device: Device) -> None:
     console = Console()
     with listening(str(device.number)) as blocks:
         first = next(blocks)  # opening a device takes its time
-        print(
+        show_line(
             f'{device.number} "{device.name}": say something now, as "go forward"; '
-            f"it records for {SECONDS} seconds",
-            flush=True,
+            f"it records for {SECONDS} seconds"
         )
         samples = _recorded(first, blocks, console)
-    print(report(measure(samples)))
+    show_line(*report(measure(samples)))
 
 
-def report(level: Level) -> str:
+def report(level: Level) -> list[str]:
     """Write what is wrong and what to do, then the figures."""
     lines = []
     for fault in faults(level):
@@ -55,7 +55,7 @@ def report(level: Level) -> str:
     }
     for name, (figure, unit) in figures.items():
         lines.append(f"{name:16}" + ("    -" if figure is None else f"{figure:5.0f} {unit}"))
-    return "\n".join(lines)
+    return lines
 
 
 def _recorded(first: Samples, blocks: Iterator[Samples], console: Console) -> Samples:
@@ -68,5 +68,5 @@ def _recorded(first: Samples, blocks: Iterator[Samples], console: Console) -> Sa
             lines = len(heard) // LINE
             heard = np.concatenate([heard, block])
             if not console.is_terminal and len(heard) // LINE > lines:
-                print(level_line(heard[-LINE:]), flush=True)
+                show_line(level_line(heard[-LINE:]))
     return heard[: SECONDS * SAMPLE_RATE]

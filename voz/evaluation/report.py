@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 
-from voz import __version__
+from voz import __version__, events
 from voz.errors import ConfigError
 from voz.evaluation.comparison import Difference, compare
 from voz.evaluation.curves import Curves, curves
@@ -126,7 +126,7 @@ def evaluate(
 
 def to_json(evaluation: Evaluation) -> str:
     """Write an evaluation as one line of JSON."""
-    return msgspec.json.encode(evaluation).decode()
+    return events.to_json(evaluation)
 
 
 def to_text(evaluation: Evaluation) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TextIO
 
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, explain
+from voz.printable import printable
 from voz.robot.base import Robot
 
 
@@ -23,7 +24,7 @@ class ConsoleRobot(Robot):
                 return
             self._velocity = velocity
         # In one piece: a signal ends the run between two calls, and zero velocity still follows.
-        self._stream.write(f"{event.t:7.1f} s  {in_words(event)}\n")
+        self._stream.write(f"{event.t:7.1f} s  {printable(in_words(event))}\n")
         self._stream.flush()
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from voz.errors import RobotError, VozError
+from voz.errors import RobotMistake, VozError
 from voz.signals import ended_by
 
 VOZ = str(Path(__file__).parents[1]) + os.sep
@@ -26,7 +26,7 @@ def mistakes_told(name: str) -> Iterator[None]:
         name: of the robot.
 
     Raises:
-        RobotError: anything was raised; a `VozError` stays what it is.
+        RobotMistake: anything was raised; a `VozError` stays what it is.
     """
     try:
         yield
@@ -35,7 +35,7 @@ def mistakes_told(name: str) -> Iterator[None]:
     except (Exception, SystemExit, KeyboardInterrupt) as error:
         if _is_by_signal(error):
             raise
-        raise RobotError(f"the robot {name} cannot be used here: {in_words(error)}") from error
+        raise RobotMistake(f"the robot {name} cannot be used here: {in_words(error)}") from error
 
 
 def in_words(error: BaseException) -> str:

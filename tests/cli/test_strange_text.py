@@ -1,0 +1,116 @@
+"""Names of files, typed text and messages of others that are no plain text."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from calls import VOZ
+from recordings import GO_BACK, ROOT
+
+ESCAPES = "\x1b]0;owned\x07\x1b[2J\r\u202e"
+
+LOCALES = ["C.UTF-8", "POSIX", "C"]
+
+
+def called(
+    *arguments: str | bytes | Path, stdin: bytes = b"", **environment: str
+) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(
+        [*VOZ, *arguments],
+        input=stdin,
+        capture_output=True,
+        timeout=60,
+        cwd=ROOT,
+        env=os.environ | environment,
+    )
+
+
+def is_plain(shown: bytes) -> bool:
+    return all(line.isprintable() for line in shown.decode().splitlines())
+
+
+@pytest.mark.parametrize("more", [[], ["--events", "-"], ["--realtime"]])
+@pytest.mark.parametrize("locale", LOCALES)
+def test_a_bad_byte_in_typed_text_is_no_command_and_not_the_end(
+    locale: str, more: list[str]
+) -> None:
+    typed = b"start speech\ngo \xff\xfe\n\xed\xb3\xbf\ngo forward\n\x00\nstop\n"
+    done = called("run", "--text", "-", "--no-sound", *more, stdin=typed, LC_ALL=locale)
+    assert done.returncode == 0
+    shown = (done.stdout + done.stderr).decode()
+    assert "Traceback" not in shown
+    assert ("0.1" if more == ["--events", "-"] else "drives forward") in shown
+    assert "stands still" in shown or '"linear":0.0' in shown.splitlines()[-1]
+
+
+def test_a_file_whose_name_is_no_text_is_in_the_table_and_in_json(tmp_path: Path) -> None:
+    path = os.fsencode(tmp_path) + b"/\xff\xfe.flac"
+    shutil.copy(GO_BACK, path)
+    table, lines = called("decode", path), called("decode", "--json", path)
+    assert (table.returncode, lines.returncode) == (0, 0)
+    assert rb"\xff\xfe.flac" in table.stdout
+    assert json.loads(lines.stdout)["file"].endswith(r"/\xff\xfe.flac")
+
+
+@pytest.mark.parametrize("arguments", [["decode"], ["run", "--no-sound", "--wav"]])
+@pytest.mark.parametrize("name", [ESCAPES, "\udcff", "\n"])
+def test_a_file_name_cannot_write_on_the_terminal(
+    name: str, arguments: list[str], tmp_path: Path
+) -> None:
+    good = tmp_path / f"{name}.flac"
+    shutil.copy(GO_BACK, good)
+    for path in (good, tmp_path / f"{name}.wav"):
+        done = called(*arguments, path)
+        assert is_plain(done.stdout + done.stderr)
+        assert done.returncode == (0 if path == good else 3)
+
+
+def test_typed_text_and_robots_cannot_write_on_the_terminal(tmp_path: Path) -> None:
+    (tmp_path / "loud.py").write_text(
+        "from voz.robot.base import Robot\n"
+        "class Loud(Robot):\n"
+        f"    def receive(self, event): raise OSError({ESCAPES!r})\n"
+    )
+    done = called(
+        "run", "--text", "-", "--no-sound", "--robot", "console,loud:Loud",
+        stdin=f"start speech\n{ESCAPES}\n".encode(), PYTHONPATH=_path(tmp_path),
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert rb"\x1b]0;owned" in done.stdout
+    assert is_plain(done.stdout + done.stderr)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [ESCAPES],
+        ["decode", f"--{ESCAPES}", "a.wav"],
+        ["decode", "--config", ESCAPES, "a.wav"],
+        ["decode", "--profile", ESCAPES, GO_BACK],
+        ["decode", "--profile", "\udcff", GO_BACK],
+        ["eval", ESCAPES],
+        ["run", "--text", ESCAPES],
+        ["run", "--text", "-", "--robot", ESCAPES],
+        ["run", "--text", "-", "--robot", f"{ESCAPES}:{ESCAPES}"],
+        ["run", "--text", "-", "--events", f"none/{ESCAPES}"],
+        ["say", ESCAPES, "--voice", ESCAPES],
+        ["sound", ESCAPES],
+        ["build-lm", ESCAPES],
+    ],
+)
+def test_a_wrong_call_cannot_write_on_the_terminal(arguments: list[Any]) -> None:
+    done = called(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == b""
+    (line,) = done.stderr.splitlines()
+    assert is_plain(line)
+
+
+def _path(folder: Path) -> str:
+    return os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])

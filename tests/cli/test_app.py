@@ -26,6 +26,8 @@ from recordings import GO_BACK
         (["run", "--text", "-", "--wav", GO_BACK], "either"),
         (["run", "--text", "none.txt"], "none.txt: cannot be read"),
         (["run", "--text", "README.md", "--events", "none/e.jsonl"], "none/e.jsonl: cannot be"),
+        (["eval", "none.tsv", "--jobs", "9" * 5000], "--jobs"),
+        (["eval", "none.tsv", "--jobs", "9" * 20], "--jobs"),
         (["say"], "nothing to say"),
         (["say", "..."], "nothing to speak"),
         (["say", "hello", "--voice", "nobody"], "nobody"),

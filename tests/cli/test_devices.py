@@ -36,6 +36,8 @@ def test_an_unknown_microphone_is_one_line(pulse: dict[str, str]) -> None:
     for option in ([], ["--test"]):
         result = in_process("devices", "-d", "nobody", *option, env=pulse)
         assert 'not exactly one microphone "nobody"' in result.complaint
+    result = in_process("devices", "-d", "9" * 5000, env=pulse)  # more digits than Python reads
+    assert "not exactly one microphone" in result.complaint
 
 
 @pytest.mark.parametrize("option", [[], ["--test"], ["--device", "3"]])

@@ -73,9 +73,9 @@ def choose(wanted: str | None = None) -> Device:
 
 def _number(sounddevice: ModuleType, wanted: str | None) -> int | None:
     """Ask sounddevice, whose users know how it finds a name; None if it finds not one."""
-    if wanted is not None and wanted.isdecimal():
-        return int(wanted)
     try:
+        if wanted is not None and wanted.isdecimal():
+            return int(wanted)
         return int(sounddevice.query_devices(wanted, "input")["index"])
     except (sounddevice.PortAudioError, ValueError):
         return None

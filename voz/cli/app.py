@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import signal
 import sys
 import traceback
@@ -54,6 +55,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code, one of those in `exit_codes.py` or 0.
     """
+    logging.lastResort = logging.NullHandler()  # what libraries note is no matter of users
     try:
         code = app(args=arguments, prog_name="voz", standalone_mode=False)
         with writing_results():

@@ -50,20 +50,19 @@ def profile_folder(name: str) -> Path:
         A path under `$XDG_DATA_HOME/voz/profiles`, or `~/.local/share/voz/profiles`.
 
     Raises:
-        ConfigError: the name cannot be that of a folder, or there is no home.
+        ConfigError: the name cannot be that of a folder, or there is no home folder.
     """
     if not re.fullmatch(r"\w[\w.-]{0,59}", name):
         raise ConfigError(
             f"{name!r} cannot be the name of a profile; use letters, digits, - and _, up to 60"
         )
     home = os.environ.get("XDG_DATA_HOME", "")
-    # The standard says that a path which is not absolute is to be ignored.
-    if Path(home).is_absolute():
-        return Path(home) / "voz" / "profiles" / name
     try:
-        return Path.home() / ".local" / "share" / "voz" / "profiles" / name
-    except RuntimeError:
-        raise ConfigError("there is no home folder; set XDG_DATA_HOME to a folder") from None
+        # The standard says that a path which is not absolute is to be ignored.
+        data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
+    except RuntimeError as error:
+        raise ConfigError("there is no home folder for profiles; set XDG_DATA_HOME") from error
+    return data / "voz" / "profiles" / name
 
 
 def profile_names() -> list[str]:

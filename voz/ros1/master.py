@@ -32,7 +32,7 @@ def ask(method: str, *arguments: str, patience: float = PATIENCE) -> Any:
         OSError: there is no master, or it does not answer.
     """
     uri = master_uri()
-    if not urlsplit(uri).hostname:
+    if not _is_address(uri):
         raise OSError("ROS_MASTER_URI is no address like http://localhost:11311")
     try:
         with xmlrpc.client.ServerProxy(uri, _Transport(patience)) as master:
@@ -40,6 +40,14 @@ def ask(method: str, *arguments: str, patience: float = PATIENCE) -> Any:
     except (xmlrpc.client.Error, http.client.HTTPException, ValueError, TypeError) as error:
         raise OSError("what answers there is no ROS master") from error
     return value if code == 1 else None
+
+
+def _is_address(uri: str) -> bool:
+    try:
+        parts = urlsplit(uri)
+        return bool(parts.hostname) and parts.port != 0
+    except ValueError:  # half a bracket, or a port that is no number
+        return False
 
 
 class _Transport(xmlrpc.client.Transport):

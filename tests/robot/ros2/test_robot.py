@@ -16,7 +16,7 @@ from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
 from voz.config import Ros2
-from voz.errors import ConfigError, RobotError
+from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.robot.ros2 import HEARD_ON_ROS, Ros2Robot, messages
 from voz.robot.ros2.node import Node
@@ -250,10 +250,36 @@ def drive_until(robot: Ros2Robot, true: Callable[[], object]) -> None:
     wait_until(send)
 
 
-def test_what_cannot_be_joined_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>")
-    with pytest.raises(RobotError, match=r"^ROS 2 domain \d+ cannot be joined .*CYCLONEDDS_URI"):
+@pytest.mark.parametrize(
+    ("name", "said", "told"),
+    [
+        ("ROS_STATIC_PEERS", "127.0.0.1;no-such-robot.invalid", "no-such-robot.invalid: unknown"),
+        ("ROS_STATIC_PEERS", "[::1]:7400", "[::1]:7400"),
+        ("ROS_STATIC_PEERS", "a b", "a b: unknown address"),
+        ("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", "Nonsense"),
+        ("CYCLONEDDS_URI", "<", "parser error"),
+        ("CYCLONEDDS_URI", "file:///none.xml", "can't open configuration file"),
+    ],
+)
+def test_what_cyclone_cannot_use_is_one_line(
+    name: str,
+    said: str,
+    told: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv(name, said)
+    with pytest.raises(ConfigError, match=f"^{name} cannot be used .*; correct it$") as raised:
         Ros2Robot(NOW).open()
+    assert told in str(raised.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_peers_that_are_known_are_no_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_STATIC_PEERS", "127.0.0.1:7400;localhost")
+    robot = Ros2Robot(NOW)
+    robot.open()
+    robot.close()
 
 
 def test_an_environment_that_cannot_be_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,6 +12,9 @@ from voz.errors import ConfigError
 MOST_PROGRAMS = 32
 """So many programs on one computer find each other without multicast, as in ROS 2's own Cyclone."""
 
+DIGITS = 20
+"""So many of what is no number are shown; Python itself reads no more than some thousands."""
+
 MAKES = "1.15,1.16"
 """Fast DDS and Cyclone, by their vendor numbers. ROS 2 goes by the names of types alone, and what
 Fast DDS tells of a list's type Cyclone cannot read: it would never connect to /diagnostics."""
@@ -26,8 +29,8 @@ def domain_number(settings: Ros2, environment: Mapping[str, str]) -> int:
     if settings.domain is not None:
         return settings.domain
     said = environment.get("ROS_DOMAIN_ID") or "0"
-    if not said.isdecimal() or int(said) > 232:
-        raise ConfigError(f"ROS_DOMAIN_ID is {said!r}: set it to a number from 0 to 232")
+    if not said.isdecimal() or len(said) > DIGITS or int(said) > 232:
+        raise ConfigError(f"ROS_DOMAIN_ID is {said[:DIGITS]!r}: set it to a number from 0 to 232")
     return int(said)
 
 

@@ -18,6 +18,7 @@ from voz.config import Ros2
 from voz.errors import RobotError
 from voz.robot.ros2.discovery import cyclone_settings, domain_number
 from voz.robot.ros2.messages import TYPE_HASHES
+from voz.robot.ros2.trial import try_out
 
 Message = TypeVar("Message", bound=IdlStruct)
 
@@ -35,9 +36,15 @@ class _Participant(DomainParticipant):
     """Keeps its domain, with all that is in it: that ends with the last reference to it."""
 
     def __init__(self, number: int) -> None:
-        self._domain = _domains.get(number) or Domain(number, cyclone_settings(os.environ))
+        self._domain = _domains.get(number) or _domain(number)
         _domains[number] = self._domain
         super().__init__(number)
+
+
+def _domain(number: int) -> Domain:
+    configuration = cyclone_settings(os.environ)
+    try_out(number, configuration, os.environ)
+    return Domain(number, configuration)
 
 
 class Node:

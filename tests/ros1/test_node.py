@@ -8,6 +8,8 @@ import pytest
 from recordings import ROOT
 from ros1.ros import Ros
 
+from voz.ros1.master import check_namespace
+
 NODES = ["recognizer", "control_voz", "voz", "simulator", "soundplay"]
 
 
@@ -27,6 +29,31 @@ def test_something_else_at_the_masters_address_is_no_master(ros: Ros) -> None:
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert "timed out" in line
+
+
+@pytest.mark.parametrize(
+    ("variable", "said", "told"),
+    [
+        ("ROS_MASTER_URI", "http://[::1", "ROS_MASTER_URI is no address like"),
+        ("ROS_MASTER_URI", "http://localhost:99999", "ROS_MASTER_URI is no address like"),
+        ("ROS_MASTER_URI", "http://localhost:" + "9" * 5000, "ROS_MASTER_URI is no address like"),
+        ("ROS_NAMESPACE", "1 bad!", "ROS_NAMESPACE is '1 bad!'"),
+        ("ROS_NAMESPACE", "\x1b[2J", r"ROS_NAMESPACE is '\x1b[2J'"),
+    ],
+)
+def test_an_environment_that_cannot_be_is_one_line(
+    ros: Ros, variable: str, said: str, told: str
+) -> None:
+    done = ros.call(str(ROOT / "ros" / "scripts" / "voz"), env={variable: said})
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert told in line
+
+
+@pytest.mark.parametrize("namespace", ["", "/", "robot1", "/robot1/", "/a/b_2"])
+def test_a_namespace_that_can_be_is_one(namespace: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_NAMESPACE", namespace)
+    check_namespace()
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import http.client
 import os
+import re
 import xmlrpc.client
 from typing import Any
 from urllib.parse import urlsplit
+
+from voz.errors import ConfigError
 
 PATIENCE = 1.0
 """For an answer, s; a master that is there takes a thousandth of it."""
@@ -15,6 +18,17 @@ PATIENCE = 1.0
 def master_uri() -> str:
     """Where the master is to be."""
     return os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
+
+
+def check_namespace() -> None:
+    """Refuse a namespace that no master takes: with one of those rospy never begins or ends.
+
+    Raises:
+        ConfigError: it cannot be.
+    """
+    said = os.environ.get("ROS_NAMESPACE", "")
+    if not re.fullmatch(r"(/?[A-Za-z]\w*(/\w+)*)?/?", said, re.ASCII):
+        raise ConfigError(f"ROS_NAMESPACE is {said!r}: set it to a name like /robot1")
 
 
 def ask(method: str, *arguments: str, patience: float = PATIENCE) -> Any:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from voz.errors import RobotError
-from voz.ros1.master import ask, master_uri
+from voz.ros1.master import ask, check_namespace, master_uri
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that end a node."""
@@ -37,8 +37,10 @@ class Node:
 
         Raises:
             RobotError: rospy is not there, or no master.
+            ConfigError: the namespace cannot be.
         """
         rospy = load_rospy()
+        check_namespace()
         try:
             ask("getPid", "/voz")
         except OSError as error:

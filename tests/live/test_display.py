@@ -109,3 +109,13 @@ def test_it_says_whether_it_listens_to_which_microphone_and_what_is_typed() -> N
     assert 'say "start speech"' in text.splitlines()[0]
     for part in ("USB Audio", "go fo", "everything is recorded", "space or Esc stops"):
         assert part in text
+
+
+def test_what_others_say_is_seen_and_not_obeyed_by_the_terminal() -> None:
+    display = a_display()
+    display.receive(Warning(1.0, "the robot says \x1b[2J\r"))
+    display.receive(heard("\x1b]0;mine\x07", accepted=False, reason="not_a_command"))
+    text = shown(display)
+    assert r"\x1b[2J\r" in text
+    assert r"\x1b]0;mine\x07" in text
+    assert all(line.isprintable() for line in text.splitlines())

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning, explain
+from voz.printable import printable
 from voz.robot.console import motion_in_words
 
 SHOWN = 6
@@ -87,7 +88,7 @@ class Display:
         table.add_column(style="dim", justify="right")
         table.add_column()
         table.add_row("microphone", _level(self._peak()))
-        table.add_row("", Text(self._device, "dim", no_wrap=True))
+        table.add_row("", Text(printable(self._device), "dim", no_wrap=True))
         table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
         if self._selected is not None:
             table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
@@ -135,10 +136,11 @@ def _level(peak: float) -> Text:
 
 def _line(event: Utterance | Warning) -> Text:
     if isinstance(event, Warning):
-        return Text(event.text, "yellow")
+        return Text(printable(event.text), "yellow")
+    text = printable(event.text)
     if event.accepted:
         late = f"  {event.latency:.2f} s" if event.latency is not None else ""
-        return Text.assemble((event.text, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
+        return Text.assemble((text, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
     why = explain(event.reason, event.between) if event.reason else "not a command"
-    perhaps = f'perhaps "{event.text}" {event.confidence:.0%}, ' if event.text else ""
+    perhaps = f'perhaps "{text}" {event.confidence:.0%}, ' if text else ""
     return Text(f"({perhaps}{why})", "dim")

@@ -11,6 +11,7 @@ from typing import NoReturn
 from voz.drive import SWITCH
 from voz.errors import VozError
 from voz.live.quiet import quiet_libraries
+from voz.printable import printable
 from voz.ros1.node import ENDING, Node
 
 WRONG_CALL = 2
@@ -31,7 +32,7 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
         with quiet_libraries(), Node(name, sys.argv[1:]) as node:
             work(node)
     except VozError as error:
-        print(f"{name}: {error}", file=sys.stderr)
+        print(printable(f"{name}: {error}"), file=sys.stderr)
         sys.exit(WRONG_CALL)
     sys.exit(0)
 

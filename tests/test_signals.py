@@ -9,6 +9,7 @@ import textwrap
 
 import pytest
 from calls import VOZ
+from recordings import GO_BACK
 
 from voz import signals
 
@@ -120,21 +121,43 @@ def test_other_exceptions_that_nobody_can_catch_are_told_as_ever() -> None:
     assert "ValueError: a bug" in done.stderr
 
 
-@pytest.mark.parametrize("raised", ["ImportError('numpy')", "SystemError('odd')", "SystemExit(7)"])
-def test_whatever_an_import_makes_of_a_signal_the_exit_code_says_it(raised: str) -> None:
-    *python, last = VOZ
-    code = f"""
-import os, sys, voz.cli
+SENDING = """
+import os, sys
 class Finder:
     def find_spec(self, name, *_):
-        if name == "typer":
-            try: os.kill(os.getpid(), 15)
+        if name == {module!r}:
+            sys.meta_path.remove(self)
+            try: os.kill(os.getpid(), {number})
             except SystemExit: raise {raised}
 sys.meta_path.insert(0, Finder())
 """
-    done = subprocess.run(
-        [*python, code + last, "devices"], capture_output=True, text=True, timeout=60
+
+
+def signalled_at_import(
+    module: str, number: int, raised: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Drive by a recording; a signal comes as a module is imported, which may raise another."""
+    *python, last = VOZ
+    before = SENDING.format(module=module, number=number, raised=raised)
+    arguments = ["run", "--wav", str(GO_BACK), "--no-sound"]
+    return subprocess.run(
+        [*python, before + last, *arguments], capture_output=True, text=True, timeout=60
     )
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["voz.cli.streams", "inspect", "typer", "voz.cli.run", "msgspec", "numpy", "pocketsphinx"],
+)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_among_the_imports_is_a_quiet_end(module: str, number: int) -> None:
+    done = signalled_at_import(module, number)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+
+
+@pytest.mark.parametrize("raised", ["ImportError('numpy')", "SystemError('odd')", "SystemExit(7)"])
+def test_whatever_an_import_makes_of_a_signal_the_exit_code_says_it(raised: str) -> None:
+    done = signalled_at_import("typer", signal.SIGTERM, raised)
     assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
 
 

@@ -7,7 +7,6 @@ What takes its time to import is imported inside the subcommand that needs it, s
 from __future__ import annotations
 
 from voz import signals
-from voz.cli.streams import let_go_of_streams, open_streams
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,6 +25,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0, one of those in `exit_codes.py`, or of a signal.
     """
     signals.install()
+    from voz.cli.streams import let_go_of_streams, open_streams
+
     open_streams()
     code = 0
     try:

@@ -87,7 +87,7 @@ def heard(recognizer: Recognizer, sound: Floats, played: Played | None) -> list[
 
 
 def counts(event: Utterance | Partial) -> bool:
-    return isinstance(event, Partial) or event.accepted
+    return isinstance(event, Partial) or (event.accepted and not event.ignored)
 
 
 def main() -> None:

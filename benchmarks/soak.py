@@ -127,7 +127,7 @@ def soak(
                 soundfile.write(wav, in_noise(clip, rng), SAMPLE_RATE)
                 since = len(robot.arrived)
                 speak(environment, wav)
-                heard = [e["text"] for e in robot.of("utterance", since) if e["accepted"]]
+                heard = [e["text"] for e in robot.of("utterance", since) if e["obeyed"]]
                 counts[clip.kind] += 1
                 counts[f"{clip.kind} obeyed"] += clip.text in heard
                 counts[f"{clip.kind} taken for another"] += any(t != clip.text for t in heard)

@@ -97,7 +97,7 @@ class LiveRobot:
 
     def commands(self) -> list[str]:
         """What it heard and obeyed so far."""
-        return [event["text"] for event in self.of("utterance") if event["accepted"]]
+        return [event["text"] for event in self.of("utterance") if event["obeyed"]]
 
     def end(self, number: int = signal.SIGTERM, seconds: float = 20) -> int:
         """End it by a signal; gives its exit code when all its events are there."""

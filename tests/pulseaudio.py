@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 # Without norewinds the first 1.4 to 2 s of a capture never arrive.
@@ -83,10 +84,32 @@ def running_server(environment: dict[str, str]) -> Iterator[subprocess.Popen[byt
     ) as server:
         try:
             wait_for_server(environment)
-            yield server
+            with room_noise(environment):
+                yield server
         finally:
             server.send_signal(signal.SIGCONT)
             server.terminate()
+
+
+@contextmanager
+def room_noise(environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Let the microphone hear what it does in a quiet room: none that is on gives exact zeros."""
+    room = Path(environment["HOME"]) / "room.raw"
+    if not room.exists():
+        quiet = np.random.default_rng(0).integers(-2, 3, 60 * 16_000)
+        room.write_bytes(quiet.astype("<i2").tobytes())
+    playing = "pacat --device=mic --latency-msec=100 --rate=16000 --channels=1 --format=s16le --raw"
+    with subprocess.Popen(
+        ["sh", "-c", f"while cat room.raw; do :; done | {playing}"],
+        cwd=room.parent,
+        env=environment,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # a group of its own, to be ended with all its children
+    ) as noise:
+        try:
+            yield noise
+        finally:
+            os.killpg(noise.pid, signal.SIGKILL)
 
 
 def wait_for_server(environment: dict[str, str]) -> None:

@@ -9,28 +9,30 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from driving import COMMANDS, play, type_lines
 from full_disk import full_disk
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_typestore
 
 from voz.bags import HEARD, STRING, bag_of, check_bag, read_sayings
-from voz.config import Safety
-from voz.control.controller import OBJECTS, RULES
 from voz.errors import ConfigError
-from voz.events import Event, SelectedObject, Twist, Utterance
-from voz.pipeline import drive_by_bag, drive_by_text, running
+from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
+from voz.run.sources import bag_replayed
 
 NAMES = ["drive.mcap", "drive.db3", "drive.bag", "drive"]
-COMMANDS = [*RULES, *OBJECTS, "start speech"]
 LINES = ["start speech", "go forward", "dance", "-", "point beer", "turn left", *"----", "stop"]
 
 
 def keep(path: Path, lines: Sequence[str] = LINES) -> list[Event]:
     events: list[Event] = []
-    with bag_of(path) as receive, running([events.append, receive], Safety(), None) as drive:
-        drive_by_text(drive, lines, COMMANDS)
+    with bag_of(path) as receive:
+        type_lines(lines, events.append, receive)
     return events
+
+
+def replay(path: Path, *receivers: Receiver) -> None:
+    play(lambda _: bag_replayed(path, read_sayings(path), COMMANDS), *receivers)
 
 
 def read(path: Path) -> list[tuple[str, str, float, Any]]:
@@ -70,8 +72,7 @@ def test_what_was_published_is_read_back_with_its_types_and_times(
 def test_a_bag_drives_the_robot_as_it_was_driven(name: str, tmp_path: Path) -> None:
     first = keep(tmp_path / name)
     second: list[Event] = []
-    with running([second.append], Safety(), None) as drive:
-        drive_by_bag(drive, tmp_path / name, read_sayings(tmp_path / name), COMMANDS)
+    replay(tmp_path / name, second.append)
     kinds = (Twist, SelectedObject)
     moves = [[e for e in events if isinstance(e, kinds)] for events in (first, second)]
     assert moves[0] == moves[1]
@@ -88,8 +89,7 @@ def test_another_recogniser_may_shout_and_say_what_is_no_command(tmp_path: Path)
             message = types.types[STRING](text)
             writer.write(topic, seconds * 10**9, types.serialize_ros1(message, STRING))
     events: list[Event] = []
-    with running([events.append], Safety(), None) as drive:
-        drive_by_bag(drive, path, read_sayings(path), COMMANDS)
+    replay(path, events.append)
     heard = [(e.t, e.text, e.accepted) for e in events if isinstance(e, Utterance)]
     assert heard == [(0, "start speech", True), (1, "go forward", True), (2, "the weather", False)]
     moving = [event.t for event in events if isinstance(event, Twist) and event.linear]
@@ -101,8 +101,8 @@ def test_another_recogniser_may_shout_and_say_what_is_no_command(tmp_path: Path)
 def test_a_run_that_is_ended_leaves_a_whole_bag(name: str, tmp_path: Path) -> None:
     def program() -> None:
         path = tmp_path / name
-        with bag_of(path) as receive, running([receive], Safety(), None, listening=True) as drive:
-            drive_by_text(drive, ["go forward"], COMMANDS)
+        with bag_of(path) as receive:
+            type_lines(["go forward"], receive, listening=True)
             raise SystemExit(143)
 
     with pytest.raises(SystemExit):

@@ -10,17 +10,18 @@ from typing import IO
 import pytest
 from full_disk import full_disk
 
-from voz.errors import AudioError, ConfigError, one_line
+from voz.errors import AudioError, ConfigError
 from voz.files import (
     append_line,
     check_not_read,
     check_writable,
-    printable,
     read_bytes,
     read_json,
     read_text,
     replaced,
+    shown_path,
 )
+from voz.printable import printable
 
 
 @pytest.fixture
@@ -221,5 +222,5 @@ def test_json_of_another_kind_is_one_line(tmp_path: Path, data: bytes) -> None:
 def test_whatever_a_message_quotes_it_is_one_line_for_any_terminal_and_json() -> None:
     message = str(ConfigError("a\nb\x1b[31m\0\udcff ñ \\n"))
     assert message == r"a\nb\x1b[31m\x00\udcff ñ \n"
-    assert one_line(message) == message
-    assert printable(Path(os.fsdecode(b"\xff.wav"))) == r"\xff.wav"
+    assert printable(message) == message
+    assert shown_path(Path(os.fsdecode(b"\xff.wav"))) == r"\xff.wav"

@@ -12,11 +12,11 @@ from rich.console import Console
 
 from voz.audio.files import read_blocks
 from voz.config import Recognition, Safety
-from voz.drive import Drive
 from voz.events import later
 from voz.language.files import find_language
 from voz.live.display import Display
 from voz.recognition.recognizer import Recognizer
+from voz.run.drive import Drive
 
 ROOT = Path(__file__).parent.parent
 RECORDINGS = (
@@ -33,7 +33,9 @@ def main() -> None:
     """Let the display hear some recordings, and keep how it looks then."""
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
-    display = Display(lambda: 0.12, lambda: drive.listening, lambda: "", "USB Audio Device")
+    display = Display(
+        lambda: 0.12, lambda: drive.listening, lambda: False, lambda: "", "USB Audio Device"
+    )
     drive = Drive([display.receive], Safety())
     now = 0.0
     for name in RECORDINGS:

@@ -200,7 +200,7 @@ def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> 
             write("/cmd_vel", event.t, make[TWIST](linear, angular))
         elif isinstance(event, SelectedObject):
             write("/selected_object", event.t, make[INT16](event.value))
-        elif isinstance(event, Utterance) and event.accepted:
+        elif isinstance(event, Utterance) and event.obeyed:
             write(HEARD, event.t, make[STRING](event.text))
 
     return receive

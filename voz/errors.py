@@ -13,17 +13,14 @@ Every message is one line, which any terminal can show and JSON can hold: what w
 and what to do. The command line prints it and exits with 2.
 """
 
-
-def one_line(text: str) -> str:
-    """Escape what is no visible character: file names, keys and typed text may hold anything."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+from voz.printable import printable
 
 
 class VozError(Exception):
     """Base of all errors that voz raises on purpose."""
 
     def __init__(self, message: object) -> None:
-        super().__init__(one_line(str(message)))
+        super().__init__(printable(str(message)))
 
 
 class ConfigError(VozError):

@@ -7,7 +7,7 @@ run began, for instance `{"type":"cmd_vel","t":1.2,"linear":0.1,"angular":0.0}`.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Literal, TypeAlias
 
 import msgspec
@@ -21,7 +21,10 @@ Reason = Literal[
     "too_quiet",
     "no_speech",
 ]
-"""Why an utterance is not obeyed; `unsure_between` comes with two commands."""
+"""Why an utterance is not accepted; `unsure_between` comes with two commands."""
+
+Ignored = Literal["not_listening", "robot_speaking", "too_late"]
+"""Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
 class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
@@ -32,13 +35,15 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         text: the sentence heard, lower case; empty if no command fits what was said.
         confidence: how sure it is that `text` was said, 0 to 1; 1 for a typed command, 0 for
             other typed text.
-        accepted: whether it is obeyed.
+        accepted: whether it was recognised surely enough; whether it took effect says `obeyed`.
         start: where the speech begins in its source, s.
         end: where the speech ends in its source, s.
         source: the recording's path, "microphone" or "text".
         reason: why it is not accepted, if it is not.
         between: the two commands that it may be, if that is the reason.
         latency: from the end of the last word to `t`, s; None for typed text.
+        obeyed: whether it took effect; None where nothing is driven that could obey.
+        ignored: why it did not though it is accepted.
     """
 
     t: float
@@ -51,6 +56,8 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
     reason: Reason | None = None
     between: tuple[str, str] | None = None
     latency: float | None = None
+    obeyed: bool | None = None
+    ignored: Ignored | None = None
 
 
 class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
@@ -117,11 +124,25 @@ def to_json(event: msgspec.Struct) -> str:
         return plain.encode(errors="replace").decode()
 
 
+IGNORED_IN_WORDS: Mapping[Ignored, str] = {
+    "not_listening": 'say "start speech" first',
+    "robot_speaking": "the robot was speaking",
+    "too_late": "it came too late",
+}
+
+
 def explain(reason: Reason, between: tuple[str, str] | None) -> str:
-    """Say in words why an utterance is not obeyed."""
+    """Say in words why an utterance is not accepted."""
     if between:
         return f'unsure between "{between[0]}" and "{between[1]}"'
     return reason.replace("_", " ")
+
+
+def why_not(utterance: Utterance) -> str:
+    """Say in words why an utterance is not obeyed."""
+    if utterance.ignored:
+        return f"not obeyed: {IGNORED_IN_WORDS[utterance.ignored]}"
+    return explain(utterance.reason or "not_a_command", utterance.between)
 
 
 def later(event: Utterance | Partial, seconds: float) -> Utterance | Partial:

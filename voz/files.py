@@ -28,7 +28,7 @@ FEW_BYTES = 1_000_000
 """No settings of voz's, nor what it learns, are larger."""
 
 
-def printable(path: Path) -> str:
+def shown_path(path: Path) -> str:
     """A path as text that JSON can hold too, with escapes for what is no UTF-8 in it."""
     return os.fsencode(path).decode(errors="backslashreplace")
 
@@ -49,11 +49,11 @@ def read_bytes(path: Path, wrong: type[VozError], advice: str, limit: int = MOST
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except OSError as error:
-        raise wrong(f"{printable(path)}: cannot be read ({error.strerror}); {advice}") from None
+        raise wrong(f"{shown_path(path)}: cannot be read ({error.strerror}); {advice}") from None
     except ValueError:  # no name of a file has a zero in it
         raise wrong(f"{str(path)!a}: cannot be the name of a file; {advice}") from None
     if len(data) > limit:
-        raise wrong(f"{printable(path)}: is larger than {limit:,} bytes; {advice}")
+        raise wrong(f"{shown_path(path)}: is larger than {limit:,} bytes; {advice}")
     return data
 
 
@@ -65,7 +65,7 @@ def read_text(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_
     try:
         text = read_bytes(path, wrong, advice, limit).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise wrong(f"{printable(path)}: is not UTF-8 text; {advice}") from None
+        raise wrong(f"{shown_path(path)}: is not UTF-8 text; {advice}") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -77,7 +77,7 @@ def read_json(
     try:
         return msgspec.json.decode(data, type=kind)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise wrong(f"{printable(path)}: cannot be used ({error}); {advice}") from None
+        raise wrong(f"{shown_path(path)}: cannot be used ({error}); {advice}") from None
 
 
 @contextmanager

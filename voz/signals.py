@@ -23,17 +23,22 @@ AGAIN = 0.02
 
 class _State:
     first: int | None = None
+    as_in_shells = True
     wake: Callable[[], None] | None = None
     only_noted = False
 
 
-def install() -> None:
+def install(as_in_shells: bool = True) -> None:
     """Take the signals that end a program; the first thing it does, before it imports others.
 
     Until a run drives, each raises SystemExit, which ends the program by way of all `finally`
-    blocks. The code is 128 and the number of the first.
+    blocks.
+
+    Args:
+        as_in_shells: whether the exit code is 128 and the number of the first; else it is 0.
     """
     _State.first, _State.wake, _State.only_noted = None, None, False
+    _State.as_in_shells = as_in_shells
     # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
     # the same; whoever says `nohup` means it.
     numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGQUIT]
@@ -47,6 +52,13 @@ def install() -> None:
 def ended_by() -> int | None:
     """The number of the first signal that came; None if none did."""
     return _State.first
+
+
+def exit_code() -> int | None:
+    """What the program is to end with, as a signal came; None if none did."""
+    if _State.first is None:
+        return None
+    return BY_SIGNAL + _State.first if _State.as_in_shells else 0
 
 
 @contextmanager
@@ -83,7 +95,7 @@ def _received(number: int, _frame: FrameType | None) -> None:
 
 def _end_if_asked() -> None:
     if _State.first is not None:
-        raise SystemExit(BY_SIGNAL + _State.first)
+        raise SystemExit(exit_code())
 
 
 def _swallowed(unraisable: sys.UnraisableHookArgs) -> None:

@@ -10,8 +10,9 @@ import pytest
 import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import printable, read_blocks, read_sound
+from voz.audio.files import read_blocks, read_sound
 from voz.errors import AudioError
+from voz.files import shown_path
 
 
 def tone(rate: int, seconds: float = 1.0) -> np.ndarray:
@@ -143,7 +144,7 @@ def test_a_rate_that_cannot_be(rate: int, tmp_path: Path) -> None:
 
 
 def test_a_name_that_is_no_utf_8_is_shown() -> None:
-    assert printable(Path(os.fsdecode(b"a\xff.wav"))) == "a\\xff.wav"
+    assert shown_path(Path(os.fsdecode(b"a\xff.wav"))) == "a\\xff.wav"
 
 
 # Sounds to be played

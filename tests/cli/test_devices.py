@@ -77,7 +77,7 @@ def test_what_is_spoken_into_the_microphone_is_judged(
     hiss = np.random.default_rng(1).standard_normal(60 * SAMPLE_RATE) * noise
     soundfile.write(tmp_path / "hiss.wav", hiss, SAMPLE_RATE)
     soundfile.write(tmp_path / "said.wav", np.clip(gain * command, -1, 1), SAMPLE_RATE)
-    with playing(tmp_path / "hiss.wav", pulse):
+    with muted(pulse) if said == ["silent"] else playing(tmp_path / "hiss.wav", pulse):
         output = spoken_into(pulse, tmp_path / "said.wav")
     assert sum(line.startswith("level ") for line in output) == 6
     verdicts = [line for line in output[6:-4] if not line.startswith("  ")]
@@ -99,6 +99,17 @@ def playing(background: Path, environment: dict[str, str]) -> Iterator[None]:
             yield
         finally:
             player.terminate()
+
+
+@contextmanager
+def muted(environment: dict[str, str]) -> Iterator[None]:
+    """Switch the microphone off."""
+    switch = ["pactl", "set-source-mute", "mic.monitor"]
+    subprocess.run([*switch, "1"], env=environment, check=True)
+    try:
+        yield
+    finally:
+        subprocess.run([*switch, "0"], env=environment, check=True)
 
 
 def spoken_into(environment: dict[str, str], said: Path) -> list[str]:

@@ -27,7 +27,7 @@ def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Reco
 
 def test_decode_shows_a_table(voz: Any) -> None:
     header, row = voz("decode", GO_BACK).out.splitlines()
-    assert header.split() == ["start", "end", "sure", "obeyed", "text", "file"]
+    assert header.split() == ["start", "end", "sure", "accepted", "text", "file"]
     assert row.split()[3:] == ["yes", "go", "back", str(GO_BACK)]
 
 

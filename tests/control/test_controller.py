@@ -104,18 +104,18 @@ def test_stop_stops(spoken: list[str]) -> None:
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c != "start speech"])
 def test_nothing_is_obeyed_before_start_speech(command: str) -> None:
-    assert obey(State(), command) == (State(), None, None)
+    assert obey(State(), command) == (State(), None, None, False)
 
 
 def test_an_unknown_sentence_changes_nothing() -> None:
     state = State(listening=True, linear=2)
-    assert obey(state, "open the door") == (state, None, None)
+    assert obey(state, "open the door") == (state, None, None, state.listening)
 
 
 def test_start_and_stop_speech_reply_once_each() -> None:
     state, replies = State(), []
     for command in ["stop speech", "start speech", "start speech", "stop speech", "stop speech"]:
-        state, _, reply = obey(state, command)
+        state, _, reply, _ = obey(state, command)
         replies.append(reply)
     assert replies == [None, STARTED, None, STOPPED, None]
 
@@ -123,7 +123,7 @@ def test_start_and_stop_speech_reply_once_each() -> None:
 @pytest.mark.parametrize(("command", "value"), OBJECTS.items())
 def test_an_object_is_selected_once_and_the_motion_goes_on(command: str, value: int) -> None:
     moving = State(listening=True, linear=2)
-    assert obey(moving, command) == (moving, value, None)
+    assert obey(moving, command) == (moving, value, None, True)
 
 
 def test_stop_keeps_the_mode() -> None:

@@ -19,12 +19,22 @@ def shown(display: Display, colours: bool = False) -> str:
     return text.getvalue()
 
 
-def a_display(peak: float = 0.1, listening: bool = True, note: str = "") -> Display:
-    return Display(lambda: peak, lambda: listening, lambda: "go fo", "USB Audio", lambda: note)
+def a_display(
+    peak: float = 0.1, listening: bool = True, speaking: bool = False, note: str = ""
+) -> Display:
+    return Display(
+        lambda: peak,
+        lambda: listening,
+        lambda: speaking,
+        lambda: "go fo",
+        "USB Audio",
+        lambda: note,
+    )
 
 
 def heard(text: str, **others: object) -> Utterance:
     fields = {"confidence": 0.87, "accepted": True, "start": 0, "end": 1, "source": "microphone"}
+    fields["obeyed"] = bool(others.get("accepted", True))
     return Utterance(1.0, text, **(fields | others))  # type: ignore[arg-type]
 
 
@@ -47,6 +57,15 @@ def test_what_is_refused_is_dimmed_and_says_what_it_may_have_been_and_why() -> N
     assert '(perhaps "turn left" 87%, unsure between "turn left" and' in shown(display)
     assert '"rotate left")' in shown(display)
     assert "\x1b[2m(perhaps" in shown(display, colours=True)
+
+
+def test_what_was_understood_and_not_obeyed_is_dimmed_and_says_why() -> None:
+    display = a_display()
+    display.receive(heard("go back", obeyed=False, ignored="not_listening"))
+    assert 'go back  not obeyed: say "start speech" first' in shown(display)
+    assert "\x1b[2mgo back" in shown(display, colours=True)
+    display.receive(heard("go back", obeyed=False, ignored="robot_speaking"))
+    assert "go back  not obeyed: the robot was speaking" in shown(display)
 
 
 def test_what_was_no_command_says_so() -> None:
@@ -105,6 +124,7 @@ def test_the_bar_turns_red_before_the_microphone_clips() -> None:
 
 def test_it_says_whether_it_listens_to_which_microphone_and_what_is_typed() -> None:
     assert "listening" in shown(a_display()).splitlines()[0]
+    assert "speaking" in shown(a_display(speaking=True)).splitlines()[0]
     text = shown(a_display(listening=False, note="everything is recorded"))
     assert 'say "start speech"' in text.splitlines()[0]
     for part in ("USB Audio", "go fo", "everything is recorded", "space or Esc stops"):

@@ -21,7 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.live.keyboard import BACKSPACE, ENTER, STOP_KEYS, Line
-from voz.live.messages import Halt
+from voz.run.inbox import Halt
 
 words = st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S")), min_size=1)
 any_keys = st.lists(st.one_of(st.characters(), st.sampled_from([*STOP_KEYS, *ENTER, *BACKSPACE])))
@@ -34,7 +34,7 @@ def press(line: Line, keys: str) -> list[str | Halt]:
 @given(words, words)
 def test_what_is_typed_comes_with_enter(one: str, other: str) -> None:
     for enter in ENTER:
-        assert press(Line(), f"{one} {other}{enter}") == [f"{one} {other}"]
+        assert press(Line(), f"{one} {other}{enter}") == [Halt(), f"{one} {other}"]
 
 
 @given(any_keys)
@@ -46,12 +46,20 @@ def test_escape_stops_whatever_was_typed(keys: list[str]) -> None:
 
 
 @given(any_keys)
-def test_space_stops_if_nothing_is_being_typed_and_else_belongs_to_it(keys: list[str]) -> None:
+def test_space_stops_whatever_was_typed_and_belongs_to_it(keys: list[str]) -> None:
     line = Line()
     press(line, "".join(keys))
     before = line.text
-    assert line.press(" ") == (None if before else Halt())
+    assert line.press(" ") == Halt()
     assert line.text == (f"{before} " if before else "")
+
+
+@given(words, st.sampled_from(["\x1b[A", "\x1bOB", "\x1b[1;5C", "\x1b[3~"]))
+def test_an_arrow_key_stops_and_is_no_text_whole_or_split(text: str, arrow: str) -> None:
+    line = Line()
+    assert press(line, text) == []
+    assert press(line, arrow) == [Halt()]
+    assert press(line, f"{text}\r") == [text]
 
 
 @given(any_keys)

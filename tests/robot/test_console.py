@@ -26,7 +26,9 @@ def test_only_a_velocity_that_changes_is_printed() -> None:
 
 def test_everything_else_is_told_in_words() -> None:
     lines = printed(
-        Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav"),
+        Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav", obeyed=True),
+        Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav", ignored="not_listening"),
+        Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav", ignored="robot_speaking"),
         Utterance(1.0, "go back", 0.1, False, 0.1, 0.9, "a.wav", "part_of_a_command"),
         Utterance(1.0, "go", 0.1, False, 0.1, 0.9, "a.wav", "unsure_between", ("stop", "go")),
         Utterance(1.0, "", 0.0, False, 0.1, 0.9, "a.wav", "too_short"),
@@ -36,6 +38,8 @@ def test_everything_else_is_told_in_words() -> None:
     )
     assert lines == [
         'heard    "go back" (0.93)',
+        'ignored  "go back" (0.93), not obeyed: say "start speech" first',
+        'ignored  "go back" (0.93), not obeyed: the robot was speaking',
         'ignored  "go back" (0.10), part of a command',
         'ignored  "go" (0.10), unsure between "stop" and "go"',
         "ignored  something, too short",

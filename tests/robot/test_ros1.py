@@ -24,7 +24,8 @@ except RobotError as error:
 events = {
     "forward": Twist(0, 0.1, 0.05),
     "beer": SelectedObject(0, 1),
-    "heard": Utterance(0, "go back", 0.9, True, 0, 1, "text"),
+    "heard": Utterance(0, "go back", 0.9, True, 0, 1, "text", obeyed=True),
+    "ignored": Utterance(0, "go on", 0.9, True, 0, 1, "text", obeyed=False),
     "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
 }
 for line in sys.stdin:
@@ -53,7 +54,7 @@ def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
         return bool(client.velocities("/base"))
 
     eventually(arrives)
-    for event in ("beer", "refused", "heard", "forward"):
+    for event in ("beer", "refused", "ignored", "heard", "forward"):
         driven.type(event)
     driven.process.stdin.close()
     assert driven.wait() == 0

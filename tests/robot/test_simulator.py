@@ -3,14 +3,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
+from driving import speak, type_lines
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import Recording
 
-from voz.config import Safety, Simulator
+from voz.config import Simulator
 from voz.control.controller import OBJECTS, RULES
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
-from voz.pipeline import drive_by_recordings, drive_by_text, running
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip
 from voz.simulation.arm import pointing
@@ -22,8 +22,7 @@ typed = st.lists(st.sampled_from([*COMMANDS, *["-"] * 30, "xyz"]), max_size=150)
 
 def events_of(lines: Sequence[str]) -> list[Event]:
     events: list[Event] = []
-    with running([events.append], Safety(), voice=None) as pipeline:
-        drive_by_text(pipeline, lines, COMMANDS)
+    type_lines(lines, events.append)
     return events
 
 
@@ -123,8 +122,9 @@ def test_each_collision_is_told_once() -> None:
 def test_commands_are_kept_with_their_places_and_what_is_refused_is_not() -> None:
     events = [
         *held(0.2, 0.0, 0.0, 2.0),
-        Utterance(1.95, "speed up", 0.9, True, 1.0, 1.9, "a.wav"),
+        Utterance(1.95, "speed up", 0.9, True, 1.0, 1.9, "a.wav", obeyed=True),
         Utterance(1.96, "go back", 0.1, False, 1.0, 1.9, "a.wav", "part_of_a_command"),
+        Utterance(1.96, "go back", 0.9, True, 1.0, 1.9, "a.wav", ignored="not_listening"),
         Warning(1.97, "no loudspeaker"),
     ]
     trip, _ = driven(events)
@@ -153,8 +153,7 @@ def test_a_robot_that_stands_still_takes_no_memory() -> None:
 def test_a_spoken_session_drives_it(session: Recording, recognizer: Recognizer) -> None:
     warnings: list[Warning] = []
     robot = SimulatedRobot(Simulator(), warnings.append)
-    with running([robot.receive], Safety(), voice=None) as pipeline:
-        drive_by_recordings(pipeline, [session.path], recognizer)
+    speak(recognizer, [session.path], robot.receive)
     robot.come_to_rest()
     trip = robot.trip()
     assert [mark.text for mark in trip.said] == [

@@ -2,7 +2,8 @@
 //
 //   node client.cjs TOPIC...    prints each message as a line of JSON: topic, type, md5, at (s), data
 //
-// Lines of JSON on its input, {"topic": ..., "type": ..., "definition": ..., "data": ...}, are published.
+// Lines of JSON on its input, {"topic": ..., "type": ..., "definition": ..., "data": ...}, are published;
+// {"topic": ..., "flood": N} publishes N strings a second besides.
 const { createServer } = require("node:net");
 const { createInterface } = require("node:readline");
 const { RosNode } = require("@foxglove/ros1");
@@ -10,6 +11,17 @@ const { TcpServerNode, TcpSocketNode } = require("@foxglove/ros1/nodejs");
 const { HttpServerNodejs } = require("@foxglove/xmlrpc/nodejs");
 
 const say = (line) => process.stdout.write(JSON.stringify(line) + "\n");
+
+// Publish strings that are no command, so many a second, until the end.
+function flooding(node, topic, perSecond) {
+  const begun = Date.now();
+  let said = 0;
+  setInterval(() => {
+    for (; said < ((Date.now() - begun) / 1000) * perSecond; said++) {
+      node.publish(topic, { data: `garbage ${said}` });
+    }
+  }, 5);
+}
 
 async function main() {
   const server = createServer();
@@ -32,7 +44,11 @@ async function main() {
     });
   }
   for await (const line of createInterface({ input: process.stdin })) {
-    const { topic, type, definition, data } = JSON.parse(line);
+    const { topic, type, definition, data, flood } = JSON.parse(line);
+    if (flood) {
+      flooding(node, topic, flood);
+      continue;
+    }
     if (!node.isAdvertising(topic)) {
       await node.advertise({ topic, dataType: type, messageDefinitionText: definition });
     }

@@ -60,7 +60,7 @@ def test_each_command_does_what_the_readme_says(ros: Ros) -> None:
 def test_nothing_is_obeyed_before_start_speech_and_case_does_not_matter(ros: Ros) -> None:
     node, client = driving(ros, "_listening:=false")
     client.say("go forward")
-    node.wait_for('heard "go forward"')
+    node.wait_for('ignored "go forward" (1.00), not obeyed: say "start speech" first')
     client.say("START  SPEECH")
     client.say("Go Back")
     client.wait_for_velocity(-0.1, 0)
@@ -167,7 +167,7 @@ def test_s5_the_robot_stops_when_the_master_is_killed_and_obeys_the_next_master(
     client.wait_for_velocity(0.1, 0)
     ros.master.kill()
     client.wait_for_velocity(0, 0)
-    node.wait_for("does not answer: the robot stops")
+    node.wait_for("does not answer): the robot stops")
     ros.start_master()
     node.wait_for("ROS is there; the robot waits for a command")
     assert client.velocities()[-1] == (0, 0)

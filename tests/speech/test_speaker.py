@@ -64,14 +64,15 @@ def place_in(samples: np.ndarray, text: str) -> float:
 
 
 def test_replies_are_heard_one_after_the_other_before_it_closes(loudspeaker: Recorder) -> None:
-    with Speaker(KAL) as speaker:
+    warned: list[str] = []
+    with Speaker(KAL, warn=warned.append) as speaker:
         speaker.say("one")
         speaker.say("twelve")
     samples, _ = speaker.mixer.recent(5)
     one = cached("one", KAL)
     assert place_in(samples, "twelve") - place_in(samples, "one") > 0.3
     assert np.abs(samples).max() < 1.05 * np.abs(read_sound(one, RATE)).max() + 0.5
-    assert speaker.drain_warnings() == []
+    assert warned == []
 
 
 def test_say_does_not_wait_for_the_sound(gate: Gate) -> None:
@@ -84,20 +85,22 @@ def test_say_does_not_wait_for_the_sound(gate: Gate) -> None:
 
 
 def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
-    speaker = Speaker(KAL, REPLIES)
+    warned: list[str] = []
+    speaker = Speaker(KAL, REPLIES, warned.append)
     deadline = time.monotonic() + 20
     while not all(is_cached(reply, KAL) for reply in REPLIES):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     speaker.close()
-    assert speaker.drain_warnings() == []
+    assert warned == []
 
 
 def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     slow_festival: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
-    speaker = Speaker(KAL, REPLIES)
+    warned: list[str] = []
+    speaker = Speaker(KAL, REPLIES, warned.append)
     deadline = time.monotonic() + 20
     while not slow_festival.exists():
         assert time.monotonic() < deadline
@@ -105,7 +108,7 @@ def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     speaker.close(timeout=30)
     assert time.monotonic() < deadline
     wait_for_end(slow_festival)
-    assert speaker.drain_warnings() == []
+    assert warned == []
 
 
 @pytest.mark.usefixtures("loudspeaker")
@@ -114,13 +117,13 @@ def test_missing_festival_is_told_once_and_the_rest_goes_on(
 ) -> None:
     cached("known", KAL)
     monkeypatch.setenv("PATH", "")
-    with Speaker(KAL, REPLIES) as speaker:
+    warned: list[str] = []
+    with Speaker(KAL, REPLIES, warned.append) as speaker:
         for text in ("one", "two", "known"):
             speaker.say(text)
-    (warning,) = speaker.drain_warnings()
+    (warning,) = warned
     assert warning.startswith("festival is not installed")
     place_in(speaker.mixer.recent(5)[0], "known")
-    assert speaker.drain_warnings() == []
 
 
 @pytest.mark.usefixtures("loudspeaker")
@@ -145,9 +148,10 @@ def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
 
 def test_a_text_without_sound_is_told(gate: Gate, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("voz.speech.speaker.is_cached", is_cached)
-    with Speaker(KAL) as speaker:
+    warned: list[str] = []
+    with Speaker(KAL, warn=warned.append) as speaker:
         speaker.say("...")
-    (warning,) = speaker.drain_warnings()
+    (warning,) = warned
     assert "nothing to speak" in warning
 
 
@@ -156,9 +160,8 @@ def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
     alsa.write_text("pcm.default { type hw card 99 }")
     script = (
         "from voz.speech.speaker import Speaker\n"
-        "with Speaker('kal_diphone') as speaker:\n"
+        "with Speaker('kal_diphone', warn=print) as speaker:\n"
         "    speaker.say('one'); speaker.say('two')\n"
-        "print(*speaker.drain_warnings(), sep='\\n')"
     )
     done = subprocess.run(
         [sys.executable, "-c", script],
@@ -192,12 +195,12 @@ def test_closing_leaves_out_what_is_not_said_in_time(gate: Gate) -> None:
 
 def test_after_closing_nothing_is_said(gate: Gate) -> None:
     gate.opened.set()
-    speaker = Speaker(KAL)
+    warned: list[str] = []
+    speaker = Speaker(KAL, warn=warned.append)
     speaker.close()
     speaker.close()
     speaker.say("one")
-    assert gate.said == []
-    assert speaker.drain_warnings() == []
+    assert gate.said == warned == []
 
 
 @pytest.mark.usefixtures("loudspeaker")

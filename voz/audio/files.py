@@ -14,7 +14,7 @@ import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
-from voz.files import printable
+from voz.files import shown_path
 
 BLOCK_SECONDS = 1.0
 """Long enough to be read fast, short enough that an hour needs no more memory than a second."""
@@ -76,7 +76,7 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
     with _opened(path) as file:
         if file.frames > LONGEST_SOUND * file.samplerate:
             minutes = f"{LONGEST_SOUND / 60:g} minutes"
-            raise AudioError(f"{printable(path)}: is longer than {minutes}; play a part of it")
+            raise AudioError(f"{shown_path(path)}: is longer than {minutes}; play a part of it")
         sound = np.concatenate(list(_mono(path, file, rate)))
         _check_whole(path, file, len(sound) / rate)
     return sound
@@ -87,12 +87,12 @@ def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
     """Open a recording; whatever is wrong with it, then or while it is read, is an AudioError."""
     try:
         if path.is_dir():
-            raise AudioError(f"{printable(path)}: is a folder; name the recordings in it")
+            raise AudioError(f"{shown_path(path)}: is a folder; name the recordings in it")
         if not path.exists():
-            raise AudioError(f"{printable(path)}: there is no such file")
+            raise AudioError(f"{shown_path(path)}: there is no such file")
         if not path.is_file():
             raise AudioError(
-                f"{printable(path)}: is no regular file; save the recording to disk first"
+                f"{shown_path(path)}: is no regular file; save the recording to disk first"
             )
         # An open file: by its name alone libsndfile would guess at `.raw` and stumble over accents.
         # By its number: what goes wrong while Python reads for libsndfile is a traceback.
@@ -102,16 +102,16 @@ def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
         ):
             if not LOWEST_RATE <= file.samplerate <= HIGHEST_RATE:
                 raise AudioError(
-                    f"{printable(path)}: a sample rate of {file.samplerate} Hz is not usable; "
+                    f"{shown_path(path)}: a sample rate of {file.samplerate} Hz is not usable; "
                     "record at 16000 Hz"
                 )
             yield file
     except OSError as error:
-        raise AudioError(f"{printable(path)}: cannot be read ({error.strerror})") from error
+        raise AudioError(f"{shown_path(path)}: cannot be read ({error.strerror})") from error
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".")
         raise AudioError(
-            f"{printable(path)}: is no recording that can be read ({reason})"
+            f"{shown_path(path)}: is no recording that can be read ({reason})"
         ) from error
 
 
@@ -119,11 +119,11 @@ def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
     """Complain about a recording that holds less than it promised, once all of it was read."""
     missing = _promised_seconds(file) - seconds
     if missing > 0.01:
-        raise AudioError(f"{printable(path)}: is cut short, the last {missing:.1f} s are missing")
+        raise AudioError(f"{shown_path(path)}: is cut short, the last {missing:.1f} s are missing")
     if file.format == "OGG" and not _ends_as_ogg_does(path):
-        raise AudioError(f"{printable(path)}: is cut short, its end is missing")
+        raise AudioError(f"{shown_path(path)}: is cut short, its end is missing")
     if seconds == 0:
-        raise AudioError(f"{printable(path)}: holds no sound")
+        raise AudioError(f"{shown_path(path)}: holds no sound")
 
 
 def _is_native(file: soundfile.SoundFile) -> bool:
@@ -147,7 +147,7 @@ def _mono(
         mono = channels.mean(axis=1)
         if not np.isfinite(mono).all():
             raise AudioError(
-                f"{printable(path)}: holds samples that are no numbers; export it again"
+                f"{shown_path(path)}: holds samples that are no numbers; export it again"
             )
         yield resampler.resample_chunk(mono)
     yield resampler.resample_chunk(np.empty(0, np.float32), last=True)

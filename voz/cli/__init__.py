@@ -35,8 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = call(arguments)
     except BaseException:
         # Cut short by a signal, an import may raise anything.
-        if signals.ended_by() is None:
+        if signals.exit_code() is None:
             raise
     let_go_of_streams()
-    number = signals.ended_by()
-    return code if number is None else signals.BY_SIGNAL + number
+    by_signal = signals.exit_code()
+    return code if by_signal is None else by_signal

@@ -11,8 +11,8 @@ import typer
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import LmOption, Recognising, with_options
 from voz.cli.terminal import show, tell, with_bar, write_text
-from voz.errors import one_line
-from voz.files import check_not_read, check_writable, printable
+from voz.files import check_not_read, check_writable, shown_path
+from voz.printable import printable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
@@ -98,15 +98,15 @@ def evaluate(
             check_writable(Path(name))
     tasks = tasks_for(clips, noises, ratios, reverb)
     asked = {
-        "manifests": ", ".join(map(printable, manifests)),
-        "engine": one_line(engine),
+        "manifests": ", ".join(map(shown_path, manifests)),
+        "engine": printable(engine),
         "search": settings.recognition.search,
         "threshold": _number(settings.recognition.threshold),
         "false alarms per hour": _number(settings.recognition.false_alarms_per_hour),
-        "snr": one_line(snr or ""),
-        "noise": printable(noise) if noise else "",
+        "snr": printable(snr or ""),
+        "noise": shown_path(noise) if noise else "",
         "reverb": "yes" if reverb else "no",
-        "compare": printable(compare) if compare else "",
+        "compare": shown_path(compare) if compare else "",
     }
     results = list(with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks)))
     knob = _knob(results, choice) if engine == "voz" else []

@@ -42,7 +42,7 @@ def decode(
     recognizer = Recognizer(options.language(settings), settings.recognition, known)
     write = _show_json if as_json else _show_row
     if not as_json:
-        show(f"   start      end  sure  obeyed  {'text':32}  file")
+        show(f"   start      end  sure  accepted  {'text':32}  file")
     unreadable = 0
     with quiet_libraries():
         for result in decode_recordings(recognizer, _with_progress(files)):
@@ -70,10 +70,10 @@ def _show_row(result: Heard | Unreadable) -> None:
     if isinstance(result, Unreadable):
         show(f"{'':>26} error {result.error}")
         return
-    obeyed = "yes" if result.accepted else "no"
+    accepted = "yes" if result.accepted else "no"
     why = f"({explain(result.reason, result.between)})" if result.reason else ""
     text = " ".join(part for part in (result.text, why) if part)
     show(
-        f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {obeyed:6}  "
+        f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {accepted:8}  "
         f"{text:32}  {result.file}"
     )

@@ -33,6 +33,7 @@ class Plan:
         names: of the robots.
         live: whether a microphone drives them; a terminal then shows what the console would say.
         clocked: whether the run has a real clock, and each robot a thread.
+        watchdog: whether robots that are really there are stopped from another process, too.
         stream: where the robots print to.
         terminal: the same, if it can be drawn on.
         picture: where the simulator's way is drawn after the run.
@@ -42,6 +43,7 @@ class Plan:
     names: list[str]
     live: bool
     clocked: bool
+    watchdog: bool
     stream: TextIO
     terminal: Console | None
     picture: Path | None = None
@@ -89,7 +91,7 @@ def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> 
     names += [name for name in plan.names if name not in (SIMULATOR, CONSOLE if displayed else "")]
     with ExitStack() as stack:
         stream = _above_the_drawing(plan)
-        robots = make_robots(names, Setup(settings, stream, take))
+        robots = make_robots(names, Setup(settings, stream, take, plan.clocked and plan.watchdog))
         view = stack.enter_context(_drawn(robots, plan, settings))
         receivers, lost = stack.enter_context(_opened(robots, plan.clocked))
         if view:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
-from typing import TYPE_CHECKING, NoReturn, TextIO, TypeAlias
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
@@ -22,17 +20,12 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from voz.config import Config, Ros2
-    from voz.events import Receiver, Warning
+    from voz.events import Receiver
     from voz.language.files import LanguageFiles
-    from voz.live.messages import Inbox
-    from voz.live.session import Typist
-    from voz.pipeline import Pipeline
     from voz.recognition.profiles import Profile
     from voz.recognition.recognizer import Recognizer
-
-
-Obey: TypeAlias = "Callable[[Pipeline], list[str] | None]"
-"""Drives by what is not live; gives what of it could not be read."""
+    from voz.run.live import Typist
+    from voz.run.offline import Played
 
 
 @with_options
@@ -45,30 +38,47 @@ def run(options: Running) -> None:
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
     from voz.live.quiet import quiet_libraries
+    from voz.run.unblocked import unblocked_output
 
     options.check()
     settings = options.settings()
+    unreadable: list[str] = []
     with ExitStack() as parts:
         parts.enter_context(quiet_libraries())
+        if _has_a_clock(options, settings):
+            parts.enter_context(unblocked_output())
         plan = _plan(options, settings)
         language = options.language(settings)
         if options.live:
             _run_live(options, settings, plan, language, parts)
-        unreadable = _run_by_files(options, settings, plan, language, parts)
+        else:
+            _run_by_files(options, settings, plan, language, parts, unreadable)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+def _has_a_clock(options: Running, settings: Config) -> bool:
+    from voz.robot.robots import have_a_clock, robot_names
+
+    return options.live or options.realtime or have_a_clock(robot_names(settings.robot))
 
 
 def _plan(options: Running, settings: Config) -> Plan:
     """Which robots there are; refuses, before the run, what cannot be written after it."""
     from voz.bags import check_bag
-    from voz.robot.robots import have_a_clock, robot_names
+    from voz.robot.robots import robot_names
 
-    names = robot_names(settings.robot)
-    clocked = options.live or options.realtime or have_a_clock(names)
     stream = sys.stderr if options.events == "-" else sys.stdout
-    seen = _terminal(stream), options.picture, options.animation
-    plan = Plan(names, options.live, clocked, stream, *seen)
+    plan = Plan(
+        robot_names(settings.robot),
+        options.live,
+        _has_a_clock(options, settings),
+        options.watchdog,
+        stream,
+        _terminal(stream),
+        options.picture,
+        options.animation,
+    )
     plan.check()
     if options.bag:
         check_bag(options.bag)
@@ -77,94 +87,89 @@ def _plan(options: Running, settings: Config) -> Plan:
 
 def _run_live(
     options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
-) -> NoReturn:
+) -> None:
     """Drive by the microphone until a signal ends the program."""
     from voz.audio.devices import choose
     from voz.language.files import read_sentences
-    from voz.live.session import run_live
+    from voz.run.inbox import Inbox
+    from voz.run.live import Seat, run_live
 
     microphone = choose(options.device).name
     recognizer = parts.enter_context(_recognizer(options, settings, language, microphone))
-    inbox: Inbox = SimpleQueue()
+    inbox = Inbox()
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
-    run_live(
-        robots.receivers,
-        settings,
-        recognizer,
-        read_sentences(language),
-        inbox,
-        device=options.device,
-        listening=options.listening,
-        terminal=plan.terminal,
-        record=options.record,
-        lost=robots.lost,
-        extra=robots.view,
-        also=_other_recogniser(settings.ros2) if options.listen_ros else None,
+    seat = Seat(
+        options.device,
+        options.listening,
+        plan.terminal,
+        options.record,
+        robots.view,
+        _other_recogniser(settings.ros2) if options.listen_ros else None,
     )
+    commands = read_sentences(language)
+    run_live(robots.receivers, robots.lost, settings, recognizer, commands, inbox, seat)
 
 
 def _run_by_files(
-    options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
-) -> list[str] | None:
-    """Drive by recordings, a text or a bag; gives the recordings that could not be read."""
-    from voz.pipeline import Pipeline, running
+    options: Running,
+    settings: Config,
+    plan: Plan,
+    language: LanguageFiles,
+    parts: ExitStack,
+    unreadable: list[str],
+) -> None:
+    """Drive by recordings, a text or a bag; notes the recordings that could not be read."""
+    from voz.run.offline import run_at_its_pace, run_at_once
 
-    obey = _obey(options, settings, language, parts)
-    inbox: Inbox = SimpleQueue()
-    take: Callable[[Warning], None] = inbox.put if plan.clocked else lambda w: drive.emit(w)
-    robots = parts.enter_context(_receivers(options, settings, plan, take))
-    voice = settings.speech.voice if settings.speech.enabled else None
-    kind = _by_the_clock(robots.lost, inbox) if plan.clocked else Pipeline
-    with running(robots.receivers, settings.safety, voice, options.listening, kind) as drive:
-        return obey(drive)
+    play = run_at_its_pace if plan.clocked else run_at_once
+    play(
+        _played(options, settings, language, parts, unreadable),
+        settings,
+        options.listening,
+        lambda tell: _receivers(options, settings, plan, tell),
+    )
 
 
-def _obey(options: Running, settings: Config, language: LanguageFiles, parts: ExitStack) -> Obey:
+def _played(
+    options: Running,
+    settings: Config,
+    language: LanguageFiles,
+    parts: ExitStack,
+    unreadable: list[str],
+) -> Played:
     """Open what drives the robot, before anything moves."""
-    from voz import pipeline
     from voz.language.files import read_sentences
+    from voz.run import sources
 
     if options.text:
-        lines = open_text(options.text, parts)
-        return partial(pipeline.drive_by_text, lines=lines, commands=read_sentences(language))
+        lines, commands = open_text(options.text, parts), read_sentences(language)
+        return lambda now: sources.lines_typed(lines, commands, now)
     if options.replay:
         from voz.bags import read_sayings
 
-        return partial(
-            pipeline.drive_by_bag,
-            path=options.replay,
-            sayings=read_sayings(options.replay),
-            commands=read_sentences(language),
-        )
+        bag, sayings, known = options.replay, read_sayings(options.replay), read_sentences(language)
+        return lambda _: sources.bag_replayed(bag, sayings, known)
     recognizer = parts.enter_context(_recognizer(options, settings, language, "recordings"))
-    return partial(pipeline.drive_by_recordings, paths=options.recordings, recognizer=recognizer)
+    return lambda _: sources.recordings_played(options.recordings, recognizer, unreadable)
 
 
 @contextmanager
 def _receivers(
-    options: Running, settings: Config, plan: Plan, take: Callable[[Warning], None]
+    options: Running, settings: Config, plan: Plan, tell: Callable[[Any], None]
 ) -> Iterator[Robots]:
     """Open the robots, and what else gets the events; by the clock they do not wait for that."""
-    from voz.aside import Aside
     from voz.bags import bag_of
     from voz.cli.event_log import event_log
+    from voz.run.queued import Queued
 
     def written(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
-        return parts.enter_context(Aside(name, opening, take) if plan.clocked else opening)
+        return parts.enter_context(Queued(name, opening, tell) if plan.clocked else opening)
 
     with ExitStack() as parts:
         log = [written(options.events, event_log(options.events))] if options.events else []
-        robots = parts.enter_context(robots_of(plan, settings, take))
+        robots = parts.enter_context(robots_of(plan, settings, tell))
         bag = [written(str(options.bag), bag_of(options.bag))] if options.bag else []
         yield robots._replace(receivers=[*robots.receivers, *log, *bag])
-
-
-def _by_the_clock(
-    lost: Mapping[str, Callable[[], str | None]], inbox: Inbox
-) -> Callable[..., Pipeline]:
-    from voz.realtime import RealtimePipeline
-
-    return partial(RealtimePipeline, lost=lost, inbox=inbox)
 
 
 def _other_recogniser(settings: Ros2) -> Callable[[Typist], AbstractContextManager[None]]:

@@ -59,6 +59,13 @@ class Running(Recognising):
     no_safety: Annotated[
         bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
     ] = False
+    watchdog: Annotated[
+        bool,
+        typer.Option(
+            "--watchdog/--no-watchdog",
+            help="Stop ros1, ros2 and your own robots from another process if this one hangs.",
+        ),
+    ] = True
     device: DeviceOption = None
     listening: Annotated[
         bool, typer.Option("--listening", help='Obey from the start, without "start speech".')

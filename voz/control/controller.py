@@ -57,11 +57,15 @@ class State(msgspec.Struct, frozen=True):
 
 
 class Outcome(NamedTuple):
-    """What one command did: the new state, and what goes out once because of it."""
+    """What one command did: the new state, and what goes out once because of it.
+
+    `obeyed` is False for a command that was ignored, as all but one are while not listening.
+    """
 
     state: State
     selected_object: int | None = None
     reply: str | None = None
+    obeyed: bool = True
 
 
 def halt(state: State) -> State:
@@ -135,12 +139,13 @@ def obey(state: State, command: str) -> Outcome:
         command: a sentence in lower case; one that has no rule changes nothing.
 
     Returns:
-        The state after it, the object to select and the reply to say, if any.
+        The state after it, the object to select and the reply to say, if any, and whether it was
+        obeyed.
     """
     if command == "start speech":
         return Outcome(replace(state, listening=True), reply=None if state.listening else STARTED)
     if not state.listening:
-        return Outcome(state)
+        return Outcome(state, obeyed=False)
     if command == "stop speech":
         return Outcome(replace(state, listening=False), reply=STOPPED)
     if command in RULES:

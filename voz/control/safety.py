@@ -15,15 +15,20 @@ from msgspec.structs import replace
 from voz.config import Safety
 from voz.control.controller import STEPS_PER_UNIT, Outcome, State, halt, obey
 
+STOP, STOP_SPEECH = "stop", "stop speech"
+
+STOPPING = (STOP, STOP_SPEECH)
+"""What stops the robot whatever its state: it overtakes all that waits."""
+
 
 def stop_always_works(command: str, after: State) -> State:
     """S1: `stop` works always, listening or not."""
-    return halt(after) if command == "stop" else after
+    return halt(after) if command == STOP else after
 
 
 def stop_speech_stops(command: str, after: State) -> State:
     """S2: `stop speech` also stops the robot: nobody could stop it afterwards."""
-    return halt(after) if command == "stop speech" else after
+    return halt(after) if command == STOP_SPEECH else after
 
 
 def slow_down_ends_at_zero(command: str, before: State, after: State) -> State:
@@ -56,7 +61,8 @@ def obey_safely(state: State, command: str, safety: Safety) -> Outcome:
         safety: the limits; with `enabled` False this is `obey` itself.
 
     Returns:
-        The state after it, the object to select and the reply to say, if any.
+        The state after it, the object to select and the reply to say, if any, and whether it was
+        obeyed.
     """
     outcome = obey(state, command)
     if not safety.enabled:
@@ -65,7 +71,7 @@ def obey_safely(state: State, command: str, safety: Safety) -> Outcome:
     after = stop_speech_stops(command, after)
     after = slow_down_ends_at_zero(command, state, after)
     after = limited(after, safety.max_linear, safety.max_angular)
-    return outcome._replace(state=after)
+    return outcome._replace(state=after, obeyed=outcome.obeyed or command in STOPPING)
 
 
 def motion_has_expired(state: State, silence: float, safety: Safety) -> bool:

@@ -8,7 +8,7 @@ from typing import cast, get_args
 
 from voz.errors import ConfigError
 from voz.evaluation.results import Clip, Kind
-from voz.files import printable, read_text
+from voz.files import read_text, shown_path
 from voz.language.commands import normalise
 
 COLUMNS = {
@@ -63,7 +63,7 @@ def read_manifests(paths: Iterable[Path]) -> list[Clip]:
 
 def set_name(path: Path) -> str:
     """Name a manifest for reports: `manifest.tsv` says nothing, its folder does."""
-    return printable(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
+    return shown_path(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
 
 
 def _lines(path: Path) -> list[tuple[int, list[str]]]:

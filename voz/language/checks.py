@@ -15,7 +15,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from voz.errors import LanguageError
-from voz.files import printable, read_bytes
+from voz.files import read_bytes, shown_path
 from voz.language.files import (
     AGAIN,
     LanguageFiles,
@@ -33,9 +33,9 @@ def check_files(files: LanguageFiles) -> None:
     Raises:
         LanguageError: one is missing or damaged, or they do not belong together.
     """
-    if printable(files.folder) != str(files.folder):
+    if shown_path(files.folder) != str(files.folder):
         raise LanguageError(
-            f"{printable(files.folder)}: is no name in UTF-8, and pocketsphinx reads no other; "
+            f"{shown_path(files.folder)}: is no name in UTF-8, and pocketsphinx reads no other; "
             "rename the folder"
         )
     with locked(files.folder, fcntl.LOCK_SH):

@@ -11,7 +11,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning, explain
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning, why_not
 from voz.printable import printable
 from voz.robot.console import motion_in_words
 
@@ -43,6 +43,7 @@ class Display:
         self,
         peak: Callable[[], float],
         listening: Callable[[], bool],
+        speaking: Callable[[], bool],
         typing: Callable[[], str],
         device: str,
         note: Callable[[], str] = lambda: "",
@@ -53,6 +54,7 @@ class Display:
         Args:
             peak: gives the level of the microphone now, 0 to 1.
             listening: whether commands are obeyed.
+            speaking: whether the robot speaks, so that nothing but `stop` is obeyed.
             typing: gives the line that is being typed.
             device: the name of the microphone.
             note: gives what is to be seen all the time.
@@ -60,6 +62,7 @@ class Display:
         """
         self._peak = peak
         self._listening = listening
+        self._speaking = speaking
         self._typing = typing
         self._device = device
         self._note = note
@@ -99,11 +102,14 @@ class Display:
         table.add_row("type", Text(self._typing() + "▏"))
         if note := self._note():
             table.add_row("", Text(note, "yellow"))
-        on = self._listening()
-        title = Text(
-            " listening " if on else ' say "start speech" ', "black on green" if on else ""
-        )
-        return Panel(Group(table), title=title, subtitle=Text(HELP, "dim"), width=WIDTH)
+        return Panel(Group(table), title=self._title(), subtitle=Text(HELP, "dim"), width=WIDTH)
+
+    def _title(self) -> Text:
+        if self._speaking():
+            return Text(" speaking ", "black on yellow")
+        if self._listening():
+            return Text(" listening ", "black on green")
+        return Text(' say "start speech" ')
 
 
 class Together:
@@ -138,9 +144,10 @@ def _line(event: Utterance | Warning) -> Text:
     if isinstance(event, Warning):
         return Text(printable(event.text), "yellow")
     text = printable(event.text)
-    if event.accepted:
+    if event.obeyed:
         late = f"  {event.latency:.2f} s" if event.latency is not None else ""
         return Text.assemble((text, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
-    why = explain(event.reason, event.between) if event.reason else "not a command"
+    if event.accepted:
+        return Text(f"{text}  {why_not(event)}", "dim")
     perhaps = f'perhaps "{text}" {event.confidence:.0%}, ' if text else ""
-    return Text(f"({perhaps}{why})", "dim")
+    return Text(f"({perhaps}{why_not(event)})", "dim")

@@ -7,11 +7,12 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import EDGE, MOST_DELAY, without_echo
 from voz.events import Partial, Utterance, later
-from voz.recognition.recognizer import Recognizer, Stream
+from voz.recognition.recognizer import MICROPHONE, Recognizer, Stream
 
 AFTERWARDS = 0.2
 """How long a room goes on giving back what was said, s."""
@@ -37,7 +38,8 @@ class HalfDuplex:
     """Stands between the microphone and the recogniser.
 
     What is heard while the loudspeaker sounds is cleaned of its echo and given to a stream of its
-    own, of which only the commands count that must not be missed; the usual stream hears silence.
+    own, of which only the commands count that must not be missed; the others are told as ignored.
+    The usual stream hears silence.
     """
 
     def __init__(
@@ -56,12 +58,17 @@ class HalfDuplex:
         self._recognizer = recognizer
         self._loudspeaker = loudspeaker
         self._never_missed = never_missed
-        self._usual = recognizer.stream("microphone")
+        self._usual = recognizer.stream(MICROPHONE)
         self._fed = 0  # samples of the stream
         self._window: Samples = np.zeros(WINDOW, np.int16)  # the last that were heard
         self._pending = 0  # of them that are not cleaned yet
         self._guard: Stream | None = None  # listens while the loudspeaker sounds
         self._guarded_since = 0.0  # in the stream, s
+
+    @property
+    def deaf(self) -> bool:
+        """Whether the loudspeaker sounds, so that only what must not be missed counts."""
+        return self._guard is not None
 
     def feed(self, block: Samples, arrived: float) -> Iterator[Utterance | Partial]:
         """Take what the microphone gave.
@@ -91,7 +98,7 @@ class HalfDuplex:
         self, loudspeaker: Loudspeaker, samples: int, arrived: float
     ) -> Iterator[Utterance | Partial]:
         if self._guard is None:
-            self._guard = self._recognizer.stream("microphone")
+            self._guard = self._recognizer.stream(MICROPHONE)
             self._pending = 0
             self._guarded_since = (self._fed - samples - EDGE) / SAMPLE_RATE
         self._pending += samples
@@ -110,6 +117,11 @@ class HalfDuplex:
         return played[-length:]
 
     def _counting(self, events: Iterator[Utterance | Partial]) -> Iterator[Utterance | Partial]:
+        """What counts, and the commands that do not, marked so; the rest may be the robot's own."""
         for event in events:
-            if event.text in self._never_missed and (isinstance(event, Partial) or event.accepted):
+            counts = event.text in self._never_missed
+            if isinstance(event, Utterance) and event.accepted:
+                event = event if counts else replace(event, ignored="robot_speaking")
+                yield later(event, self._guarded_since)
+            elif isinstance(event, Partial) and counts:
                 yield later(event, self._guarded_since)

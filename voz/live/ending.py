@@ -5,6 +5,8 @@ from __future__ import annotations
 import atexit
 import os
 
+from voz.signals import exit_code
+
 FAILED = 1
 """The exit code of a program that ends by an error that nobody expected."""
 
@@ -16,7 +18,7 @@ def end_by_force(error: BaseException | None) -> None:
     to be closed, for ever, or crash as the libraries that the thread is in are unloaded.
 
     Args:
-        error: what ends the program, with its exit code.
+        error: what ends the program, with its exit code, if it was no signal.
     """
-    code = error.code if isinstance(error, SystemExit) else FAILED
+    code = error.code if isinstance(error, SystemExit) else exit_code()
     atexit.register(os._exit, code if isinstance(code, int) else FAILED)

@@ -16,9 +16,9 @@ from voz.events import Partial, Utterance, Warning, later
 from voz.live.duplex import HalfDuplex, Loudspeaker
 from voz.live.ending import end_by_force
 from voz.live.memory import give_back_large_blocks
-from voz.live.messages import Inbox
 from voz.live.recorder import Recorder
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import MICROPHONE, Recognizer
+from voz.run.inbox import Inbox
 
 NO_BLOCK = 0.35
 """Without a block for so long nothing is heard any more, s: with the beat, half a second."""
@@ -29,6 +29,9 @@ TOO_LATE = 0.4
 MUTED = 5.0
 """A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
 
+MUTED_IN_MOTION = 0.35
+"""The same while the robot moves, s: with the beat, half a second. Nobody could stop it."""
+
 RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Pauses before a lost microphone is opened again, s; the last one goes on."""
 
@@ -38,7 +41,26 @@ LOSS_TOLD_EVERY = 5.0
 CLOSING_TIME = 1.0
 """For the microphone to be closed, s; a sound server that hangs would never let go."""
 
-MUTE_WARNING = "the microphone gives only silence: is it muted? `voz devices --test` tells"
+SILENT = "the microphone gives only silence"
+
+MUTE_WARNING = f"{SILENT}: is it muted? `voz devices --test` tells"
+
+
+class Silence:
+    """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
+
+    def __init__(self) -> None:
+        self._matters = False
+
+    def trouble(self, silent: bool, moving: bool) -> str | None:
+        """Tell that nothing is heard; None while it does not matter.
+
+        Args:
+            silent: whether the microphone gives only zeros.
+            moving: whether the robot moves.
+        """
+        self._matters = silent and (moving or self._matters)
+        return SILENT if self._matters else None
 
 
 class Hearing:
@@ -48,8 +70,12 @@ class Hearing:
 
     Attributes:
         peak: the highest sample of the last block, 0 to 1.
+        deaf: whether the robot speaks, so that only commands count that must not be missed.
         device: the name of the microphone.
+        source: what its utterances say that they come from.
     """
+
+    source = MICROPHONE
 
     def __init__(
         self,
@@ -73,6 +99,7 @@ class Hearing:
             recorder: keeps what is heard.
         """
         self.peak = 0.0
+        self.deaf = False
         self.device = ""
         self._recognizer = recognizer
         self._wanted = device
@@ -82,6 +109,8 @@ class Hearing:
         self._never_missed = never_missed
         self._recorder = recorder
         self._microphone: Microphone | None = None
+        self._silence = Silence()
+        self._zeros = 0.0  # how long it gave nothing else, s
         self._problem: str | None = None
         self._failures = 0  # to listen, one after the other
         self._busy_since: float | None = None
@@ -107,8 +136,12 @@ class Hearing:
         if self._thread.is_alive():
             end_by_force(error)
 
-    def trouble(self) -> str | None:
-        """Tell why nothing is heard right now; None if all is well."""
+    def trouble(self, moving: bool) -> str | None:
+        """Tell why nothing is heard right now; None if all is well.
+
+        Args:
+            moving: whether the robot moves; a microphone that is muted matters then.
+        """
         microphone, now = self._microphone, time.monotonic()
         if self._problem or microphone is None:
             return self._problem
@@ -117,7 +150,9 @@ class Hearing:
         busy_since = self._busy_since
         if busy_since is not None and now - busy_since > TOO_LATE:
             return "the computer is too slow to follow"
-        return None
+        if not self._thread.is_alive():
+            return "nobody listens to the microphone any more"
+        return self._silence.trouble(self._zeros >= MUTED_IN_MOTION, moving)
 
     def _work(self) -> None:
         while not self._closing.is_set():
@@ -143,6 +178,7 @@ class Hearing:
 
     def _lose(self, problem: str) -> None:
         self.peak = 0.0
+        self.deaf = False
         self._busy_since = None
         self._problem = problem
 
@@ -156,6 +192,7 @@ class Hearing:
             self._busy_since = microphone.arrived
             fed += len(block)
             self.peak = watch.look_at(block, microphone.lost)
+            self._zeros = watch.zeros
             # When the stream began, by the clock of the run.
             begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
             if self._recorder:
@@ -165,6 +202,7 @@ class Hearing:
                 self._inbox.put(told)
                 if self._recorder and isinstance(told, Utterance):
                     self._recorder.mark(told, begun)
+            self.deaf = ears.deaf
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None
@@ -187,7 +225,7 @@ class _Watch:
         self._clock = clock
         self._lost = 0
         self._loss_told = -LOSS_TOLD_EVERY  # when
-        self._zeros = 0.0  # s
+        self.zeros = 0.0  # how long there was nothing else, s
 
     def look_at(self, block: Samples, lost: int) -> float:
         """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
@@ -197,9 +235,9 @@ class _Watch:
             self._lost, self._loss_told = lost, now
             self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
         peak = float(np.abs(block).max(initial=0)) / 32768
-        before = self._zeros
-        self._zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
-        if before < MUTED <= self._zeros:
+        before = self.zeros
+        self.zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
+        if before < MUTED <= self.zeros:
             self._warn(MUTE_WARNING)
         return peak
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import os
 import select
@@ -12,13 +13,24 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import TextIO
 
-from voz.live.messages import Halt, Inbox
+from voz.run.inbox import Halt, Inbox
 
-STOP_KEYS = (" ", "\x1b", "\x1a")
-"""Space, Escape and Ctrl-Z; a space within a line that is being typed belongs to it."""
+ESCAPE = "\x1b"
+
+STOP_KEYS = (" ", ESCAPE, "\x1a")
+"""Space, Escape and Ctrl-Z. A space within a line belongs to it, too: it stops all the same, as
+nobody can know what was typed by mistake."""
+
+SEQUENCE = "[O"
+"""What follows the Escape of an arrow key and the like; then comes what is none of `PARAMETERS`."""
+
+PARAMETERS = "0123456789;"
 
 BACKSPACE = ("\x7f", "\b")
 ENTER = ("\r", "\n")
+
+LONGEST = 200
+"""Characters of a line that are kept; a command has fewer."""
 
 LOOK = 0.1
 """How often the end is looked for, s."""
@@ -29,36 +41,48 @@ class Line:
 
     def __init__(self) -> None:
         self.text = ""
+        self._key = ""  # the beginning of one that sends several characters
 
-    def press(self, key: str) -> str | Halt | None:
-        """Take a key.
-
-        Args:
-            key: a character.
+    def press(self, character: str) -> str | Halt | None:
+        """Take a character.
 
         Returns:
             The line if it is complete, `Halt` for a key that stops, else None.
         """
-        if key in STOP_KEYS and not (key == " " and self.text):
-            self.text = ""
+        if character not in STOP_KEYS and self._belongs_to_a_key(character):
+            return None
+        if character in STOP_KEYS:
+            self._key = character if character == ESCAPE else ""
+            self.text = f"{self.text} " if character == " " and self.text else ""
             return Halt()
-        if key in ENTER:
+        if character in ENTER:
             line, self.text = self.text, ""
             return line
-        if key in BACKSPACE:
+        if character in BACKSPACE:
             self.text = self.text[:-1]
-        elif key.isprintable():
-            self.text += key
+        elif character.isprintable() and len(self.text) < LONGEST:
+            self.text += character
         return None
+
+    def _belongs_to_a_key(self, character: str) -> bool:
+        """Whether a character is no text: an arrow key sends Escape, a bracket and a letter."""
+        if self._key == ESCAPE and character in SEQUENCE:
+            self._key += character
+            return True
+        belongs = len(self._key) > 1
+        if not belongs or character not in PARAMETERS:
+            self._key = ""
+        return belongs
 
 
 @contextlib.contextmanager
-def keys(inbox: Inbox, typed: Callable[[str], None]) -> Iterator[Line]:
+def keys(inbox: Inbox, typed: Callable[[str], None], warn: Callable[[str], None]) -> Iterator[Line]:
     """Read the keyboard for the length of a `with` block, on a thread of its own.
 
     Args:
         inbox: gets a `Halt` for the keys that stop.
         typed: called with each line.
+        warn: called if it cannot be read any more.
 
     Yields:
         The line that is being typed, for whoever shows it.
@@ -69,10 +93,19 @@ def keys(inbox: Inbox, typed: Callable[[str], None]) -> Iterator[Line]:
         yield line
         return
     ended = threading.Event()
-    read = _read_keys if stream.isatty() else _read_lines
-    thread = threading.Thread(
-        target=read, args=(stream, line, inbox, typed, ended), name="voz-keyboard", daemon=True
-    )
+    take = _keys_into(line, inbox, typed) if stream.isatty() else _lines_into(typed)
+
+    def read() -> None:
+        try:
+            for text in _texts(stream.fileno(), ended):
+                take(text)
+            if not stream.isatty():
+                take("\n")  # the last line may have no end
+        except BaseException as error:  # whatever it is: what was typed to stop it may be lost
+            inbox.put(Halt())
+            warn(f"nothing that is typed is read any more ({error!r}): the robot stops")
+
+    thread = threading.Thread(target=read, name="voz-keyboard", daemon=True)
     with _key_by_key(stream):
         thread.start()
         try:
@@ -81,33 +114,44 @@ def keys(inbox: Inbox, typed: Callable[[str], None]) -> Iterator[Line]:
             ended.set()
 
 
-def _read_keys(
-    stream: TextIO, line: Line, inbox: Inbox, typed: Callable[[str], None], ended: threading.Event
-) -> None:
-    descriptor = stream.fileno()
+def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
+    """What is typed, as it comes. A byte that is no text is no reason to stop reading."""
+    decoder = codecs.getincrementaldecoder("utf-8")("replace")
     while not ended.is_set():
         if not select.select([descriptor], [], [], LOOK)[0]:
             continue
-        data = os.read(descriptor, 1024)
-        if not data:  # the terminal is gone
+        try:
+            data = os.read(descriptor, 1024)
+        except OSError:
+            return  # the terminal is gone
+        if not data:
             return
-        # Of an arrow key the Escape is enough: who presses keys in haste wants the robot to stop.
-        for key in data.decode("utf-8", "replace"):
-            done = line.press(key)
+        yield decoder.decode(data)
+
+
+def _keys_into(line: Line, inbox: Inbox, typed: Callable[[str], None]) -> Callable[[str], None]:
+    def take(text: str) -> None:
+        for character in text:
+            done = line.press(character)
             if isinstance(done, Halt):
                 inbox.put(done)
-                break
-            if done is not None:
+            elif done is not None:
                 typed(done)
 
+    return take
 
-def _read_lines(
-    stream: TextIO, line: Line, inbox: Inbox, typed: Callable[[str], None], ended: threading.Event
-) -> None:
-    for text in stream:
-        if ended.is_set():
-            return
-        typed(text)
+
+def _lines_into(typed: Callable[[str], None]) -> Callable[[str], None]:
+    begun = ""
+
+    def take(text: str) -> None:
+        nonlocal begun
+        *lines, begun = (begun + text).split("\n")
+        begun = begun[:LONGEST]  # what is longer is no command, and may have no end
+        for line in lines:
+            typed(line[:LONGEST])
+
+    return take
 
 
 def _in_background(stream: TextIO) -> bool:
@@ -135,4 +179,5 @@ def _key_by_key(stream: TextIO) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(termios.error):  # the terminal may be gone
-            termios.tcsetattr(stream, termios.TCSADRAIN, before)
+            # At once: a terminal that was stopped by Ctrl-S would never take what waits.
+            termios.tcsetattr(stream, termios.TCSANOW, before)

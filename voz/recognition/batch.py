@@ -10,7 +10,7 @@ import msgspec
 from voz.audio.files import read_blocks
 from voz.errors import AudioError
 from voz.events import Reason, Utterance
-from voz.files import printable
+from voz.files import shown_path
 from voz.recognition.recognizer import Recognizer
 
 
@@ -23,7 +23,7 @@ class Heard(msgspec.Struct, frozen=True, omit_defaults=True):
         end: where the speech ends in it, s.
         text: the sentence heard; empty if none fits.
         confidence: how sure it is, 0 to 1.
-        accepted: whether it would be obeyed.
+        accepted: whether it was recognised surely enough.
         reason: why not, if it would not.
         between: the two commands that it may be, if that is the reason.
     """
@@ -59,7 +59,7 @@ def decode_recordings(
         and then the error.
     """
     for path in paths:
-        file = printable(path)
+        file = shown_path(path)
         try:
             for heard in recognizer.utterances(read_blocks(path), file):
                 yield _in_file(heard, file)

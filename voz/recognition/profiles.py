@@ -13,7 +13,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.files import FEW_BYTES, printable, read_json, read_text, replaced, told
+from voz.files import FEW_BYTES, read_json, read_text, replaced, shown_path, told
 from voz.recognition.adaptation import StartVector
 from voz.recognition.mllr import is_transforms
 
@@ -102,8 +102,8 @@ def load_profile(name: str) -> Profile:
     mllr = folder / profile.mllr
     if not is_transforms(read_text(mllr, ConfigError, again, FEW_BYTES)):
         raise ConfigError(f"{mllr}: is spoilt; {again}")
-    if printable(mllr) != str(mllr):
-        raise ConfigError(f"{printable(mllr)}: is no name in UTF-8; set XDG_DATA_HOME to another")
+    if shown_path(mllr) != str(mllr):
+        raise ConfigError(f"{shown_path(mllr)}: is no name in UTF-8; set XDG_DATA_HOME to another")
     return replace(profile, mllr=str(mllr))
 
 

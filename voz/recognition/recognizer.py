@@ -18,6 +18,9 @@ from voz.recognition.confidence import Around
 from voz.recognition.interpreter import Heard, Interpreter
 from voz.recognition.profiles import Profile
 
+MICROPHONE = "microphone"
+"""The source of what a microphone hears."""
+
 SAME_END = 2 * FRAME / SAMPLE_RATE
 """By so much the ends of a segment may differ between its last pause and when it is over, s."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, explain
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, why_not
 from voz.printable import printable
 from voz.robot.base import Robot
 
@@ -44,12 +44,11 @@ def in_words(event: Event) -> str:
 
 
 def _heard(event: Utterance) -> str:
-    if event.accepted:
+    if event.obeyed:
         return f'heard    "{event.text}" ({event.confidence:.2f})'
-    why = explain(event.reason, event.between) if event.reason else "not a command"
     if event.text:
-        return f'ignored  "{event.text}" ({event.confidence:.2f}), {why}'
-    return f"ignored  something, {why}"
+        return f'ignored  "{event.text}" ({event.confidence:.2f}), {why_not(event)}'
+    return f"ignored  something, {why_not(event)}"
 
 
 def motion_in_words(linear: float, angular: float) -> str:

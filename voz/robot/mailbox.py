@@ -7,8 +7,10 @@ import threading
 import time
 from collections import deque
 
+from voz.errors import VozError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
+from voz.robot.mistakes import in_words, mistakes_told
 
 ONE_COMMAND = 4
 """What comes before the velocity that a command causes: a partial, the utterance, an object, a
@@ -18,7 +20,8 @@ MOST_WAITING = 64
 """Events that may wait besides the velocity; then the oldest goes, and the robot counts as lost."""
 
 STUCK = 0.35
-"""A robot that takes so long for one event is lost, s: with the beat, half a second."""
+"""A robot that takes so long for one event is lost, s: with the beat, half a second. A velocity
+that waited for so long is out of date."""
 
 CLOSING_TIME = 1.0
 """For a robot to take what waits, the last velocity with it, and to close, s."""
@@ -59,10 +62,14 @@ class Mailbox:
 
     Use it in a `with` block: the robot is opened at its beginning, and at its end it gets what
     waits and is closed. A robot that raised is lost for good; it still gets velocities of zero.
+
+    Attributes:
+        hangs: whether it did not take all that it was to get, at the end.
     """
 
     def __init__(self, name: str, robot: Robot) -> None:
         """Prepare to hand events to a robot; the name is for messages."""
+        self.hangs = False
         self._name = name
         self._robot = robot
         self._box = Box()
@@ -71,12 +78,14 @@ class Mailbox:
         self._failure: str | None = None
         self._answer: str | None = None
         self._busy_since: float | None = None
+        self._put_at = 0.0  # the velocity that waits, on the monotonic clock, s
         self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
 
     def __enter__(self) -> Mailbox:
         """Open the robot; raises what it raises."""
-        self._robot.open()
-        self._answer = self._robot.lost()
+        with mistakes_told(self._name):
+            self._robot.open()
+            self._answer = self._robot.lost()
         self._thread.start()
         return self
 
@@ -85,15 +94,13 @@ class Mailbox:
             self._closing = True
             self._changed.notify()
         self._thread.join(CLOSING_TIME)
-
-    @property
-    def hangs(self) -> bool:
-        """Whether the robot did not take all that it was to get."""
-        return self._thread.is_alive()
+        self.hangs = self._thread.is_alive()
 
     def receive(self, event: Event) -> None:
         """Take an event; this never waits for the robot."""
         with self._changed:
+            if isinstance(event, Twist):
+                self._put_at = time.monotonic()
             self._box.put(event)
             self._changed.notify()
 
@@ -112,7 +119,7 @@ class Mailbox:
             self._busy_since = time.monotonic()
             self._deliver(event)
             self._busy_since = None
-        with contextlib.suppress(Exception):  # nothing more is asked of it
+        with contextlib.suppress(BaseException):  # nothing more is asked of it
             self._robot.close()
 
     def _next(self) -> Event | None:
@@ -124,10 +131,13 @@ class Mailbox:
     def _deliver(self, event: Event) -> None:
         if self._failure and not isinstance(event, Twist):
             return
-        if isinstance(event, Twist) and (self._failure or self._answer):
-            event = Twist(event.t, 0.0, 0.0)  # what is asked now must not be done when it is back
+        if isinstance(event, Twist):
+            late = time.monotonic() - self._put_at > STUCK
+            if late or self._failure or self._answer:  # what is asked then must not be done
+                event = Twist(event.t, 0.0, 0.0)
         try:
             self._robot.receive(event)
             self._answer = self._robot.lost()
-        except Exception as error:  # whatever it is, the others go on
-            self._failure = self._failure or str(error) or repr(error)
+        except BaseException as error:  # whatever it is, `sys.exit` too, the others go on
+            told = str(error) if isinstance(error, VozError) else in_words(error)
+            self._failure = self._failure or told

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from importlib import import_module, invalidate_caches
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
+
+from msgspec.structs import replace
 
 from voz.config import Config
 from voz.errors import ConfigError, RobotError
@@ -15,6 +17,7 @@ from voz.events import Warning
 from voz.robot.base import Robot
 from voz.robot.mailbox import Mailbox
 from voz.robot.mistakes import mistakes_told
+from voz.robot.process import Order, RobotProcess
 
 
 class Setup(NamedTuple):
@@ -24,11 +27,14 @@ class Setup(NamedTuple):
         settings: each robot has its own table there.
         stream: where one that prints prints to.
         warn: takes the warnings of one that has some, on any thread.
+        watchdog: whether the robots that are really there get a process besides this one, which
+            stops them if this one cannot.
     """
 
     settings: Config
     stream: TextIO
     warn: Callable[[Warning], None]
+    watchdog: bool = False
 
 
 def _console(setup: Setup) -> Robot:
@@ -66,6 +72,12 @@ ROBOTS: Mapping[str, Callable[[Setup], Robot]] = {
     "ros2": _ros("ros2", "warn"),
 }
 """What makes each robot; what it needs is imported only then."""
+
+WATCHDOGS: Mapping[str, tuple[str, str]] = {
+    "ros1": ("voz.robot.ros1", "Ros1Watchdog"),
+    "ros2": ("voz.robot.ros2.velocity", "Ros2Watchdog"),
+}
+"""Module and class of what stops these robots from another process; made from an `Order`."""
 
 IN_ANY_TIME = ("console", "simulator")
 """They take the events as fast as a recording gives them; any other robot has a real clock."""
@@ -105,17 +117,47 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
         names: of `ROBOTS`, or MODULE:CLASS for a class of the user's own that takes no arguments.
         setup: what they are made from.
 
+    Returns:
+        The robots, by their names. With a watchdog, one of the user's own is in its process, and
+        one that others can drive too has another robot beside it, which can only stop it.
+
     Raises:
         RobotError: a robot's module cannot be imported, or the robot not be made.
     """
     robots: dict[str, Any] = {}
     for name in names:
         with mistakes_told(name):
-            robots[name] = ROBOTS[name](setup) if name in ROBOTS else _own(name)
+            if name not in ROBOTS:
+                robots[name] = _apart(setup, Order(name)) if setup.watchdog else make_own(name)
+                continue
+            robots[name] = ROBOTS[name](setup)
+            if setup.watchdog and name in WATCHDOGS:
+                robots[f"{name} watchdog"] = _apart(setup, Order(name, only_zero=True))
     if "simulator" in robots:
         for name in robots.keys() & {"ros1", "ros2"}:
             robots[name].where = robots["simulator"].state_at  # RViz shows it then
     return robots
+
+
+def make_watchdog(order: Order) -> Robot:
+    """Make, in its own process, what can only stop a robot that another process drives."""
+    module, kind = WATCHDOGS[order.name]
+    return _imported(module, kind)(order)
+
+
+def make_own(name: str) -> Robot:
+    """Make a robot of the user's own, from its name MODULE:CLASS."""
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
+    invalidate_caches()  # it may have been written since
+    robot = _imported(*name.split(":", 1))()
+    for needed in ("open", "receive", "lost", "close"):
+        if not callable(getattr(robot, needed, None)):
+            raise RobotError(
+                f"the robot {name} has no {needed}(); derive its class from voz.robot.base.Robot"
+            )
+    return robot
 
 
 @contextmanager
@@ -145,7 +187,10 @@ def mailboxes(
     boxes = {name: Mailbox(name, robot) for name, robot in robots.items()}
     try:
         with ExitStack() as stack:
-            for box in boxes.values():
+            for name, box in boxes.items():
+                robot = robots[name]
+                if isinstance(robot, RobotProcess):
+                    stack.callback(robot.end)
                 stack.enter_context(box)
             yield boxes
     finally:
@@ -154,18 +199,14 @@ def mailboxes(
                 tell(f"the robot {name} did not take its last velocity in time")
 
 
-def _own(name: str) -> Robot:
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
-    invalidate_caches()  # it may have been written since
-    robot = _imported(*name.split(":", 1))()
-    for needed in ("open", "receive", "lost", "close"):
-        if not callable(getattr(robot, needed, None)):
-            raise RobotError(
-                f"the robot {name} has no {needed}(); derive its class from voz.robot.base.Robot"
-            )
-    return robot
+def _apart(setup: Setup, order: Order) -> RobotProcess:
+    """A robot in a process of its own, which prints where the others do."""
+
+    def show(line: str) -> None:
+        with suppress(OSError, ValueError):  # nobody reads it any more
+            setup.stream.write(f"{line}\n")
+
+    return RobotProcess(replace(order, settings=setup.settings, path=tuple(sys.path)), show)
 
 
 def _imported(module: str, kind: str) -> Callable[..., Robot]:

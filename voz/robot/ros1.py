@@ -9,6 +9,7 @@ from typing import Any
 from voz.config import Ros1
 from voz.events import Event, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
+from voz.robot.process import Order
 from voz.ros1.node import Node
 from voz.ros1.odometry import OdometryPublisher
 from voz.simulation.world import State
@@ -55,14 +56,11 @@ class Ros1Robot(Robot):
     def open(self) -> None:
         """Join ROS and tell it what will be published; raises RobotError if there is no master."""
         self._node = self._node or Node(self._settings.node, self._arguments)
-        from geometry_msgs.msg import Twist as Velocity
         from rospy import Publisher
         from std_msgs.msg import Int16, String
 
         names = self._settings
-        # A base wants the latest velocity; what waits for a slow one is out of date. With Nagle's
-        # algorithm a stop would also wait until the message just before it is acknowledged.
-        self._velocity = Publisher(names.cmd_vel, Velocity, queue_size=1, tcp_nodelay=True)
+        self._velocity = _velocity_topic(names)
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
@@ -82,7 +80,7 @@ class Ros1Robot(Robot):
                 self._odometry.publish(self.where(event.t))
         elif isinstance(event, SelectedObject):
             self._selected.publish(event.value)
-        elif isinstance(event, Utterance) and event.accepted and self._heard:
+        elif isinstance(event, Utterance) and event.obeyed and self._heard:
             self._heard.publish(event.text)
 
     def lost(self) -> str | None:
@@ -103,9 +101,51 @@ class Ros1Robot(Robot):
             self._publish_velocity(0.0, 0.0)
 
     def _publish_velocity(self, linear: float, angular: float) -> None:
-        from geometry_msgs.msg import Twist as Velocity
+        self._velocity.publish(_velocity(linear, angular))
 
-        message = Velocity()
-        message.linear.x = linear
-        message.angular.z = angular
-        self._velocity.publish(message)
+
+class Ros1Watchdog(Robot):
+    """Stops a robot of ROS 1 from a process besides the one that drives it: a node of its own."""
+
+    def __init__(self, order: Order) -> None:
+        """Prepare to publish, on the same topic as the robot that the order names."""
+        self._settings = order.settings.ros1
+        self._arguments = order.arguments
+
+    def open(self) -> None:
+        """Join ROS; raises RobotError if there is no master."""
+        self._node = Node(f"{self._settings.node}_watchdog", self._arguments)
+        self._topic = _velocity_topic(self._settings)
+
+    def receive(self, event: Event) -> None:
+        """Publish a velocity."""
+        if isinstance(event, Twist):
+            self._topic.publish(_velocity(event.linear, event.angular))
+
+    def lost(self) -> str | None:
+        """Tell if somebody ended the node; without a master it can still reach the base."""
+        return "its node was ended" if self._node.over else None
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self._node.close()
+
+
+def _velocity_topic(names: Ros1) -> Any:
+    """What publishes velocities."""
+    from geometry_msgs.msg import Twist as Velocity
+    from rospy import Publisher
+
+    # A base wants the latest velocity; what waits for a slow one is out of date. With Nagle's
+    # algorithm a stop would also wait until the message just before it is acknowledged.
+    return Publisher(names.cmd_vel, Velocity, queue_size=1, tcp_nodelay=True)
+
+
+def _velocity(linear: float, angular: float) -> Any:
+    """A velocity as a message, from m/s and rad/s."""
+    from geometry_msgs.msg import Twist as Velocity
+
+    message = Velocity()
+    message.linear.x = linear
+    message.angular.z = angular
+    return message

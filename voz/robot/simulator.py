@@ -78,7 +78,7 @@ class SimulatedRobot(Robot):
             self._now = state, event
         elif isinstance(event, SelectedObject):
             self._now = replace(state, selected=event.value), twist
-        elif isinstance(event, Utterance) and event.accepted:
+        elif isinstance(event, Utterance) and event.obeyed:
             self._said.append(Mark(event.t, state.pose.x, state.pose.y, event.text))
 
     def state_at(self, t: float) -> State:

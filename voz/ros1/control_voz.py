@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from voz.control.controller import OBJECTS, RULES
 from voz.language.commands import normalise
-from voz.live.loop import stamp
-from voz.live.messages import Inbox, Message
-from voz.pipeline import typed
+from voz.live.hearing import SILENT, Silence
 from voz.ros1.driving import drive
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
-from voz.ros1.program import clock_from_now, run_node
+from voz.ros1.program import run_node
 from voz.ros1.replies import replies
+from voz.run.assembly import warner
+from voz.run.clocks import WallClock
+from voz.run.inbox import Inbox
+from voz.run.sources import typed
 
 COMMANDS = {*RULES, *OBJECTS, "start speech", "stop speech"}
 """What has an effect; other strings are logged."""
@@ -25,8 +26,19 @@ STALE = 0.35
 """Without a word from a recogniser that tells how it is, s; with the beat, half a second."""
 
 
+LONGEST = 200
+"""Characters of a string that are looked at; a command has fewer."""
+
+BETWEEN_REFUSED = 0.05
+"""Strings that are no command are told so far apart, s; the others in between are counted."""
+
+
 class RemoteEars:
-    """What a recogniser publishes, as messages in an inbox, and whether there is one."""
+    """What a recogniser publishes, as messages in an inbox, and whether there is one.
+
+    Attributes:
+        source: the topic, with its namespace.
+    """
 
     def __init__(self, topic: str, inbox: Inbox, clock: Callable[[], float]) -> None:
         """Subscribe to it.
@@ -41,27 +53,36 @@ class RemoteEars:
 
         self._inbox = inbox
         self._clock = clock
+        self._silence = Silence()
+        self._refused_at = -BETWEEN_REFUSED  # when, s
         self._problem = ""
         self._told: float | None = None  # on the monotonic clock, s
         self._words = Subscriber(topic, String, self._hear, tcp_nodelay=True)
-        self.topic: str = self._words.resolved_name
-        self._state = Subscriber(f"{self.topic.rpartition('/')[0]}/trouble", String, self._note)
+        self.source: str = self._words.resolved_name
+        self._state = Subscriber(f"{self.source.rpartition('/')[0]}/trouble", String, self._note)
 
-    def trouble(self) -> str | None:
+    def trouble(self, moving: bool) -> str | None:
         """Tell why nothing is heard right now; None if all is well."""
         # rospy keeps the connections of a publisher that was killed, to try them again: they have
         # no socket then.
         if not any(connection.socket for connection in self._words.impl.connections):
             self._told = None  # the next one may be another
-            return f"no recogniser publishes on {self.topic}"
+            return f"no recogniser publishes on {self.source}"
         if self._told is not None and time.monotonic() - self._told > STALE:
             return "the recogniser does not answer"
-        return self._problem or None
+        silent = self._silence.trouble(self._problem == SILENT, moving)
+        return silent or (self._problem if self._problem != SILENT else None) or None
 
     def _hear(self, message: Any) -> None:
-        text = normalise(message.data)
-        if text:
-            self._inbox.put(typed(text, text in COMMANDS, stamp(self._clock()), self.topic))
+        text = normalise(message.data[:LONGEST])
+        if not text:
+            return
+        known, now = text in COMMANDS, self._clock()
+        if not known and now - self._refused_at < BETWEEN_REFUSED:
+            self._inbox.dropped += 1  # whoever floods the topic must not delay a `stop`
+            return
+        self._refused_at = self._refused_at if known else now
+        self._inbox.put(typed(text, known, now, self.source))
 
     def _note(self, message: Any) -> None:
         self._problem = message.data
@@ -71,11 +92,11 @@ class RemoteEars:
 def control(node: Node) -> None:
     """Drive until the node is ended."""
     settings = read_settings()
-    inbox: SimpleQueue[Message] = SimpleQueue()
-    clock = clock_from_now()
-    ears = RemoteEars(settings.ros1.recognizer_output, inbox, clock)
-    with replies(settings.speech) as speech:
-        drive(node, settings, speech, inbox, clock, ears.trouble, says_heard=False)
+    inbox = Inbox()
+    clock = WallClock(inbox)
+    ears = RemoteEars(settings.ros1.recognizer_output, inbox, clock.now)
+    with replies(settings.speech, warner(inbox, clock)) as speech:
+        drive(node, settings, inbox, clock, ears, speech.receivers, says_heard=False)
 
 
 def main() -> NoReturn:

@@ -1,32 +1,39 @@
-"""What the nodes that drive have in common: a drive that publishes, and says and logs the rest."""
+"""What the nodes that drive have in common: who receives what follows from what is heard."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
+
+from msgspec.structs import replace
 
 from voz.config import Config
-from voz.control.safety import zero_at_the_end
-from voz.drive import Drive
-from voz.events import Event, Partial, Twist, Warning
-from voz.live.loop import drive_live, stamp
-from voz.live.messages import Inbox
+from voz.events import Event, Partial, Receiver, Twist, Warning
+from voz.printable import printable
 from voz.robot.console import in_words
+from voz.robot.process import Order, RobotProcess
+from voz.robot.robots import mailboxes
 from voz.robot.ros1 import Ros1Robot
 from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
-from voz.ros1.replies import Replies
-from voz.watch import over_robots
+from voz.run.assembly import Ears, drive_by_clock
+from voz.run.clocks import Clock
+from voz.run.drive import Drive
+from voz.run.inbox import End, Inbox
+from voz.run.queued import Queued
+
+KEPT = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
+"""What a node's watchdog has of its special arguments; its name, log and parameters it has not."""
 
 
 def drive(
     node: Node,
     settings: Config,
-    speech: Replies,
     inbox: Inbox,
-    clock: Callable[[], float],
-    unheard: Callable[[], str | None],
+    clock: Clock,
+    ears: Ears,
+    say: list[Receiver],
     says_heard: bool,
 ) -> None:
     """Drive the robot by what comes into the inbox, until the node is ended.
@@ -34,35 +41,42 @@ def drive(
     Args:
         node: this process's.
         settings: the topics and the safety rules.
-        speech: says the replies.
         inbox: what is heard.
-        clock: the time of the run, s.
-        unheard: tells why nothing is heard right now (S5).
+        clock: the time of the run.
+        ears: what hears.
+        say: says the replies.
         says_heard: whether the node publishes what is obeyed.
     """
-    robot = Ros1Robot(settings.ros1, node, says_heard=says_heard)
-
-    def trouble() -> str | None:
-        if node.over:
-            sys.exit(0)
-        for problem in speech.problems():
-            driven.emit(Warning(stamp(clock()), problem))
-        return unheard()
-
+    robots = {
+        "ROS": Ros1Robot(settings.ros1, node, says_heard=says_heard),
+        "watchdog": RobotProcess(_order(node, settings), load_rospy().loginfo),
+    }
     with ExitStack() as parts:
-        parts.callback(robot.close)
-        robot.open()
-        node.end_between_messages()
-        driven = Drive(
-            [robot.receive, speech.receive, log], settings.safety, bool(switch("listening"))
-        )
-        parts.enter_context(zero_at_the_end(lambda: driven.zero(stamp(clock()))))
-        drive_live(driven, inbox, trouble, clock, over_robots(driven, {"ROS": robot.lost}))
+        boxes = parts.enter_context(mailboxes(robots, lambda line: load_rospy().logwarn(line)))
+        log = parts.enter_context(logged(inbox.put))
+        node.before_the_end(lambda: inbox.put(End()))
+        receivers = [*(box.receive for box in boxes.values()), *say, log]
+        lost = {name: box.lost for name, box in boxes.items()}
+        driven = Drive(receivers, settings.safety, bool(switch("listening")))
+        drive_by_clock(driven, inbox, clock, lost, ears)
 
 
-def log(event: Event) -> None:
-    """Write what happens into ROS's log, but for the velocity, which has its topic."""
+def logged(tell: Callable[[Warning | End], None]) -> Queued:
+    """What writes events into ROS's log, which may be a terminal or a disk that is slow."""
+    return Queued("the log", nullcontext(_log), tell)
+
+
+def _log(event: Event) -> None:
+    """Write what happens, but for the velocity, which has its topic."""
     if isinstance(event, Warning):
-        load_rospy().logwarn(event.text)
+        load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):
-        load_rospy().loginfo(" ".join(in_words(event).split()))
+        load_rospy().loginfo(printable(" ".join(in_words(event).split())))
+
+
+def _order(node: Node, settings: Config) -> Order:
+    """The watchdog of a node: a node beside it, with its remappings but a name of its own."""
+    name = node.name.rpartition("/")[2]
+    remapped = [a for a in sys.argv[1:] if a.startswith(KEPT) or not a.startswith("_")]
+    ros1 = replace(settings.ros1, node=name)
+    return Order("ros1", replace(settings, ros1=ros1), only_zero=True, arguments=tuple(remapped))

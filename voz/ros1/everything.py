@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-from queue import SimpleQueue
 from typing import NoReturn
 
-from voz.live.messages import Message
 from voz.ros1.driving import drive
 from voz.ros1.listening import make_hearing
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
-from voz.ros1.program import clock_from_now, run_node
+from voz.ros1.program import run_node
 from voz.ros1.replies import replies
+from voz.run.assembly import warner
+from voz.run.clocks import WallClock
+from voz.run.inbox import Inbox
 
 
 def listen_and_drive(node: Node) -> None:
     """Drive by the microphone until the node is ended."""
     settings = read_settings()
-    inbox: SimpleQueue[Message] = SimpleQueue()
-    clock = clock_from_now()
+    inbox = Inbox()
+    clock = WallClock(inbox)
     with (
-        replies(settings.speech) as speech,
-        make_hearing(settings, inbox, clock, speech.loudspeaker) as hearing,
+        replies(settings.speech, warner(inbox, clock)) as speech,
+        make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
-        drive(node, settings, speech, inbox, clock, hearing.trouble, says_heard=True)
+        drive(node, settings, inbox, clock, hearing, speech.receivers, says_heard=True)
 
 
 def main() -> NoReturn:

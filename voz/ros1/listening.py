@@ -10,12 +10,12 @@ from pathlib import Path
 from voz.audio.mixer import Mixer
 from voz.config import Config
 from voz.live.hearing import Hearing
-from voz.live.messages import Inbox
 from voz.recognition.profiles import load_profile
 from voz.recognition.recognizer import Recognizer
 from voz.ros1.language import read_language
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
+from voz.run.inbox import Inbox
 
 PULSE = "pulse"
 """PortAudio's name of PulseAudio, whose source `PULSE_SOURCE` chooses."""

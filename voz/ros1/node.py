@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -10,9 +9,6 @@ from typing import Any
 
 from voz.errors import RobotError
 from voz.ros1.master import ask, check_namespace, master_uri
-
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals that end a node."""
 
 LOOK = 0.1
 """How often the master is asked, s; with a beat of 0.1 s the robot stops in less than 0.5 s."""
@@ -49,14 +45,13 @@ class Node:
                 "start `roscore`, or set ROS_MASTER_URI"
             ) from error
         try:
-            # Signals are ours: they end the program by way of what stops the robot.
+            # Signals are ours: they end the run by a message, and that stops the robot.
             rospy.init_node(name, argv=["voz", *arguments], disable_signals=True)
         except (rospy.ROSException, ValueError) as error:
             raise RobotError(f"the ROS node {name} cannot be ({error}); correct it") from error
         self.name: str = rospy.get_name()
         self._rospy = rospy
         self._problem: str | None = None
-        self._asked_to_end = False
         self._ended = threading.Event()
         self._watch = threading.Thread(target=self._look, name="voz-ros-master", daemon=True)
         self._watch.start()
@@ -69,17 +64,8 @@ class Node:
 
     @property
     def over(self) -> bool:
-        """Whether somebody ended the node, by a signal or `rosnode kill`."""
-        return self._asked_to_end or bool(self._rospy.is_shutdown())
-
-    def end_between_messages(self) -> None:
-        """Let signals only set `over` from now on: an exception would cut a message in two."""
-
-        def ask(*_: object) -> None:
-            self._asked_to_end = True
-
-        for number in ENDING:
-            signal.signal(number, ask)
+        """Whether somebody ended the node, as by `rosnode kill`."""
+        return bool(self._rospy.is_shutdown())
 
     def trouble(self) -> str | None:
         """Tell why ROS cannot be reached now; None if all is well."""

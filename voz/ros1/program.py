@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 from collections.abc import Callable
 from typing import NoReturn
 
-from voz.drive import SWITCH
+from voz import signals
 from voz.errors import VozError
 from voz.live.quiet import quiet_libraries
 from voz.printable import printable
-from voz.ros1.node import ENDING, Node
+from voz.ros1.node import Node
+from voz.run.unblocked import unblocked_output
 
 WRONG_CALL = 2
 """Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
@@ -25,11 +25,9 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
         name: of the node, unless it is given another on the command line.
         work: what it does.
     """
-    sys.setswitchinterval(SWITCH)
-    for number in ENDING:
-        signal.signal(number, lambda *_: sys.exit(0))
+    signals.install(as_in_shells=False)
     try:
-        with quiet_libraries(), Node(name, sys.argv[1:]) as node:
+        with quiet_libraries(), unblocked_output(), Node(name, sys.argv[1:]) as node:
             work(node)
     except VozError as error:
         print(printable(f"{name}: {error}"), file=sys.stderr)

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
-from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from voz.errors import VozError
-from voz.events import Utterance, to_json
-from voz.live.hearing import Hearing
-from voz.live.messages import Halt, Message
-from voz.ros1.driving import log
+from voz.events import Event, Receiver, Utterance, Warning, to_json
+from voz.live.hearing import SILENT, Hearing
+from voz.ros1.driving import logged
 from voz.ros1.listening import make_hearing
-from voz.ros1.node import Node, load_rospy
+from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
-from voz.ros1.program import clock_from_now, run_node
+from voz.ros1.program import run_node
+from voz.run.assembly import raise_if_any
+from voz.run.clocks import WallClock
+from voz.run.inbox import End, Halt, Inbox
+from voz.signals import let_signals_wake
 
 BEAT = 0.1
 """How often `~trouble` says that all is well, s."""
@@ -28,7 +29,7 @@ STOPPED = "the recogniser was stopped by its service"
 class _Ears:
     """Hears from `start` to `stop`, which services call on threads of their own."""
 
-    def __init__(self, inbox: SimpleQueue[Message], clock: Callable[[], float]) -> None:
+    def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
         self._inbox = inbox
         self._clock = clock
         self._lock = threading.Lock()
@@ -51,7 +52,8 @@ class _Ears:
     def trouble(self) -> str:
         """Tell why nothing is heard; empty if all is well."""
         hearing = self._hearing
-        return hearing.trouble() or "" if hearing else STOPPED
+        # Whether the robot moves is not known here; who drives it looks at that.
+        return hearing.trouble(moving=True) or "" if hearing else STOPPED
 
 
 def recognise(node: Node) -> None:
@@ -60,41 +62,47 @@ def recognise(node: Node) -> None:
     from std_msgs.msg import String
     from std_srvs.srv import Empty
 
-    inbox: SimpleQueue[Message] = SimpleQueue()
-    clock = clock_from_now()
-    ears = _Ears(inbox, clock)
+    inbox = Inbox()
+    clock = WallClock(inbox)
+    ears = _Ears(inbox, clock.now)
     ears.start()
     output = rospy.Publisher("~output", String, queue_size=10, tcp_nodelay=True)
     refused = rospy.Publisher("~refused", String, queue_size=10)
     trouble = rospy.Publisher("~trouble", String, queue_size=1)
     rospy.Service("~start", Empty, _service(ears.start))
     rospy.Service("~stop", Empty, _service(ears.stop))
-    due, told = 0.0, ""
-    try:
-        while not node.over:
-            if clock() >= due:
-                told = _tell(told, ears.trouble(), trouble)
-                due = clock() + BEAT
-            try:
-                event = inbox.get(timeout=max(0.0, due - clock()))
-            except queue.Empty:
-                continue
-            if not isinstance(event, Halt):
-                log(event)
-            if isinstance(event, Utterance):
-                if event.accepted:
-                    output.publish(event.text)
-                else:
-                    refused.publish(to_json(event))
-    finally:
-        ears.stop()
+    node.before_the_end(lambda: inbox.put(End()))
+    with ExitStack() as parts:
+        parts.callback(ears.stop)
+        log = parts.enter_context(logged(inbox.put))
+        parts.enter_context(let_signals_wake(lambda: inbox.put(End())))
+        told, due = "", 0.0
+        while True:
+            taken = clock.take(due)
+            if taken is None:
+                told = _tell(told, ears.trouble(), trouble, log, clock.now())
+                due = clock.now() + BEAT
+            elif isinstance(taken.message, End):
+                raise_if_any(taken.message.error)
+                return
+            elif not isinstance(taken.message, Halt):
+                log(taken.message)
+                _publish(taken.message, output, refused)
 
 
-def _tell(before: str, now: str, publisher: Any) -> str:
+def _publish(event: Event, output: Any, refused: Any) -> None:
+    if isinstance(event, Utterance):
+        if event.accepted and not event.ignored:
+            output.publish(event.text)
+        else:
+            refused.publish(to_json(event))
+
+
+def _tell(before: str, now: str, publisher: Any, log: Receiver, t: float) -> str:
     """Tell what is wrong, or that all is well; the log is told only when that changes."""
     publisher.publish(now)
-    if now != before:
-        load_rospy().logwarn(now or "listening again")
+    if now != before and SILENT not in (now, before):  # that matters only to who drives
+        log(Warning(t, now or "listening again"))
     return now
 
 

@@ -6,44 +6,41 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
+from msgspec.structs import replace
+
 from voz.audio.mixer import Mixer
 from voz.config import Speech
-from voz.control.controller import REPLIES
 from voz.events import Event, Receiver, Reply
-from voz.pipeline import replies_to
 from voz.ros1.parameters import choice
-from voz.speech.speaker import Speaker
+from voz.run.assembly import replies_to, speaking
 
 
 class Replies(NamedTuple):
     """How the replies are said.
 
     Attributes:
-        receive: says the replies among the events.
-        problems: tells what went wrong since the last call.
+        receivers: what says the replies among the events, if anybody does.
         loudspeaker: what this process gives out, if it does.
     """
 
-    receive: Receiver
-    problems: Callable[[], list[str]] = list
+    receivers: list[Receiver]
     loudspeaker: Mixer | None = None
 
 
 @contextmanager
-def replies(settings: Speech) -> Iterator[Replies]:
+def replies(settings: Speech, warn: Callable[[str], None]) -> Iterator[Replies]:
     """Let the replies be said, by `~sound`: `voz`, `ros` or `none`.
 
     Args:
         settings: whose voice, and whether at all.
+        warn: takes what goes wrong, on any thread.
     """
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
-    if sound == "voz":
-        with Speaker(settings.voice, REPLIES) as speaker:
-            yield Replies(replies_to(speaker), speaker.drain_warnings, speaker.mixer)
-    elif sound == "ros":
-        yield Replies(_replies_on_robotsound(settings.voice))
-    else:
-        yield Replies(lambda event: None)
+    if sound == "ros":
+        yield Replies([_replies_on_robotsound(settings.voice)])
+        return
+    with speaking(replace(settings, enabled=sound == "voz"), warn) as speaker:
+        yield Replies(replies_to(speaker), speaker.mixer if speaker else None)
 
 
 def _replies_on_robotsound(voice: str) -> Receiver:

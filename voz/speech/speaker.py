@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import queue
 import threading
 import time
-from collections.abc import Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from voz.audio.files import read_sound
 from voz.audio.mixing import RATE
 from voz.errors import VozError
 from voz.speech.festival import cached, is_cached
 from voz.speech.sound_client import SoundClient
+
+_log = logging.getLogger("voz")
 
 LONGEST_QUEUE = 8
 """Replies that may wait; what is said later than that no longer belongs to what was done."""
@@ -24,7 +27,12 @@ CLOSING_TIME = 5.0
 STOPPING_TIME = 1.0
 """Seconds for the threads to end once all is silent."""
 
-Texts: TypeAlias = "queue.SimpleQueue[str | None]"
+
+class _Text(NamedTuple):
+    """What is to be said, and whether that has been rendered just now."""
+
+    text: str
+    is_rendered: bool = False
 
 
 class Speaker:
@@ -32,8 +40,7 @@ class Speaker:
 
     One thread lets festival render what was never said before, the other lets be heard what is
     rendered: so a festival that hangs keeps back no reply that is ready. Nothing that goes wrong
-    stops it: each problem is kept once for `drain_warnings`, and the next reply is tried anew.
-    `say` and `drain_warnings` are to be called from one thread.
+    stops it: each problem is told once, and the next reply is tried anew.
 
         with Speaker("kal_diphone") as speaker:
             speaker.say("I am listening")
@@ -41,22 +48,29 @@ class Speaker:
     Args:
         voice: a name from `voz.speech.festival.VOICES`.
         prepared: replies that are rendered at once, so that they are heard without delay.
+        warn: called with one line for each problem, on any thread; the same line comes again only
+            if the loudspeaker was back.
 
     Attributes:
         client: what the replies go through; other sounds may be played with it.
         mixer: the client's, which tells what is heard and until when.
     """
 
-    def __init__(self, voice: str, prepared: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        voice: str,
+        prepared: Sequence[str] = (),
+        warn: Callable[[str], None] = _log.warning,
+    ) -> None:
         self._voice = voice
         self._prepared = prepared
-        self._unrendered: Texts = queue.SimpleQueue()
-        self._rendered: Texts = queue.SimpleQueue()
-        self._warnings: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._warn = warn
+        self._unrendered: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._to_say: queue.SimpleQueue[_Text | None] = queue.SimpleQueue()
         self._warned: set[str] = set()
         self._closing = threading.Event()
         self._stopped = threading.Event()
-        self.client = SoundClient(voice, blocking=True, warn=self._warnings.put)
+        self.client = SoundClient(voice, blocking=True, warn=warn)
         self.mixer = self.client.mixer
         self._threads = [
             threading.Thread(target=work, name="voz-speaker", daemon=True)
@@ -73,27 +87,10 @@ class Speaker:
         """
         if self._closing.is_set():
             return
-        try:
-            texts = self._rendered if is_cached(text, self._voice) else self._unrendered
-        except VozError as error:
-            self._warn(error)
-            return
-        if texts.qsize() >= LONGEST_QUEUE:
+        if self._to_say.qsize() >= LONGEST_QUEUE:
             with contextlib.suppress(queue.Empty):  # the thread was faster: there is room
-                texts.get_nowait()
-        texts.put(text)
-
-    def drain_warnings(self) -> list[str]:
-        """Take the problems met since the last call.
-
-        Returns:
-            One line for each; the same line is given again only if the loudspeaker was back.
-        """
-        drained = []
-        with contextlib.suppress(queue.Empty):
-            while True:
-                drained.append(self._warnings.get_nowait())
-        return drained
+                self._to_say.get_nowait()
+        self._to_say.put(_Text(text))
 
     def close(self, timeout: float = CLOSING_TIME) -> None:
         """Say what is queued, then end; what is not said in time is left out.
@@ -102,8 +99,9 @@ class Speaker:
             timeout: how long to wait, s.
         """
         deadline = time.monotonic() + timeout
-        self._closing.set()
-        self._unrendered.put(None)
+        if not self._closing.is_set():
+            self._closing.set()
+            self._to_say.put(None)
         try:
             self._join(deadline)
         finally:  # also when Ctrl-C ends the waiting
@@ -129,21 +127,31 @@ class Speaker:
         while (text := self._unrendered.get()) is not None:
             try:
                 cached(text, self._voice, self._stopped)
-                self._rendered.put(text)
+                self._to_say.put(_Text(text, is_rendered=True))
             except VozError as error:
                 if not self._stopped.is_set():
-                    self._warn(error)
-        self._rendered.put(None)
+                    self._tell(error)
+        self._to_say.put(None)
 
     def _speak(self) -> None:
         self.mixer.prepare()
-        while (text := self._rendered.get()) is not None and not self._stopped.is_set():
-            try:
-                self.client.say(text)
-            except VozError as error:
-                self._warn(error)
+        for last in (False, True):
+            while (text := self._to_say.get()) is not None and not self._stopped.is_set():
+                self._take(text)
+            if not last:
+                self._unrendered.put(None)  # what is still rendered comes before its answer
 
-    def _warn(self, error: VozError) -> None:
+    def _take(self, text: _Text) -> None:
+        try:
+            # Looked at here, not in `say`: a disk may hang, and a robot is not to wait for it.
+            if text.is_rendered or is_cached(text.text, self._voice):
+                self.client.say(text.text)
+            else:
+                self._unrendered.put(text.text)
+        except VozError as error:
+            self._tell(error)
+
+    def _tell(self, error: VozError) -> None:
         if str(error) not in self._warned:
             self._warned.add(str(error))
-            self._warnings.put(str(error))
+            self._warn(str(error))

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import pytest
+from driving import type_lines
 
-from voz.config import Safety, Simulator
-from voz.control.controller import OBJECTS, RULES
-from voz.pipeline import drive_by_text, running
+from voz.config import Simulator
 from voz.robot.simulator import SimulatedRobot, Trip
 
 Driver = Callable[..., Trip]
@@ -17,8 +16,7 @@ Driver = Callable[..., Trip]
 def drive(lines: Sequence[str], settings: Simulator | None = None) -> Trip:
     """The trip that typed commands make, a line in each 0.1 s."""
     robot = SimulatedRobot(settings or Simulator())
-    with running([robot.receive], Safety(), voice=None) as pipeline:
-        drive_by_text(pipeline, ["start speech", *lines], [*RULES, *OBJECTS, "start speech"])
+    type_lines(["start speech", *lines], robot.receive)
     robot.come_to_rest()
     return robot.trip()
 

@@ -54,7 +54,7 @@ def test_what_is_no_text_is_passed_over(texts: list[str], other: Program) -> Non
 def test_what_this_process_publishes_is_not_heard(texts: list[str], other: Program) -> None:
     robot = Ros2Robot(Ros2(wait=0))
     robot.open()
-    robot.receive(Utterance(0.0, "go back", 0.9, True, 0.0, 0.0, "microphone"))
+    robot.receive(Utterance(0.0, "go back", 0.9, True, 0.0, 0.0, "microphone", obeyed=True))
     robot.close()
     other.say("stop")
     wait_until(lambda: texts[-1] == "stop")

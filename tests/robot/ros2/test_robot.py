@@ -49,7 +49,7 @@ def heard(reader: DataReader[Any]) -> list[Any]:
 
 
 def said(text: str, accepted: bool = True, source: str = "microphone") -> Utterance:
-    return Utterance(0.0, text, 0.9, accepted, 0.0, 0.0, source)
+    return Utterance(0.0, text, 0.9, accepted, 0.0, 0.0, source, obeyed=accepted)
 
 
 def test_velocities_arrive_exactly() -> None:

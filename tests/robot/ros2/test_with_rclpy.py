@@ -44,7 +44,7 @@ def opened(settings: Ros2) -> Iterator[tuple[Ros2Robot, list[str]]]:
     told: list[Warning] = []
     robot = Ros2Robot(settings, told.append)
     robot.open()
-    writers = robot._cmd_vel, robot._selected_object, robot._output, robot._diagnostics
+    writers = robot._velocities.writer, robot._selected_object, robot._output, robot._diagnostics
     wait_until(lambda: all(writer.get_matched_subscriptions() for writer in writers))
     texts = [warning.text for warning in told]
     try:
@@ -54,7 +54,7 @@ def opened(settings: Ros2) -> Iterator[tuple[Ros2Robot, list[str]]]:
 
 
 def said(text: str) -> Utterance:
-    return Utterance(0.0, text, 0.9, True, 0.0, 0.0, "microphone")
+    return Utterance(0.0, text, 0.9, True, 0.0, 0.0, "microphone", obeyed=True)
 
 
 def messages(lines: list[Line], topic: str) -> list[Any]:

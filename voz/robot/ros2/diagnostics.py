@@ -33,8 +33,8 @@ class Diagnosis:
             self._warning = event
         elif isinstance(event, Utterance):
             self._heard, self._confidence = event.text, event.confidence
-            self._obeyed += event.accepted
-            self._refused += not event.accepted
+            self._obeyed += event.obeyed is True
+            self._refused += not event.obeyed
 
     def status(self, now: float, listeners: Sequence[str], trouble: str | None) -> DiagnosticStatus:
         """Put it into words.

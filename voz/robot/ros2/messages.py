@@ -209,6 +209,11 @@ def velocity(linear: float, angular: float) -> Twist:
     return Twist(Vector3(x=linear), Vector3(z=angular))
 
 
+def stamped(twist: Twist, frame_id: str) -> TwistStamped:
+    """The same with the time of day, in the frame of the base."""
+    return TwistStamped(header(frame_id), twist)
+
+
 TYPE_HASHES: dict[type[Any], str] = {
     Int16: "RIHS01_1dcc3464e47c288a55f943a389d337cdb06804de3f5cd7a266b0de718eee17e5",
     String: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",

@@ -28,6 +28,9 @@ QUEUE = 10
 MOST_WAITING = 100_000_000
 """So long a full queue holds up a message, ns; one cycle."""
 
+LAST_WORD = 0.3
+"""How long an end waits for the last velocity to be acknowledged, s."""
+
 _domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
 """A process can be in a domain only once."""
 

@@ -15,8 +15,9 @@ from voz.robot.ros2.audience import Audience
 from voz.robot.ros2.diagnostics import Diagnosis
 from voz.robot.ros2.listeners import Listeners
 from voz.robot.ros2.listening import HEARD_ON_ROS
-from voz.robot.ros2.node import Node, answered, write
+from voz.robot.ros2.node import LAST_WORD, Node, answered, write
 from voz.robot.ros2.odometry import OdometryPublisher
+from voz.robot.ros2.velocity import VelocityTopic
 from voz.simulation.world import State
 
 DEADLINE = 0.2
@@ -27,9 +28,6 @@ LEASE = 0.5
 
 DIAGNOSED = 1.0
 """From one message on `/diagnostics` to the next, s."""
-
-LAST_WORD = 0.3
-"""How long the end waits for the last velocity to be acknowledged, s."""
 
 LOOK = 0.02
 """How often it looks at first whether somebody listens, s."""
@@ -69,9 +67,9 @@ class Ros2Robot(Robot):
         settings = self._settings
         self._node = node = Node(settings)
         self._topic = node.name(settings.cmd_vel)
-        self._cmd_vel = node.writer(
-            settings.cmd_vel,
-            messages.TwistStamped if settings.stamped else messages.Twist,
+        self._velocities = VelocityTopic(
+            node,
+            settings,
             Policy.Deadline(round(DEADLINE * 1e9)),
             # Asserted by each velocity: a program that hangs is noticed like one that is gone.
             Policy.Liveliness.ManualByTopic(round(LEASE * 1e9)),
@@ -81,7 +79,7 @@ class Ros2Robot(Robot):
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)
-        self._listeners = Listeners(node, self._cmd_vel)
+        self._listeners = Listeners(node, self._velocities.writer)
         until = time.monotonic() + settings.wait
         while not self._listeners.handles() and time.monotonic() < until:
             time.sleep(LOOK)
@@ -92,8 +90,8 @@ class Ros2Robot(Robot):
         self._diagnosis.receive(event)
         if isinstance(event, Twist):
             handles = self._listeners.handles()
-            self._audience.note(time.monotonic(), handles, answered(self._cmd_vel, 0.0))
-            write(self._cmd_vel, self._velocity(event))
+            self._audience.note(time.monotonic(), handles, answered(self._velocities.writer, 0.0))
+            self._velocities.publish(event)
             if self._odometry and self.where:
                 self._odometry.publish(self.where(event.t))
             if event.t - self._diagnosed >= DIAGNOSED:
@@ -103,7 +101,7 @@ class Ros2Robot(Robot):
                 self._look_around(event.t)
         elif isinstance(event, SelectedObject):
             write(self._selected_object, messages.Int16(event.value))
-        elif isinstance(event, Utterance) and event.accepted and event.source != HEARD_ON_ROS:
+        elif isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
             write(self._output, messages.String(event.text.lower()))
 
     def lost(self) -> str | None:
@@ -118,16 +116,10 @@ class Ros2Robot(Robot):
 
     def close(self) -> None:
         """Wait until the last velocity has arrived, and leave the domain."""
-        answered(self._cmd_vel, LAST_WORD)
-        del self._cmd_vel, self._selected_object, self._output, self._diagnostics
+        answered(self._velocities.writer, LAST_WORD)
+        del self._velocities, self._selected_object, self._output, self._diagnostics
         self._odometry = None
         del self._listeners, self._node
-
-    def _velocity(self, twist: Twist) -> messages.Twist | messages.TwistStamped:
-        velocity = messages.velocity(twist.linear, twist.angular)
-        if self._settings.stamped:
-            return messages.TwistStamped(messages.header(self._settings.frame_id), velocity)
-        return velocity
 
     def _look_around(self, now: float) -> None:
         """Say who came and who went; if nobody is there, look why."""

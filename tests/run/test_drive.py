@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from voz.config import Safety
 from voz.control.controller import OBJECTS, RULES
-from voz.drive import Drive
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.run.drive import Drive
 
 COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
 STOPPING = ("stop", "stop speech")

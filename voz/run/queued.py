@@ -1,13 +1,14 @@
-"""Lets what writes events down do so on a thread of its own: a robot must not wait for a reader."""
+"""Receivers behind a queue, each on a thread of its own: the robot never waits for a disk."""
 
 from __future__ import annotations
 
 import queue
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 
 from voz.events import Event, Receiver, Warning
+from voz.run.inbox import End
 
 MOST_WAITING = 6000
 """Events that may wait for a slow disk or reader: those of ten minutes."""
@@ -16,62 +17,59 @@ CLOSING_TIME = 3.0
 """For what waits to be written when the run is over, s; some readers never read it."""
 
 
-class Aside:
+class Queued:
     """Hands events to a receiver that may be slow, without waiting for it.
 
     Use it in a `with` block: the receiver is opened at its beginning, and gets what waits and is
-    closed at its end. What it raises is raised by the next event, or by the end of the block.
+    closed at its end. What it raises ends the run; if that is over already, the block raises it.
     """
 
     def __init__(
-        self, name: str, opening: AbstractContextManager[Receiver], take: Callable[[Warning], None]
+        self,
+        name: str,
+        opening: AbstractContextManager[Receiver],
+        tell: Callable[[Warning | End], None],
     ) -> None:
         """Prepare to hand events on.
 
         Args:
             name: what is written, for messages.
             opening: gives what takes the events; it is entered and left on the other thread.
-            take: takes the warning that it cannot follow.
+            tell: takes the warning that it cannot follow, and the end of the run by an error.
         """
         self._name = name
         self._opening = opening
-        self._take = take
+        self._tell = tell
         self._waiting: queue.Queue[Event | None] = queue.Queue(MOST_WAITING)
         self._opened = threading.Event()
         self._failure: Exception | None = None
         self._late = False
-        self._thread = threading.Thread(target=self._work, name="voz-aside", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="voz-queued", daemon=True)
 
     def __enter__(self) -> Receiver:
         """Open the receiver; raises what that raises."""
         self._thread.start()
         self._opened.wait()
-        self._raise()
+        if self._failure:
+            raise self._failure
         return self._receive
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        try:
-            self._waiting.put(None, timeout=CLOSING_TIME)
-        except queue.Full:
-            return
-        self._thread.join(CLOSING_TIME)
-        if kind is None:
-            self._raise()
+        if not self._failure:
+            with suppress(queue.Full):
+                self._waiting.put(None, timeout=CLOSING_TIME)
+                self._thread.join(CLOSING_TIME)
+        if kind is None and self._failure:
+            raise self._failure
 
     def _receive(self, event: Event) -> None:
-        self._raise()
         try:
             self._waiting.put_nowait(event)
         except queue.Full:
-            if not self._late:
+            if not self._late and not self._failure:
                 self._late = True
                 text = f"{self._name}: cannot be written fast enough; events are missing"
-                self._take(Warning(event.t, text))
-
-    def _raise(self) -> None:
-        failure, self._failure = self._failure, None
-        if failure:
-            raise failure
+                self._tell(Warning(event.t, text))
 
     def _work(self) -> None:
         try:
@@ -81,5 +79,7 @@ class Aside:
                     write(event)
         except Exception as error:  # it belongs to those who send the events
             self._failure = error
+            if self._opened.is_set():
+                self._tell(End(error))
         finally:
             self._opened.set()

@@ -6,23 +6,16 @@ import itertools
 import threading
 import time
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
 
 import pytest
+from driving import speak, type_lines
 from recordings import FIXTURES, GO_BACK
 
-from voz.config import Safety
-from voz.control.controller import RULES
 from voz.errors import AudioError
-from voz.events import Event, Reply, Twist, Utterance, Warning
-from voz.live.messages import Halt, Inbox
-from voz.pipeline import Pipeline, drive_by_recordings, drive_by_text, running
-from voz.realtime import RealtimePipeline
+from voz.events import Event, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 
-COMMANDS = [*RULES, "start speech"]
 LINES = ["start speech", "go forward", "-", "turn left", "stop"]
 
 
@@ -38,15 +31,11 @@ class Clocked:
         self.times.append(time.monotonic())
 
 
-def typed(lines: list[str], kind: type[Pipeline], run: Clocked) -> list[Event]:
-    with running([run.receive], Safety(), None, make=kind) as drive:
-        drive_by_text(drive, lines, COMMANDS)
-    return run.events
-
-
 def test_typed_lines_give_the_same_events_each_in_its_tenth_of_a_second() -> None:
-    run = Clocked()
-    assert typed(LINES, RealtimePipeline, run) == typed(LINES, Pipeline, Clocked())
+    run, twin = Clocked(), Clocked()
+    type_lines(LINES, run.receive, paced=True)
+    type_lines(LINES, twin.receive)
+    assert run.events == twin.events
     beats = [t for t, e in zip(run.times, run.events, strict=True) if isinstance(e, Twist)]
     begun = beats[0]
     # The last is the zero that ends the run, and that comes at once.
@@ -56,19 +45,17 @@ def test_typed_lines_give_the_same_events_each_in_its_tenth_of_a_second() -> Non
 def test_recordings_give_the_same_events(recognizer: Recognizer) -> None:
     paths = [FIXTURES / "commands" / "festival_slt__start_speech.flac", GO_BACK, Path("none.wav")]
 
-    def spoken(kind: type[Pipeline]) -> tuple[list[Event], list[str]]:
+    def spoken(paced: bool) -> tuple[list[Event], list[str]]:
         run = Clocked()
-        with running([run.receive], Safety(), None, make=kind) as drive:
-            errors = drive_by_recordings(drive, paths, recognizer)
+        errors = speak(recognizer, paths, run.receive, paced=paced)
         return run.events, errors
 
-    assert spoken(RealtimePipeline) == spoken(Pipeline)
+    assert spoken(True) == spoken(False)
 
 
 def test_an_utterance_takes_effect_at_its_time(recognizer: Recognizer) -> None:
     run = Clocked()
-    with running([run.receive], Safety(), None, make=RealtimePipeline) as drive:
-        drive_by_recordings(drive, [GO_BACK], recognizer)
+    speak(recognizer, [GO_BACK], run.receive, paced=True)
     came = dict(zip(run.events, run.times, strict=True))
     begun = came[Twist(0.0, 0.0, 0.0)]
     (heard,) = [event for event in run.events if isinstance(event, Utterance)]
@@ -91,8 +78,7 @@ def test_the_beat_goes_on_while_no_line_comes() -> None:
         if sum(isinstance(e, Twist) and e.linear > 0 for e in events) == 5:
             more.set()
 
-    with running([receive], Safety(), None, make=RealtimePipeline) as drive:
-        drive_by_text(drive, slowly(), COMMANDS)
+    type_lines(slowly(), receive, paced=True)
     times = [event.t for event in events if isinstance(event, Twist)]
     assert times == [n / 10 for n in range(len(times))]
     assert [e.text for e in events if isinstance(e, Utterance)][-1] == "stop"
@@ -104,13 +90,9 @@ def test_what_goes_wrong_while_reading_ahead_ends_the_run() -> None:
         raise AudioError("the disk is gone")
 
     events: list[Event] = []
-    with (
-        pytest.raises(AudioError, match="the disk is gone"),
-        running([events.append], Safety(), None, make=RealtimePipeline) as drive,
-    ):
-        drive_by_text(drive, broken(), COMMANDS)
-    assert events[-1].t == 0.1
-    assert isinstance(events[-1], Twist)
+    with pytest.raises(AudioError, match="the disk is gone"):
+        type_lines(broken(), events.append, paced=True)
+    assert events[-1] == Twist(0.1, 0, 0)
 
 
 def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
@@ -122,9 +104,8 @@ def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
         moved += any(isinstance(event, Twist) and event.linear for event in events)
         return "the robot x is lost (gone)" if 2 <= moved < 4 else None
 
-    make = partial(RealtimePipeline, lost={"x": lost})
-    with running([events.append], Safety(), None, make=make) as drive:
-        drive_by_text(drive, ["start speech", "go forward", *"------"], COMMANDS)
+    lines = ["start speech", "go forward", *"------"]
+    type_lines(lines, events.append, paced=True, x=lost)
     kept = [event for event in events if isinstance(event, Twist | Warning)]
     spells = [list(spell) for _, spell in itertools.groupby(kept, type)]
     assert [e.linear for e in spells[0]] == [0, 0.1, 0.1]
@@ -133,14 +114,20 @@ def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
     assert not any(e.linear for e in [*spells[2], *spells[4]])
 
 
-def test_what_other_threads_tell_is_taken_with_the_beat() -> None:
-    inbox: Inbox = SimpleQueue()
-    inbox.put(Warning(0.0, "bump"))
-    inbox.put(Halt())
-    events: list[Event] = []
-    make = partial(RealtimePipeline, inbox=inbox)
-    with running([events.append], Safety(), None, listening=True, make=make) as drive:
-        drive_by_text(drive, ["go forward", "-"], COMMANDS)
-    assert [e.text for e in events if isinstance(e, Warning)] == ["bump"]
-    assert not any(isinstance(event, Reply) for event in events)
-    assert [e.linear for e in events if isinstance(e, Twist)] == [0, 0, 0]
+def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace() -> None:
+    run = Clocked()
+    paused = False
+
+    def receive(event: Event) -> None:
+        nonlocal paused
+        run.receive(event)
+        if event == Twist(0.3, 0.1, 0) and not paused:
+            paused = True
+            time.sleep(1)  # as if the process were suspended
+
+    lines = ["start speech", "go forward", *"-----", "go back", "-"]
+    type_lines(lines, receive, paced=True)
+    twists = [event for event in run.events if isinstance(event, Twist)]
+    assert [event.linear for event in twists] == [0, 0.1, 0.1, 0.1, 0, 0, 0, -0.1, -0.1, 0]
+    (warning,) = [event.text for event in run.events if isinstance(event, Warning)]
+    assert warning.startswith("nothing went on for 1.")

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import Safety
-from voz.drive import Drive
 from voz.events import Event, Utterance, Warning
-from voz.watch import over_robots
+from voz.run.drive import Drive
+from voz.run.watch import over_robots
 
 
 def go_forward(t: float) -> Utterance:

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import queue
-from typing import Any
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import Safety
-from voz.drive import Drive
 from voz.events import Event, Partial, Twist, Utterance, Warning
-from voz.live.loop import drive_live
-from voz.live.messages import Halt, Message
+from voz.run.beat import LONGEST_GAP, beat
+from voz.run.drive import Drive
+from voz.run.inbox import End, Halt, Message, Taken
+from voz.run.watch import Watch
 
 GONE = "the microphone is gone"
 
 
-class Ended(Exception):
-    """The run is over, as if by a signal."""
-
-
 class Room:
-    """A clock, an inbox whose waiting lets the time pass, and a robot that notes what it is sent.
+    """A clock whose waiting lets the time pass, what happens, and a robot that notes what it gets.
 
     Attributes:
         happens: what is heard or typed, and when.
         lost: from when to when nothing is heard.
-        stalls: how long the robot takes for the first event after a time, s.
+        stalls: how long the loop stands still after a time, s.
     """
 
     def __init__(
@@ -39,29 +33,28 @@ class Room:
         stalls: dict[float, float] | None = None,
     ) -> None:
         self._now = 0.0
-        self._until = until
-        self._happens = happens or []
+        self._happens = [*(happens or []), (until, End())]
         self._lost = lost
         self._stalls = stalls or {}
         self.sent: list[tuple[float, Event]] = []
-        inbox: Any = self
-        with pytest.raises(Ended):
-            drive_live(
-                Drive([self._receive], Safety(), listening=True), inbox, self._trouble, self._clock
-            )
+        drive = Drive([self._receive], Safety(), listening=True)
+        watch = Watch(drive, self._trouble, "listening again", "microphone")
+        assert beat(drive, self, [watch.look], at_once=True) is None
 
-    def get(self, timeout: float) -> Message:
-        if self._happens and self._happens[0][0] <= self._now + timeout:
-            when, message = self._happens.pop(0)
-            self._now = max(self._now, when)
-            return message
-        self._now += timeout
-        raise queue.Empty
-
-    def _clock(self) -> float:
-        if self._now > self._until:
-            raise Ended
+    def now(self) -> float:
         return self._now
+
+    def take(self, until: float) -> Taken | None:
+        when, message = self._happens[0]
+        if when < until or self._now > when:
+            self._happens.pop(0)
+            self._now = max(self._now, when)
+            return Taken(message, False)
+        self._now = max(self._now, until)
+        return None
+
+    def held_up(self, seconds: float) -> None:
+        pass
 
     def _trouble(self) -> str | None:
         return GONE if self._lost[0] <= self._now < self._lost[1] else None
@@ -82,8 +75,8 @@ class Room:
         return [(round(when, 3), event.text) for when, event in warnings]
 
 
-def heard(text: str, source: str = "microphone") -> Utterance:
-    return Utterance(0, text, 0.9, True, 0, 0, source)
+def heard(text: str, end: float = 9, source: str = "microphone") -> Utterance:
+    return Utterance(end, text, 0.9, True, end, end, source)
 
 
 def test_the_beat_is_10_hz() -> None:
@@ -106,15 +99,41 @@ def test_what_changes_no_velocity_waits_for_the_beat() -> None:
     assert [when for when, _ in room.twists] == [0, 0.1, 0.2, 0.3]
 
 
-def test_a_robot_that_stalls_leaves_beats_out_and_gets_no_burst() -> None:
-    room = Room(1.25, stalls={0.3: 0.53})
-    assert [when for when, _ in room.twists] == [0, 0.1, 0.2, 0.3, 0.83, 0.9, 1, 1.1, 1.2]
+def test_beats_that_are_missed_are_left_out_and_come_in_no_burst() -> None:
+    room = Room(1.25, stalls={0.3: 0.43})
+    assert [when for when, _ in room.twists] == [0, 0.1, 0.2, 0.3, 0.73, 0.8, 0.9, 1, 1.1, 1.2]
+    assert room.warnings == []
+
+
+def test_after_a_pause_longer_than_a_base_waits_the_motion_is_over() -> None:
+    room = Room(2, [(0.05, heard("go forward"))], stalls={0.3: 1.5})
+    assert room.twists[:6] == [(0, 0), (0.05, 0.1), (0.1, 0.1), (0.2, 0.1), (0.3, 0.1), (1.8, 0)]
+    assert room.warnings == [(1.8, "nothing went on for 1.5 s: the robot stops")]
+
+
+def test_what_was_said_before_or_in_a_pause_does_not_begin_a_new_motion() -> None:
+    said = [(1.8, heard("go back", end=0.9)), (1.81, heard("go forward", end=0.2))]
+    room = Room(2.5, said, stalls={0.3: 1.5})
+    assert not any(linear for _, linear in room.twists)
+    late = [event for _, event in room.sent if isinstance(event, Utterance)]
+    assert [(event.obeyed, event.ignored) for event in late] == [(False, "too_late")] * 2
+
+
+def test_after_a_pause_a_new_command_moves_the_robot() -> None:
+    room = Room(2.5, [(2.05, heard("go back", end=2))], stalls={0.3: 1.5})
+    assert room.twists[-1] == (2.5, -0.1)
+
+
+@given(st.floats(LONGEST_GAP + 0.11, 20), st.floats(0, 3))
+def test_no_pause_is_overlooked_whenever_it_comes(pause: float, begin: float) -> None:
+    room = Room(24, [(0.01, heard("go forward", 0.01))], stalls={begin: pause})
+    assert not any(linear for when, linear in room.twists if when > begin + pause)
 
 
 @given(st.dictionaries(st.floats(0, 3), st.floats(0, 0.7), max_size=5))
 def test_whatever_stalls_there_is_one_beat_in_a_cycle_at_most(stalls: dict[float, float]) -> None:
     until = 4 + sum(stalls.values())
-    times = [when for when, _ in Room(until, stalls=stalls).sent]
+    times = [when for when, event in Room(until, stalls=stalls).sent if isinstance(event, Twist)]
     cycles = [int(when * 10) for when in times]
     assert len(cycles) == len(set(cycles))
     assert times[-1] > until - 0.11  # and it goes on
@@ -137,7 +156,7 @@ def test_after_that_the_robot_moves_on_a_new_command() -> None:
 
 
 def test_typed_commands_move_the_robot_also_while_nothing_is_heard() -> None:
-    room = Room(1, [(0.45, heard("go back", "text"))], lost=(0.2, 3))
+    room = Room(1, [(0.45, heard("go back", source="text"))], lost=(0.2, 3))
     assert room.twists[-1] == (1, -0.1)
     assert len(room.warnings) == 1
 

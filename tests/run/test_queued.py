@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
 
-from voz.aside import MOST_WAITING, Aside
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Twist, Warning
+from voz.run.inbox import End
+from voz.run.queued import MOST_WAITING, Queued
 
 
 class Log:
@@ -45,18 +47,18 @@ def twist(t: float) -> Twist:
 
 def test_all_events_are_written_in_order_before_it_is_closed() -> None:
     log = Log()
-    with Aside("log", log.opening(), pytest.fail) as receive:
+    with Queued("log", log.opening(), pytest.fail) as receive:
         for number in range(200):
             receive(twist(number))
     assert log.times == list(range(200))
-    assert log.closed_on == "voz-aside"
+    assert log.closed_on == "voz-queued"
 
 
 def test_who_sends_does_not_wait_and_is_warned_once() -> None:
     log = Log()
     log.flows.clear()
-    told: list[Warning] = []
-    with Aside("log", log.opening(), told.append) as receive:
+    told: list[Warning | End] = []
+    with Queued("log", log.opening(), told.append) as receive:
         receive(twist(0))
         assert log.begun.wait(10)  # that one is stuck, and the others wait
         for number in range(1, MOST_WAITING + 3):
@@ -67,26 +69,39 @@ def test_who_sends_does_not_wait_and_is_warned_once() -> None:
     assert log.times == list(range(MOST_WAITING + 1))
 
 
-def test_what_it_raises_is_raised_by_a_later_event() -> None:
+def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
     log = Log(fails_at=0)
+    told: queue.SimpleQueue[Warning | End] = queue.SimpleQueue()
+    queued = Queued("log", log.opening(), told.put)
+    receive = queued.__enter__()
+    receive(twist(0))
+    end = told.get(timeout=10)
+    assert isinstance(end, End)
+    assert "No space left" in str(end.error)
+    for number in range(MOST_WAITING + 3):
+        receive(twist(number))
+    assert told.empty()
     with pytest.raises(ConfigError, match="No space left"):
-        send_for_ever(Aside("log", log.opening(), pytest.fail))
+        queued.__exit__(None, None, None)
 
 
-def send_for_ever(aside: Aside) -> None:
-    with aside as receive:
-        while True:
-            receive(twist(0))
+def test_an_error_that_ended_the_run_is_not_hidden_by_another_at_its_end() -> None:
+    log = Log(fails_at=0)
+    told: queue.SimpleQueue[Warning | End] = queue.SimpleQueue()
+    queued = Queued("log", log.opening(), told.put)
+    queued.__enter__()(twist(0))
+    told.get(timeout=10)
+    queued.__exit__(RuntimeError, RuntimeError(), None)
 
 
 def test_what_it_raises_last_is_raised_at_the_end() -> None:
     log = Log(fails_at=2)
-    aside = Aside("log", log.opening(), pytest.fail)
-    receive = aside.__enter__()
+    queued = Queued("log", log.opening(), lambda _: None)
+    receive = queued.__enter__()
     receive(twist(1))
     receive(twist(2))
     with pytest.raises(ConfigError, match="No space left"):
-        aside.__exit__(None, None, None)
+        queued.__exit__(None, None, None)
     assert log.times == [1]
 
 
@@ -98,6 +113,6 @@ def test_what_opening_raises_is_raised_at_once() -> None:
 
     with (
         pytest.raises(ConfigError, match="No such file"),
-        Aside("log", closed(), pytest.fail),
+        Queued("log", closed(), pytest.fail),
     ):
         pytest.fail("it is not open")

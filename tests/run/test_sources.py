@@ -3,35 +3,30 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
+from driving import COMMANDS, speak, type_lines
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings import FIXTURES, Recording
 
 from voz.config import Safety
-from voz.control.controller import OBJECTS, RULES, STARTED, STOPPED
+from voz.control.controller import STARTED, STOPPED
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
-from voz.pipeline import drive_by_recordings, drive_by_text, running
 from voz.recognition.recognizer import Recognizer
-
-COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
 
 
 def typed(lines: Sequence[str], safety: Safety | None = None) -> list[Event]:
     events: list[Event] = []
-    with running([events.append], safety or Safety(), voice=None) as pipeline:
-        drive_by_text(pipeline, lines, COMMANDS)
+    type_lines(lines, events.append, safety=safety)
     return events
 
 
 def spoken(recognizer: Recognizer, *paths: Path) -> tuple[list[Event], list[str]]:
     events: list[Event] = []
-    with running([events.append], Safety(), voice=None) as pipeline:
-        errors = drive_by_recordings(pipeline, paths, recognizer)
-    return events, errors
+    return events, speak(recognizer, paths, events.append)
 
 
 def velocities(events: list[Event]) -> list[tuple[float, float]]:
@@ -51,10 +46,10 @@ def test_each_line_is_one_cycle_and_zero_is_sent_last() -> None:
 def test_a_command_comes_before_the_velocity_it_causes() -> None:
     events = typed(["start speech", "point beer"])
     assert events == [
-        Utterance(0.0, "start speech", 1.0, True, 0.0, 0.0, "text"),
+        Utterance(0.0, "start speech", 1.0, True, 0.0, 0.0, "text", obeyed=True),
         Reply(0.0, STARTED),
         Twist(0.0, 0.0, 0.0),
-        Utterance(0.1, "point beer", 1.0, True, 0.1, 0.1, "text"),
+        Utterance(0.1, "point beer", 1.0, True, 0.1, 0.1, "text", obeyed=True),
         SelectedObject(0.1, 1),
         Twist(0.1, 0.0, 0.0),
         Twist(0.2, 0.0, 0.0),
@@ -100,13 +95,13 @@ def test_s6_a_robot_that_hears_nothing_stops_and_needs_a_new_command() -> None:
 def test_s7_zero_is_sent_last_whatever_ends_the_run(end: type[BaseException]) -> None:
     events: list[Event] = []
 
-    def program() -> None:
-        with running([events.append], Safety(), voice=None) as pipeline:
-            drive_by_text(pipeline, ["start speech", "go forward"], COMMANDS)
-            raise end
+    def lines() -> Iterator[str]:
+        yield "start speech"
+        yield "go forward"
+        raise end
 
     with pytest.raises(end):
-        program()
+        type_lines(lines(), events.append)
     assert velocities(events)[-2:] == [(0.1, 0.0), (0.0, 0.0)]
 
 

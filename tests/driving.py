@@ -1,0 +1,54 @@
+"""Runs by typed lines and recordings in the test's own process, and the events they give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from voz.config import Config, Safety, Speech
+from voz.control.controller import OBJECTS, RULES
+from voz.events import Receiver
+from voz.recognition.recognizer import Recognizer
+from voz.run.offline import Played, run_at_its_pace, run_at_once
+from voz.run.sources import lines_typed, recordings_played
+
+COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
+
+
+class Robots(NamedTuple):
+    receivers: list[Receiver]
+    lost: Mapping[str, Callable[[], str | None]]
+
+
+def play(
+    played: Played,
+    *receivers: Receiver,
+    safety: Safety | None = None,
+    listening: bool = False,
+    paced: bool = False,
+    **lost: Callable[[], str | None],
+) -> None:
+    """Drive by what is played; `lost` tells of robots, by their names, why they are lost."""
+
+    @contextmanager
+    def opened(_tell: object) -> Iterator[Robots]:
+        yield Robots(list(receivers), lost)
+
+    settings = Config(safety=safety or Safety(), speech=Speech(enabled=False))
+    (run_at_its_pace if paced else run_at_once)(played, settings, listening, opened)
+
+
+def type_lines(lines: Iterable[str], *receivers: Receiver, **how: Any) -> None:
+    """Drive by typed lines."""
+    play(lambda now: lines_typed(lines, COMMANDS, now), *receivers, **how)
+
+
+def speak(
+    recognizer: Recognizer, paths: Iterable[Path], *receivers: Receiver, **how: Any
+) -> list[str]:
+    """Drive by recordings; gives what could not be read."""
+    unreadable: list[str] = []
+    play(lambda _: recordings_played(paths, recognizer, unreadable), *receivers, **how)
+    return unreadable

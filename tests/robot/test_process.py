@@ -1,0 +1,162 @@
+"""A robot in a process of its own, which stops it when the run cannot."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from voz.errors import RobotError
+from voz.events import Reply, Twist
+from voz.robot.child import SILENCE
+from voz.robot.process import Order, RobotProcess
+
+MODULE = """
+from pathlib import Path
+from voz.events import Reply, Twist, to_json
+from voz.robot.base import Robot
+
+class Mine(Robot):
+    gone = None
+    def open(self):
+        self.log = open("log", "w", buffering=1)
+        print("opened")
+    def receive(self, event):
+        if isinstance(event, Reply):
+            exec(event.text)
+        self.log.write(to_json(event) + "\\n")
+    def lost(self):
+        return self.gone
+    def close(self):
+        self.log.write("closed\\n")
+
+class Shut(Robot):
+    def open(self):
+        raise OSError("no such port")
+"""
+
+AHEAD, REST = Twist(1, 0.1, 0), Twist(2, 0, 0)
+
+
+@contextmanager
+def process(kind: str = "Mine") -> Iterator[tuple[RobotProcess, list[str]]]:
+    printed: list[str] = []
+    robot = RobotProcess(Order(f"own:{kind}"), printed.append)
+    try:
+        robot.open()
+        yield robot, printed
+    finally:
+        robot.end()
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "own.py").write_text(MODULE)
+    monkeypatch.chdir(tmp_path)
+
+
+def got() -> list[str]:
+    return Path("log").read_text().splitlines()
+
+
+def velocities() -> list[float]:
+    return [0.1 if '"linear":0.1' in line else 0.0 for line in got() if "cmd_vel" in line]
+
+
+def until(happens: Callable[[], object]) -> None:
+    deadline = time.monotonic() + 30
+    while not happens():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_it_gets_the_events_in_order_prints_and_is_closed() -> None:
+    with process() as (robot, printed):
+        for event in (AHEAD, Reply(1.5, "print('done')"), REST):
+            robot.receive(event)
+        robot.close()
+        until(lambda: printed == ["opened", "done"])
+    assert [line[:17] for line in got()] == [
+        '{"type":"cmd_vel"', '{"type":"reply","', '{"type":"cmd_vel"', "closed",
+    ]  # fmt: skip
+
+
+def test_what_opening_raises_is_one_line_with_its_place() -> None:
+    with pytest.raises(RobotError, match=r"own:Shut cannot .*no such port \(own.py, line 22\)"):
+        process("Shut").__enter__()
+
+
+@pytest.mark.parametrize("fault", ["raise SystemExit", "raise KeyboardInterrupt", "1 / 0"])
+def test_what_it_raises_is_an_error_and_it_can_still_be_stopped(fault: str) -> None:
+    with process() as (robot, _):
+        robot.receive(AHEAD)
+        with pytest.raises(RobotError):
+            robot.receive(Reply(1, fault))
+        robot.receive(REST)
+        robot.close()
+    assert velocities() == [0.1, 0.0]
+
+
+def test_whether_it_is_lost_comes_with_each_event() -> None:
+    with process() as (robot, _):
+        robot.receive(Reply(1, "self.gone = 'no answer'"))
+        assert robot.lost() == "no answer"
+        robot.receive(Reply(1, "self.gone = None"))
+        assert robot.lost() is None
+
+
+def test_when_the_beat_falls_silent_it_is_stopped_and_stays_so_until_the_run_stops_it() -> None:
+    with process() as (robot, _):
+        robot.receive(AHEAD)
+        until(lambda: velocities()[-1] == 0.0)
+        robot.receive(AHEAD)  # the run was suspended, and knows nothing of it
+        assert robot.lost() == f"nothing came for {SILENCE:g} s"
+        assert velocities()[-1] == 0.0
+        robot.receive(REST)
+        assert robot.lost() is None
+        robot.receive(AHEAD)
+        assert velocities()[-1] == 0.1
+
+
+def test_before_the_first_velocity_nothing_is_missed() -> None:
+    with process() as (robot, _):
+        time.sleep(2 * SILENCE)
+        assert got() == []
+        assert robot.lost() is None
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
+def test_signals_for_the_run_do_not_end_it(number: int) -> None:
+    with process() as (robot, _):
+        robot.receive(AHEAD)
+        os.kill(robot._process.pid, number)
+        robot.receive(REST)
+        assert velocities() == [0.1, 0.0]
+
+
+def test_a_run_that_is_gone_without_a_word_leaves_it_stopped_and_closed() -> None:
+    with process() as (robot, _):
+        robot.receive(Reply(0, "import sys; self.show = lambda: print('x' * 100_000)"))
+        robot.receive(AHEAD)
+        robot._link.close()  # as by kill -9
+        until(lambda: got()[-1] == "closed")
+    assert velocities()[-1] == 0.0
+
+
+def test_a_process_that_is_killed_is_an_error() -> None:
+    with process() as (robot, _):
+        robot._process.kill()
+        robot._process.wait()
+        with pytest.raises(RobotError, match="its process has ended"):
+            robot.receive(AHEAD)
+
+
+def test_a_robot_that_hangs_for_ever_is_ended() -> None:
+    with process() as (robot, _):
+        robot._link.send_bytes(b'{"type":"reply","t":0,"text":"import time; time.sleep(999)"}')
+    assert robot._process.poll() == -signal.SIGKILL

@@ -1,0 +1,109 @@
+"""What kept `control_voz` from stopping the robot once: none of it does."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import pytest
+from ros1.ros import Client, Program, Ros, eventually
+from ros1.test_control_voz import connect
+
+DRIVING = ("_sound:=none", "_listening:=true")
+
+
+def driven(ros: Ros, node: Program) -> Client:
+    """A client that lets a node drive."""
+    client = ros.client("/cmd_vel")
+    connect(client, node)
+    client.say("go forward")
+    client.wait_for_velocity(0.1, 0)
+    return client
+
+
+class Unread(Program):
+    """A program whose output nobody reads, once it is driven."""
+
+    def stop_reading(self) -> None:
+        self.reads = False
+
+    def _read(self) -> None:
+        self.reads = True
+        for line in self.process.stdout:
+            self.lines.append(line)
+            while not self.reads and self.process.poll() is None:
+                time.sleep(0.05)
+
+
+def test_an_output_that_nobody_reads_holds_up_neither_stop_nor_the_end(ros: Ros) -> None:
+    node = ros.node("control_voz", *DRIVING, kind=Unread)
+    client = driven(ros, node)
+    node.stop_reading()
+    for _ in range(5):
+        client.say("x" * 200_000)
+        client.say("y " * 100)
+    client.say("go forward")
+    client.wait_for_velocity(0.1, 0)
+    client.say("stop")
+    client.wait_for_velocity(0, 0)
+    client.say("go back")
+    client.wait_for_velocity(-0.1, 0)
+    node.process.terminate()
+    client.wait_for_velocity(0, 0)
+    assert node.process.wait(30) == 0
+
+
+def test_after_a_pause_of_the_process_the_motion_is_over(ros: Ros) -> None:
+    node = ros.node("control_voz", *DRIVING)
+    client = driven(ros, node)
+    os.kill(node.process.pid, signal.SIGSTOP)
+    client.wait_for_velocity(0, 0)  # the watchdog's
+    time.sleep(1)
+    os.kill(node.process.pid, signal.SIGCONT)
+    node.wait_for("nothing went on for")
+    since = len(client.messages)
+    eventually(lambda: len(client.messages) > since + 10)
+    assert set(client.velocities()[-5:]) == {(0, 0)}
+    client.say("go back")
+    client.wait_for_velocity(-0.1, 0)
+
+
+def test_a_node_that_is_killed_leaves_zero_behind(ros: Ros) -> None:
+    node = ros.node("control_voz", *DRIVING)
+    client = driven(ros, node)
+    node.kill()
+    client.wait_for_velocity(0, 0)
+
+
+@pytest.mark.parametrize("per_second", [1000, 5000])
+def test_a_flood_of_other_strings_does_not_delay_stop(ros: Ros, per_second: int) -> None:
+    node = ros.node("control_voz", *DRIVING)
+    client = driven(ros, node)
+    client.type(f'{{"topic": "/recognizer/output", "flood": {per_second}}}')
+    time.sleep(1)
+    said = time.monotonic()
+    client.say("stop")
+    client.wait_for_velocity(0, 0)
+    assert time.monotonic() - said < 5  # it took 19 s; how long exactly is the hunt's to say
+    node.wait_for("messages came too fast and were dropped")
+
+
+def test_a_watchdog_is_a_node_of_its_own_with_the_same_remappings(ros: Ros) -> None:
+    node = ros.node("control_voz", *DRIVING, "cmd_vel:=/base/velocity", "__name:=mine")
+    client = ros.client("/base/velocity")
+    connect(client, node)
+    client.say("go forward")
+    client.wait_for_velocity(0.1, 0, "/base/velocity")
+    names = ros.call("rosnode", "list").stdout.split()
+    assert {"/mine", "/mine_watchdog"} <= set(names)
+    node.kill()
+    client.wait_for_velocity(0, 0, "/base/velocity")
+
+
+def test_the_watchdog_goes_with_the_node(ros: Ros) -> None:
+    node = ros.node("control_voz", *DRIVING)
+    driven(ros, node)
+    node.process.terminate()
+    assert node.wait() == 0
+    eventually(lambda: "watchdog" not in ros.call("rosnode", "list").stdout)

@@ -1,0 +1,108 @@
+"""What waits for the loop: `stop` overtakes it, and a flood is cut."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.events import Partial, Utterance, Warning
+from voz.run.inbox import MOST_WAITING, End, Halt, Inbox, Message, Taken, stops
+
+
+def said(text: str, accepted: bool = True) -> Utterance:
+    return Utterance(0, text, 0.9, accepted, 0, 0, "microphone")
+
+
+ORDINARY = [said("go back"), said("stop", accepted=False), Partial(0, "go back", 1), Warning(0, "")]
+STOPPING = [said("stop"), said("stop speech"), Partial(0, "stop", 1), Halt(), End()]
+
+
+def all_of(inbox: Inbox) -> list[Taken]:
+    taken = []
+    while one := inbox.take(0):
+        taken.append(one)
+    return taken
+
+
+@pytest.mark.parametrize("message", STOPPING)
+def test_what_stops_overtakes_what_waits_and_that_is_known_of_it(message: Message) -> None:
+    inbox = Inbox()
+    for one in (said("go back"), message, said("go forward")):
+        inbox.put(one)
+    assert all_of(inbox) == [
+        Taken(message, False),
+        Taken(said("go back"), True),
+        Taken(said("go forward"), False),
+    ]
+
+
+@given(st.lists(st.sampled_from([*ORDINARY, *STOPPING])))
+def test_each_message_is_taken_once_and_stops_first(messages: list[Message]) -> None:
+    inbox = Inbox()
+    for message in messages:
+        inbox.put(message)
+    taken = [one.message for one in all_of(inbox)]
+    first = [message for message in messages if stops(message)]
+    rest = [message for message in messages if not stops(message)]
+    assert taken == first + rest[:MOST_WAITING]
+    assert inbox.dropped == len(rest[MOST_WAITING:])
+
+
+def test_nothing_is_taken_where_nothing_is() -> None:
+    assert Inbox().take(0.01) is None
+
+
+def test_a_flood_from_many_threads_loses_no_stop() -> None:
+    inbox = Inbox()
+
+    def flood() -> None:
+        for number in range(2000):
+            inbox.put(said("stop") if number % 200 == 0 else said("go back", accepted=False))
+
+    threads = [threading.Thread(target=flood) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    taken: list[Taken] = []
+    while any(thread.is_alive() for thread in threads):
+        if one := inbox.take(0.01):
+            taken.append(one)
+    taken += all_of(inbox)
+    assert sum(one.message == said("stop") for one in taken) == 40
+    assert len(taken) + inbox.dropped == 8000
+
+
+@contextmanager
+def alarms(handler: object) -> Iterator[None]:
+    """Signals that come every millisecond and a half."""
+    before = signal.signal(signal.SIGALRM, handler)  # type: ignore[arg-type]
+    signal.setitimer(signal.ITIMER_REAL, 0.0015, 0.0015)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_signals_may_put_messages_in_the_midst_of_any_call() -> None:
+    inbox = Inbox()
+    put = 0
+
+    def handler(*_: object) -> None:
+        nonlocal put
+        put += 1
+        inbox.put(Halt())
+
+    taken = 0
+    with alarms(handler):
+        while put < 300:
+            inbox.put(Warning(0, ""))
+            taken += isinstance(inbox.take(0.002), Taken)
+    halts = [one for one in all_of(inbox) if one.message == Halt()]
+    assert len(halts) < 300  # most were taken at once
+    assert taken >= 300

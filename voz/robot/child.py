@@ -1,0 +1,126 @@
+"""The process that a robot has of its own; `voz.robot.process` is the other end of it.
+
+When no event comes any more the robot is stopped, again and again: for as long as the run is
+silent, and for a while when it has ended without a word.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+import traceback
+from multiprocessing.connection import Connection
+
+import msgspec
+
+from voz.errors import VozError
+from voz.events import Event, Twist
+from voz.robot.base import Robot
+from voz.robot.mistakes import in_words, mistakes_told
+from voz.robot.process import Answer, Order
+from voz.robot.robots import make_own, make_watchdog
+
+SILENCE = 0.5
+"""Without an event for so long the run is lost, s: as long as bases wait for a velocity."""
+
+BEAT = 0.1
+"""How often a robot is stopped while the run is lost, s."""
+
+LAST_ZEROS = 5
+"""So often it is stopped when the run has ended: a message may be lost."""
+
+
+class Guarded:
+    """The robot, and whether the run that drives it is there."""
+
+    def __init__(self, robot: Robot, only_zero: bool) -> None:
+        self._robot = robot
+        self._only_zero = only_zero
+        self._last = Twist(0.0, 0.0, 0.0)
+        self._silent = False
+        self.driven = False
+
+    def take(self, event: Event) -> Answer:
+        """Hand an event on; after a silence no motion, until the run itself has ended it."""
+        if isinstance(event, Twist):
+            self.driven = True
+            self._last = event
+            if not (event.linear or event.angular):
+                self._silent = False
+            elif self._silent:
+                event = Twist(event.t, 0.0, 0.0)
+        return self._do(event)
+
+    def stop(self) -> None:
+        """Let the robot stand still, as the run is silent."""
+        self._silent = True
+        self._do(Twist(self._last.t, 0.0, 0.0), even_if_another_drives=True)
+
+    def _do(self, event: Event, even_if_another_drives: bool = False) -> Answer:
+        silent = f"nothing came for {SILENCE:g} s" if self._silent else None
+        try:
+            if even_if_another_drives or not self._only_zero:
+                self._robot.receive(event)
+            return Answer(lost=silent or self._robot.lost())
+        except BaseException as error:  # `sys.exit` in a robot must not end its watchdog
+            return Answer(failure=_told(error))
+
+
+def main() -> None:
+    """Be a robot until the other end is closed."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, lambda *_: None)  # it ends when the run does, and stops the robot
+    link = Connection(int(sys.argv.pop()))
+    order = msgspec.json.decode(link.recv_bytes(), type=Order)
+    sys.path += [place for place in order.path if place not in sys.path]
+    try:
+        with mistakes_told(order.name):
+            robot = make_watchdog(order) if order.only_zero else make_own(order.name)
+            robot.open()
+            _answer(link, Answer(lost=robot.lost()))
+    except BaseException as error:
+        mistake = traceback.format_exception(error.__cause__) if error.__cause__ else []
+        _answer(link, Answer(_told(error), traceback="".join(mistake)))
+        return
+    guarded = Guarded(robot, order.only_zero)
+    try:
+        _serve(link, guarded)
+    except (EOFError, OSError):
+        _forsaken(guarded)
+    finally:
+        robot.close()
+
+
+def _serve(link: Connection, robot: Guarded) -> None:
+    """Take events until the run says that it is over; raises EOFError if it ends without."""
+    patience = None
+    while True:
+        if not link.poll(patience):
+            robot.stop()
+            patience = BEAT
+            continue
+        data = link.recv_bytes()
+        if not data:
+            return
+        _answer(link, robot.take(msgspec.json.decode(data, type=Event)))
+        patience = SILENCE if robot.driven else None
+
+
+def _forsaken(robot: Guarded) -> None:
+    """Stop the robot as the run has ended without a word: killed, or crashed."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for descriptor in (1, 2):  # nobody reads any more what it prints, and that must not fail
+        os.dup2(nowhere, descriptor)
+    for _ in range(LAST_ZEROS):
+        robot.stop()
+        time.sleep(BEAT)
+
+
+def _answer(link: Connection, answer: Answer) -> None:
+    link.send_bytes(msgspec.json.encode(answer))
+
+
+def _told(error: BaseException) -> str:
+    return str(error) if isinstance(error, VozError) else in_words(error)

@@ -1,0 +1,147 @@
+"""A robot in a process of its own: what hangs, crashes or ends there does not hold up the run.
+
+It is the watchdog too. If the beat falls silent, since the run was killed, suspended or hangs, that
+process stops the robot (`voz.robot.child`).
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+
+import msgspec
+
+from voz.config import Config
+from voz.errors import RobotError, RobotMistake
+from voz.events import Event
+from voz.robot.base import Robot
+
+ENDING_TIME = 1.0
+"""For the process to end when all is over, s; then it is killed."""
+
+
+class Order(msgspec.Struct, frozen=True):
+    """What the process is to be.
+
+    Attributes:
+        name: of the robot, as `voz run --robot` takes it.
+        settings: what robots are made from.
+        only_zero: whether it only stops the robot if the beat falls silent; another one drives it.
+        arguments: remappings for a node of ROS 1.
+        path: where Python looks for modules, besides where it does anyway.
+    """
+
+    name: str
+    settings: Config = Config()
+    only_zero: bool = False
+    arguments: tuple[str, ...] = ()
+    path: tuple[str, ...] = ()
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """What became of an event: why the robot failed for good, or is lost for now.
+
+    Of a robot that cannot be opened there is the traceback, too.
+    """
+
+    failure: str | None = None
+    lost: str | None = None
+    traceback: str | None = None
+
+
+class ThereError(Exception):
+    """What was raised in the other process, as its traceback."""
+
+
+class RobotProcess(Robot):
+    """Hands events to a robot in a process of its own, and waits until it has taken each."""
+
+    def __init__(self, order: Order, show: Callable[[str], None]) -> None:
+        """Prepare to start it.
+
+        Args:
+            order: which robot.
+            show: takes each line that the robot prints, on any thread.
+        """
+        self._order = order
+        self._show = show
+        self._link: Connection
+        self._process: subprocess.Popen[str]
+        self._answer = Answer()
+
+    def open(self) -> None:
+        """Start the process and open the robot there; raises RobotError if that fails."""
+        self._link, theirs = Pipe()
+        with theirs:
+            self._process = subprocess.Popen(
+                command(theirs.fileno()),
+                pass_fds=[theirs.fileno()],
+                # In a session of its own, Ctrl-C and Ctrl-Z are not for it: it stops the robot.
+                start_new_session=True,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                errors="backslashreplace",
+                env=os.environ | {"PYTHONUNBUFFERED": "1"},
+            )
+        threading.Thread(target=self._print, name="voz-robot-output", daemon=True).start()
+        try:
+            self._send(msgspec.json.encode(self._order))
+        except RobotError:
+            self.end()
+            raise
+
+    def receive(self, event: Event) -> None:
+        """Let the robot take an event; raises RobotError if it fails or its process is gone."""
+        self._send(msgspec.json.encode(event))
+
+    def lost(self) -> str | None:
+        """Tell why the robot was lost after the last event."""
+        return self._answer.lost
+
+    def close(self) -> None:
+        """Let the robot close."""
+        with suppress(RobotError):
+            self._send(b"")
+
+    def end(self) -> None:
+        """End the process, whatever it does; called by whoever made it."""
+        if not hasattr(self, "_process"):
+            return
+        self._link.close()  # it ends by that
+        try:
+            self._process.wait(ENDING_TIME)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _send(self, message: bytes) -> None:
+        try:
+            self._link.send_bytes(message)
+            self._answer = msgspec.json.decode(self._link.recv_bytes(), type=Answer)
+        except (OSError, EOFError) as error:
+            raise RobotError("its process has ended") from error
+        if self._answer.failure and self._answer.traceback:
+            raise RobotMistake(self._answer.failure) from ThereError(self._answer.traceback)
+        if self._answer.failure:
+            raise RobotError(self._answer.failure)
+
+    def _print(self) -> None:
+        assert self._process.stdout
+        with self._process.stdout as lines:
+            for line in lines:
+                self._show(line.rstrip("\n"))
+
+
+def command(descriptor: int) -> Sequence[str]:
+    """The command line of the process that answers on an open descriptor."""
+    here = str(Path(__file__).parents[2])
+    start = f"import sys; sys.path.insert(0, {here!r}); from voz.robot.child import main; main()"
+    return [sys.executable, "-c", start, str(descriptor)]

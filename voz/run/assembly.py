@@ -1,0 +1,116 @@
+"""How a run is put together: sources and a clock, the rules, and who receives what follows.
+
+    microphone, keyboard, ROS ──▶ Inbox ──▶ ┐
+    recordings, text, a bag  ──▶ (a Clock) ─┴▶ beat ──▶ Drive ──▶ receivers, each behind a queue
+
+Sources have threads of their own and put messages into an inbox, or tell the time themselves.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Protocol
+
+from voz.config import Speech
+from voz.control.controller import REPLIES
+from voz.control.safety import zero_at_the_end
+from voz.events import Event, Receiver, Reply, Warning
+from voz.run.beat import beat
+from voz.run.clocks import Clock
+from voz.run.drive import Drive
+from voz.run.inbox import End, Inbox
+from voz.run.watch import Flood, Watch, over_robots
+from voz.signals import let_signals_wake
+from voz.speech.speaker import Speaker
+
+SWITCH = 0.001
+"""How long a thread waits for another to let go of Python, s; 5 ms as usual is seen in the beat."""
+
+
+class Ears(Protocol):
+    """What hears, and may stop to.
+
+    Attributes:
+        source: of its utterances.
+    """
+
+    source: str
+
+    def trouble(self, moving: bool) -> str | None:
+        """Tell why nothing is heard right now, without waiting; None if all is well.
+
+        Args:
+            moving: whether the robot moves.
+        """
+
+
+def drive_by_clock(
+    drive: Drive,
+    inbox: Inbox,
+    clock: Clock,
+    robots: Mapping[str, Callable[[], str | None]],
+    ears: Ears | None = None,
+) -> None:
+    """Drive by the real clock, until a message or a signal ends it; zero velocity is sent last.
+
+    Args:
+        drive: what obeys.
+        inbox: where what arrives is.
+        clock: takes it from there.
+        robots: tells of each, by its name, why it is lost (S5).
+        ears: what hears, if it is there all the time; a changed velocity is then sent at once.
+
+    Raises:
+        SystemExit: a signal came before.
+    """
+    sys.setswitchinterval(SWITCH)
+    watches = over_robots(drive, robots)
+    if ears:
+        trouble = ears.trouble
+        watches.insert(
+            0, Watch(drive, lambda: trouble(drive.moving), "listening again", ears.source)
+        )
+    looks = [*(watch.look for watch in watches), Flood(drive, inbox).look]
+    with (
+        zero_at_the_end(lambda: drive.zero(clock.now())),
+        let_signals_wake(lambda: inbox.put(End())),
+    ):
+        raise_if_any(beat(drive, clock, looks, at_once=ears is not None))
+
+
+@contextmanager
+def speaking(settings: Speech, warn: Callable[[str], None]) -> Iterator[Speaker | None]:
+    """Who says the replies, for a `with` block; None if the robot is to be silent.
+
+    Args:
+        settings: whose voice, and whether at all.
+        warn: takes what goes wrong, on any thread.
+    """
+    if not settings.enabled:
+        yield None
+        return
+    with Speaker(settings.voice, REPLIES, warn) as speaker:
+        yield speaker
+
+
+def replies_to(speaker: Speaker | None) -> list[Receiver]:
+    """What lets a speaker say the replies; nothing if there is none."""
+
+    def receive(event: Event) -> None:
+        if speaker and isinstance(event, Reply):
+            speaker.say(event.text)
+
+    return [receive] if speaker else []
+
+
+def warner(inbox: Inbox, clock: Clock) -> Callable[[str], None]:
+    """What makes a Warning of a line, on any thread."""
+    return lambda text: inbox.put(Warning(clock.now(), text))
+
+
+def raise_if_any(error: Exception | None) -> None:
+    """Raise what ended the beat, if it was an error."""
+    if error:
+        raise error

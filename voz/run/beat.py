@@ -1,0 +1,83 @@
+"""The one loop that drives a robot: 10 times a second, and at once when something is heard.
+
+It takes what arrived, applies the rules and hands velocities on. It writes nothing, opens nothing
+and waits for nobody: whatever may do so is behind a queue, as a receiver or as a source.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+from voz.events import Partial, Utterance
+from voz.run.clocks import Clock
+from voz.run.drive import Drive
+from voz.run.inbox import End, Halt, Taken
+
+BEATS_PER_SECOND = 10
+"""How often `cmd_vel` goes out, also while nothing is said."""
+
+LONGEST_GAP = 0.5
+"""Between two beats, s: a base stops by itself then, and must not be set going again."""
+
+
+Look: TypeAlias = Callable[[float], None]
+
+
+def beat(
+    drive: Drive, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
+) -> Exception | None:
+    """Drive until the run is over.
+
+    Args:
+        drive: what obeys.
+        clock: the time, and what arrives.
+        looks: look after what the run needs, in each beat; they get its time, s.
+        at_once: whether a changed velocity is sent before the next beat, which comes when it would.
+
+    Returns:
+        The error that ended the run, if one did.
+    """
+    number = 0
+    last = clock.now()
+    while True:
+        due = number / BEATS_PER_SECOND
+        taken = clock.take(due)
+        now = clock.now()
+        # First of all: a process that was suspended must not go on as if nothing had been.
+        if now - last > LONGEST_GAP:
+            gap = now - last
+            clock.held_up(now - due)
+            drive.stop(clock.now(), f"nothing went on for {gap:.1f} s: the robot stops")
+            last = now = clock.now()
+        if taken is None:
+            for look in looks:
+                look(now)
+            drive.send(now)
+            last = now
+            number = max(number, int(now * BEATS_PER_SECOND)) + 1  # what was missed is left out
+        elif isinstance(taken.message, End):
+            return taken.message.error
+        else:
+            before = drive.velocities
+            take(drive, taken)
+            now = clock.now()
+            if at_once and drive.velocities != before and now - last <= LONGEST_GAP:
+                drive.send(now)
+
+
+def take(drive: Drive, taken: Taken) -> None:
+    """Let what was heard or typed take effect."""
+    message = taken.message
+    if isinstance(message, Utterance | Partial):
+        drive.hear(message, late=taken.overtaken)
+    elif isinstance(message, Halt):
+        drive.halt()
+    elif not isinstance(message, End):
+        drive.emit(message)
+
+
+def beats_before(t: float) -> int:
+    """How many beats come before a time of the run, s."""
+    return max(0, math.ceil(round(t * BEATS_PER_SECOND, 6)))

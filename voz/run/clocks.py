@@ -1,0 +1,132 @@
+"""What time it is in a run, and what arrives by then: by the clock, or as recordings tell it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Protocol, TypeAlias
+
+from voz.events import Partial, Utterance, Warning
+from voz.run.inbox import End, Inbox, Taken
+
+Item: TypeAlias = Utterance | Partial | Warning | float
+"""What a recording or a text gives, by its own time: an event, or that time has come so far, s."""
+
+LEAD = 0.2
+"""So long after its start is time 0 of a paced run, s: the first of a recording is decoded then."""
+
+LATE = 0.1
+"""Up to this a beat may be late without the time of a paced run showing it, s."""
+
+
+class Clock(Protocol):
+    """The time of a run, s since it began."""
+
+    def now(self) -> float:
+        """What time it is, s."""
+
+    def take(self, until: float) -> Taken | None:
+        """Take what arrives.
+
+        Args:
+            until: when the next beat is due, s.
+
+        Returns:
+            A message, or None when it is time for that beat.
+        """
+
+    def held_up(self, seconds: float) -> None:
+        """Learn that the beat came later than it should, by some seconds."""
+
+
+class WallClock:
+    """The real time, and what other threads put into an inbox."""
+
+    def __init__(self, inbox: Inbox) -> None:
+        """Begin the run; what arrives is in the inbox."""
+        self._inbox = inbox
+        self._begun = time.monotonic()
+
+    def now(self) -> float:
+        """What time it is, s; to a tenth of a millisecond, as it is written into events."""
+        return round(time.monotonic() - self._begun, 4)
+
+    def take(self, until: float) -> Taken | None:
+        """Take a message when it comes, if that is before the next beat."""
+        left = until - (time.monotonic() - self._begun)
+        return self._inbox.take(left) if left > 0 else None
+
+    def held_up(self, seconds: float) -> None:
+        """The world went on meanwhile."""
+
+
+class PacedClock:
+    """The time of recordings or lines that come at their own pace: in whole beats.
+
+    It stands still while the beat is held up: what is said in a recording must not hurry then.
+    """
+
+    def __init__(self, inbox: Inbox) -> None:
+        """Begin soon; what comes at its time is in the inbox."""
+        self._inbox = inbox
+        self._begun = time.monotonic() + LEAD
+        self._now = self._due = 0.0
+
+    def now(self) -> float:
+        """When the last beat was to be, s; if it was late by more than another, when it was."""
+        return self._now
+
+    def exactly(self) -> float:
+        """What time it is, s; it does not go on until the beat does."""
+        return min(time.monotonic() - self._begun, self._due + LATE)
+
+    def take(self, until: float) -> Taken | None:
+        """Take a message when it comes, if that is before the next beat."""
+        self._due = until
+        left = self._begun + until - time.monotonic()
+        taken = self._inbox.take(left) if left > 0 else None
+        late = time.monotonic() - self._begun - until
+        self._now = until + late if late > LATE else until
+        return taken
+
+    def held_up(self, seconds: float) -> None:
+        """Go on from where the run was."""
+        self._begun += seconds
+        self._now -= seconds
+
+
+class RecordedClock:
+    """The time as recordings or lines tell it: nobody waits, and each run gives the same."""
+
+    def __init__(self, items: Iterator[Item]) -> None:
+        """Begin at time 0; the items come in the order of their times."""
+        self._items = items
+        self._item: Item | None = None
+        self._now = 0.0
+
+    def now(self) -> float:
+        """When the next beat is, s."""
+        return self._now
+
+    def take(self, until: float) -> Taken | None:
+        """Take the next item, if its time is not after the next beat."""
+        self._now = until
+        while True:
+            # No sooner than it is wanted: somebody may still be typing it.
+            item = next(self._items, None) if self._item is None else self._item
+            if item is not None and time_of(item) > until:
+                self._item = item
+                return None
+            self._item = None
+            if item is None:
+                return Taken(End(), False)
+            if not isinstance(item, float):
+                return Taken(item, False)
+
+    def held_up(self, seconds: float) -> None:
+        """Nothing holds up this time."""
+
+
+def time_of(item: Item) -> float:
+    """When an item comes, s."""
+    return item if isinstance(item, float) else item.t

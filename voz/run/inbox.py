@@ -1,0 +1,92 @@
+"""What the threads at the edges hand to the one loop that drives: `stop` overtakes all of it."""
+
+from __future__ import annotations
+
+import itertools
+import queue
+from collections import deque
+from typing import NamedTuple, TypeAlias
+
+from voz.control.safety import STOPPING
+from voz.events import Partial, Utterance, Warning
+
+MOST_WAITING = 64
+"""Messages that may wait besides those that stop: nobody says so much in the time of a beat."""
+
+
+class Halt(NamedTuple):
+    """Somebody wants the robot to stand still, by a key."""
+
+
+class End(NamedTuple):
+    """The run is over, or fails by an error."""
+
+    error: Exception | None = None
+
+
+Message: TypeAlias = Utterance | Partial | Warning | Halt | End
+
+
+class Taken(NamedTuple):
+    """A message, and whether one that stops the robot came after it but was taken before."""
+
+    message: Message
+    overtaken: bool
+
+
+class Inbox:
+    """Messages on their way to the loop; `put` never waits, and signals may call it.
+
+    Signals interrupt the thread that takes the messages, so there is no lock that it could hold:
+    deques and `SimpleQueue` can be used in the midst of their own calls.
+
+    Attributes:
+        dropped: how many did not fit in, so far.
+    """
+
+    def __init__(self) -> None:
+        self._numbers = itertools.count(1)
+        self._urgent: deque[tuple[int, Message]] = deque()
+        self._usual: deque[tuple[int, Message]] = deque()
+        self._tokens: queue.SimpleQueue[None] = queue.SimpleQueue()  # one for each message
+        self._newest_stop = 0
+        self.dropped = 0
+
+    def put(self, message: Message) -> None:
+        """Hand a message to the loop; if too many wait, it is dropped and counted."""
+        if stops(message):
+            self._urgent.append((next(self._numbers), message))
+        elif len(self._usual) < MOST_WAITING:
+            self._usual.append((next(self._numbers), message))
+        else:
+            self.dropped += 1
+            return
+        self._tokens.put(None)
+
+    def take(self, timeout: float) -> Taken | None:
+        """Take what stops the robot, else the oldest message.
+
+        Args:
+            timeout: how long to wait for one, s.
+
+        Returns:
+            None if none came.
+        """
+        try:
+            self._tokens.get(timeout=timeout)
+        except queue.Empty:
+            return None
+        if self._urgent:
+            self._newest_stop, message = self._urgent.popleft()
+            return Taken(message, False)
+        number, message = self._usual.popleft()
+        return Taken(message, number < self._newest_stop)
+
+
+def stops(message: Message) -> bool:
+    """Whether a message ends the motion or the run."""
+    if isinstance(message, Utterance):
+        return message.accepted and message.text in STOPPING
+    return isinstance(message, Halt | End) or (
+        isinstance(message, Partial) and message.text in STOPPING
+    )

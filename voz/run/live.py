@@ -1,0 +1,126 @@
+"""A run by a microphone and the keyboard: which sources and receivers it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+from rich.console import Console, RenderableType
+from rich.live import Live
+
+from voz.config import Config
+from voz.events import Receiver
+from voz.language.commands import normalise
+from voz.live.display import Display
+from voz.live.hearing import Hearing
+from voz.live.keyboard import keys
+from voz.live.recorder import Recorder
+from voz.recognition.recognizer import Recognizer
+from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
+from voz.run.clocks import WallClock
+from voz.run.drive import Drive
+from voz.run.inbox import Inbox
+from voz.run.sources import NO_COMMAND, TYPED, typed
+
+REDRAWN = 5
+"""Times a second that a terminal is drawn anew; more costs a small computer too much."""
+
+Typist: TypeAlias = Callable[[str, str], None]
+"""Obeys a sentence; the second is its source."""
+
+
+class Seat(NamedTuple):
+    """What the operator wants.
+
+    Attributes:
+        device: the microphone's number or a part of its name; None is the default one.
+        listening: whether commands are obeyed before a `start speech`.
+        terminal: draws the display, if there is somebody to see it.
+        record: the folder in which what is heard is kept.
+        extra: what the terminal shows besides.
+        also: another recogniser, which is given what obeys a sentence from a source.
+    """
+
+    device: str | None = None
+    listening: bool = False
+    terminal: Console | None = None
+    record: Path | None = None
+    extra: RenderableType | None = None
+    also: Callable[[Typist], AbstractContextManager[None]] | None = None
+
+
+def run_live(
+    receivers: Sequence[Receiver],
+    robots: Mapping[str, Callable[[], str | None]],
+    settings: Config,
+    recognizer: Recognizer,
+    commands: Collection[str],
+    inbox: Inbox,
+    seat: Seat,
+) -> None:
+    """Drive a robot by a microphone and the keyboard until a signal ends the program.
+
+    Args:
+        receivers: called with every event, in order.
+        robots: tells of each robot, by its name, why it is lost (S5).
+        settings: the safety rules and the voice.
+        recognizer: what understands.
+        commands: the sentences that may be typed.
+        inbox: what is heard goes through it; others may warn of something by it.
+        seat: what the operator wants.
+
+    Raises:
+        AudioError: there is no such microphone.
+    """
+    clock = WallClock(inbox)
+    warn = warner(inbox, clock)
+
+    def obey(line: str, source: str = TYPED) -> None:
+        text = normalise(line)
+        if text not in NO_COMMAND:
+            inbox.put(typed(text, text in commands, clock.now(), source))
+
+    with ExitStack() as parts:
+        recorder = None
+        if seat.record:
+            recorder = Recorder(seat.record, settings.recording.gigabytes, warn)
+            parts.enter_context(recorder)
+        speaker = parts.enter_context(speaking(settings.speech, warn))
+        hearing = Hearing(
+            recognizer,
+            seat.device,
+            inbox,
+            clock.now,
+            loudspeaker=speaker.mixer if speaker and settings.speech.half_duplex else None,
+            never_missed=settings.recognition.never_missed,
+            recorder=recorder,
+        )
+        parts.enter_context(hearing)
+        line = parts.enter_context(keys(inbox, obey, warn))
+        if seat.also:
+            parts.enter_context(seat.also(obey))
+        told = [*receivers, *replies_to(speaker)]
+        if seat.terminal:
+            display = Display(
+                lambda: hearing.peak,
+                lambda: drive.listening,
+                lambda: hearing.deaf,
+                lambda: line.text,
+                hearing.device,
+                lambda: recorder.note if recorder else "",
+                seat.extra,
+            )
+            told.append(display.receive)
+        drive = Drive(told, settings.safety, seat.listening)
+        if seat.terminal:
+            parts.enter_context(drawn(display, seat.terminal))
+        drive_by_clock(drive, inbox, clock, robots, hearing)
+
+
+@contextmanager
+def drawn(display: Display, terminal: Console) -> Iterator[None]:
+    """Draw a display anew, again and again, for the length of a `with` block."""
+    with Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN):
+        yield

@@ -1,0 +1,74 @@
+"""A run by recordings, a text or a bag: as fast as it can be understood, or at its own pace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager
+from typing import Protocol, TypeAlias
+
+from voz.config import Config
+from voz.control.safety import zero_at_the_end
+from voz.events import Receiver, Warning
+from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, warner
+from voz.run.beat import beat
+from voz.run.clocks import Item, PacedClock, RecordedClock
+from voz.run.drive import Drive
+from voz.run.inbox import Inbox
+from voz.run.paced import pace
+
+Played: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
+"""What drives the robot, made from what tells the time of the run, s."""
+
+Tell: TypeAlias = Callable[[Warning], None]
+
+
+class Robots(Protocol):
+    """Who receives the events, and what tells of each robot, by its name, why it is lost."""
+
+    @property
+    def receivers(self) -> list[Receiver]:
+        """Called with every event, in order."""
+
+    @property
+    def lost(self) -> Mapping[str, Callable[[], str | None]]:
+        """Tells of each robot, by its name, why it is lost."""
+
+
+Opened: TypeAlias = Callable[[Tell], AbstractContextManager[Robots]]
+"""Opens the robots for a `with` block, given what takes their warnings."""
+
+
+def run_at_once(played: Played, settings: Config, listening: bool, opened: Opened) -> None:
+    """Drive with no clock but that of what is played: the same events each time.
+
+    Args:
+        played: what drives the robot.
+        settings: the safety rules and the voice.
+        listening: whether commands are obeyed before a `start speech`.
+        opened: opens the robots.
+    """
+    problems: list[str] = []
+    with opened(lambda told: drive.emit(told)) as robots:
+        clock = RecordedClock(played(lambda: 0.0))
+        with speaking(settings.speech, problems.append) as speaker:
+            drive = Drive([*robots.receivers, *replies_to(speaker)], settings.safety, listening)
+            with zero_at_the_end(lambda: drive.zero(clock.now())):
+                raise_if_any(beat(drive, clock))
+                if speaker:
+                    # Only now: when a thread meets a problem hangs on the machine, events must not.
+                    speaker.close()
+                    for problem in problems:
+                        drive.emit(Warning(clock.now(), problem))
+
+
+def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: Opened) -> None:
+    """Drive by the clock, for robots whose time is the real one; the arguments are the same."""
+    inbox = Inbox()
+    with opened(inbox.put) as robots:
+        clock = PacedClock(inbox)
+        warn = warner(inbox, clock)
+        with speaking(settings.speech, warn) as speaker:
+            receivers = [*robots.receivers, *replies_to(speaker)]
+            drive = Drive(receivers, settings.safety, listening)
+            pace(played(clock.exactly), inbox, clock)
+            drive_by_clock(drive, inbox, clock, robots.lost)

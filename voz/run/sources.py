@@ -1,0 +1,107 @@
+"""What drives a robot besides a microphone: recordings, typed lines and bags, by their own time.
+
+Nothing here reads a clock: a recording lasts as long as its samples, a typed line 0.1 s. So a run
+goes as fast as it can and gives the same events each time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator
+from pathlib import Path
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.files import read_blocks
+from voz.bags import Sayings
+from voz.errors import AudioError
+from voz.events import Reason, Utterance, Warning, later
+from voz.files import shown_path
+from voz.language.commands import normalise
+from voz.recognition.recognizer import Recognizer
+from voz.run.beat import BEATS_PER_SECOND, beats_before
+from voz.run.clocks import Item
+
+TYPED = "text"
+"""The source of an utterance that was typed."""
+
+NO_COMMAND = ("", "-")
+"""Typed lines that only let a beat pass."""
+
+
+def lines_typed(
+    lines: Iterable[str], commands: Collection[str], now: Callable[[], float] = lambda: 0.0
+) -> Iterator[Item]:
+    """Typed lines, one for each beat; `-` or nothing lets a beat pass.
+
+    Args:
+        lines: the typed text.
+        commands: the sentences of the command list; any other text is not accepted.
+        now: the time of the run when a line is there, s; it may have been waited for.
+    """
+    beats = 0
+    for line in lines:
+        beats = max(beats, beats_before(now()))
+        text = normalise(line)
+        if text not in NO_COMMAND:
+            yield typed(text, text in commands, beats / BEATS_PER_SECOND)
+        beats += 1
+        yield beats / BEATS_PER_SECOND
+
+
+def recordings_played(
+    paths: Iterable[Path], recognizer: Recognizer, unreadable: list[str]
+) -> Iterator[Item]:
+    """What is heard in recordings, one after the other as one stream of time.
+
+    Args:
+        paths: the recordings.
+        recognizer: what understands them.
+        unreadable: gets a line for each that could not be read; each is a Warning too.
+    """
+    heard = 0  # samples of all recordings so far
+
+    def counted(blocks: Iterator[Samples]) -> Iterator[Samples]:
+        nonlocal heard
+        for block in blocks:
+            heard += len(block)
+            yield block
+
+    for path in paths:
+        begin = heard / SAMPLE_RATE
+        try:
+            for event in recognizer.events(counted(read_blocks(path)), shown_path(path)):
+                yield later(event, begin)
+        except AudioError as error:
+            unreadable.append(str(error))
+            yield Warning(beats_before(heard / SAMPLE_RATE) / BEATS_PER_SECOND, str(error))
+        yield heard / SAMPLE_RATE
+    # The last command takes effect.
+    yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND
+
+
+def bag_replayed(path: Path, sayings: Sayings, commands: Collection[str]) -> Iterator[Item]:
+    """The sentences in a bag, each at its time.
+
+    Args:
+        path: the bag.
+        sayings: what it holds.
+        commands: the sentences of the command list; any other is not accepted.
+    """
+    end = sayings.seconds
+    for t, said in sayings.said:
+        text = normalise(said)
+        yield typed(text, text in commands, t, shown_path(path))
+        end = max(end, t + 1 / BEATS_PER_SECOND)  # the last command takes effect
+    yield end
+
+
+def typed(text: str, known: bool, now: float, source: str = TYPED) -> Utterance:
+    """Make an utterance of a sentence that comes as text.
+
+    Args:
+        text: the sentence, normalised.
+        known: whether it is in the command list; else it is not accepted.
+        now: the time, s.
+        source: where it comes from.
+    """
+    reason: Reason | None = None if known else "not_a_command"
+    return Utterance(now, text, float(known), known, now, now, source, reason=reason)

@@ -1,0 +1,82 @@
+"""S5: when hearing or a robot is lost, the motion ends, and needs a new command to begin again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from voz.events import Warning
+from voz.run.drive import Drive
+from voz.run.inbox import Inbox
+
+FLOOD_TOLD_EVERY = 5.0
+"""Of messages that are dropped again and again a user wants to read a line now and then, s."""
+
+
+class Watch:
+    """Looks after one thing that a run needs.
+
+    Attributes:
+        lost: whether it was lost when last looked at.
+    """
+
+    def __init__(
+        self, drive: Drive, trouble: Callable[[], str | None], again: str, source: str | None = None
+    ) -> None:
+        """Begin with all well.
+
+        Args:
+            drive: what stops.
+            trouble: tells why the thing is lost now; None if it is not. It may not wait.
+            again: says that it is back.
+            source: of the utterances that come from it, if it hears.
+        """
+        self._drive = drive
+        self._trouble = trouble
+        self._again = again
+        self._source = source
+        self.lost = False
+
+    def look(self, now: float) -> None:
+        """Stop if it was lost just now, and tell; the same if it is back.
+
+        Args:
+            now: the time of the run, s.
+        """
+        found = self._trouble()
+        if bool(found) == self.lost:
+            return
+        self.lost = bool(found)
+        if self._source:
+            self._drive.late_from(self._source, self.lost)
+        again = f"{self._again}; the robot waits for a command"
+        # Also when it is back: what was said meanwhile is out of date.
+        self._drive.stop(now, f"{found}: the robot stops" if found else again)
+
+
+class Flood:
+    """Tells that messages came faster than they could be taken."""
+
+    def __init__(self, drive: Drive, inbox: Inbox) -> None:
+        """Begin with nothing dropped."""
+        self._drive = drive
+        self._inbox = inbox
+        self._told = 0
+        self._told_at = -FLOOD_TOLD_EVERY
+
+    def look(self, now: float) -> None:
+        """Warn if messages were dropped; the time is that of the run, s."""
+        dropped = self._inbox.dropped - self._told
+        if dropped and now - self._told_at >= FLOOD_TOLD_EVERY:
+            self._told += dropped
+            self._told_at = now
+            self._drive.emit(Warning(now, f"{dropped} messages came too fast and were dropped"))
+
+
+def over_robots(drive: Drive, lost: Mapping[str, Callable[[], str | None]]) -> list[Watch]:
+    """Look after robots.
+
+    Args:
+        drive: what stops.
+        lost: tells of each, by its name, why it is lost.
+    """
+    return [Watch(drive, trouble, f"{name} is there") for name, trouble in lost.items()]

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from importlib.util import find_spec
-from itertools import count
 from pathlib import Path
 
 import pytest
 from calls import VOZ
 from programs import Program
 from recordings import ROOT
+from ros2_domain import free_domain
 
 HERE = Path(__file__).parent
 RCLPY = ROOT / ".venv-rclpy" / "bin" / "python"
 """tools/install.sh makes it."""
-
-numbers = count(os.getpid())
 
 # The wheels of cyclonedds and the unofficial ones of rclpy are for this processor only. Elsewhere
 # what cannot be had is left out, and the first lines of the test run say so.
@@ -38,14 +35,14 @@ def pytest_report_header() -> list[str]:
 
 
 @pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> int:
+def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     """A domain that no other test uses now; its programs are on this computer alone."""
-    number = 1 + next(numbers) % 100
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    for name in ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "CYCLONEDDS_URI"):
-        monkeypatch.delenv(name, raising=False)
-    return number
+    with free_domain() as number:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        for name in ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "CYCLONEDDS_URI"):
+            monkeypatch.delenv(name, raising=False)
+        yield number
 
 
 @pytest.fixture
@@ -83,10 +80,10 @@ def voz(domain: int, tmp_path: Path) -> Iterator[Callable[..., Program]]:
     settings = tmp_path / "voz.toml"
     with ExitStack() as stack:
 
-        def start(robot: str, wait: float = 30) -> Program:
+        def start(robot: str, *more: str, wait: float = 30) -> Program:
             settings.write_text(f"[ros2]\nwait = {wait}\n")
             command = f"run --text - --events - --listening --no-sound --robot {robot} --config"
-            program = Program([*VOZ, *command.split(), str(settings)])
+            program = Program([*VOZ, *command.split(), str(settings), *more])
             stack.callback(program.close)
             return program
 

@@ -15,6 +15,7 @@ from recordings import FIXTURES, GO_BACK
 from voz.errors import AudioError
 from voz.events import Event, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
+from voz.run.clocks import elapsed
 
 LINES = ["start speech", "go forward", "-", "turn left", "stop"]
 
@@ -131,3 +132,8 @@ def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace() -> Non
     assert [event.linear for event in twists] == [0, 0.1, 0.1, 0.1, 0, 0, 0, -0.1, -0.1, 0]
     (warning,) = [event.text for event in run.events if isinstance(event, Warning)]
     assert warning.startswith("nothing went on for 1.")
+
+
+def test_time_goes_on_while_the_computer_is_suspended() -> None:
+    # A laptop cannot be shut here; the clock that knows of it is to be the one that is asked.
+    assert elapsed() == pytest.approx(time.clock_gettime(time.CLOCK_BOOTTIME), abs=1)

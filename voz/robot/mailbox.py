@@ -112,6 +112,8 @@ class Mailbox:
             problem = "does not take its events"
         elif self._box.full:
             problem = "cannot follow"
+        elif not (self._closing or self._thread.is_alive()):
+            problem = "nobody hands it anything any more"
         return f"the robot {self._name} is lost ({problem})" if problem else None
 
     def _work(self) -> None:

@@ -17,7 +17,7 @@ from voz.ros1.replies import replies
 from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.inbox import Inbox
-from voz.run.sources import typed
+from voz.run.sources import LONGEST, typed
 
 COMMANDS = {*RULES, *OBJECTS, "start speech", "stop speech"}
 """What has an effect; other strings are logged."""
@@ -25,9 +25,6 @@ COMMANDS = {*RULES, *OBJECTS, "start speech", "stop speech"}
 STALE = 0.35
 """Without a word from a recogniser that tells how it is, s; with the beat, half a second."""
 
-
-LONGEST = 200
-"""Characters of a string that are looked at; a command has fewer."""
 
 BETWEEN_REFUSED = 0.05
 """Strings that are no command are told so far apart, s; the others in between are counted."""

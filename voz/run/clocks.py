@@ -19,6 +19,12 @@ LATE = 0.1
 """Up to this a beat may be late without the time of a paced run showing it, s."""
 
 
+def elapsed() -> float:
+    """A time that never goes back, s; where it can be had one that a suspended computer goes on."""
+    # CLOCK_MONOTONIC stands still in a laptop whose lid is shut, and its robot would drive on.
+    return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
+
+
 class Clock(Protocol):
     """The time of a run, s since it began."""
 
@@ -45,15 +51,15 @@ class WallClock:
     def __init__(self, inbox: Inbox) -> None:
         """Begin the run; what arrives is in the inbox."""
         self._inbox = inbox
-        self._begun = time.monotonic()
+        self._begun = elapsed()
 
     def now(self) -> float:
         """What time it is, s; to a tenth of a millisecond, as it is written into events."""
-        return round(time.monotonic() - self._begun, 4)
+        return round(elapsed() - self._begun, 4)
 
     def take(self, until: float) -> Taken | None:
         """Take a message when it comes, if that is before the next beat."""
-        left = until - (time.monotonic() - self._begun)
+        left = until - (elapsed() - self._begun)
         return self._inbox.take(left) if left > 0 else None
 
     def held_up(self, seconds: float) -> None:
@@ -69,7 +75,7 @@ class PacedClock:
     def __init__(self, inbox: Inbox) -> None:
         """Begin soon; what comes at its time is in the inbox."""
         self._inbox = inbox
-        self._begun = time.monotonic() + LEAD
+        self._begun = elapsed() + LEAD
         self._now = self._due = 0.0
 
     def now(self) -> float:
@@ -78,14 +84,14 @@ class PacedClock:
 
     def exactly(self) -> float:
         """What time it is, s; it does not go on until the beat does."""
-        return min(time.monotonic() - self._begun, self._due + LATE)
+        return min(elapsed() - self._begun, self._due + LATE)
 
     def take(self, until: float) -> Taken | None:
         """Take a message when it comes, if that is before the next beat."""
         self._due = until
-        left = self._begun + until - time.monotonic()
+        left = self._begun + until - elapsed()
         taken = self._inbox.take(left) if left > 0 else None
-        late = time.monotonic() - self._begun - until
+        late = elapsed() - self._begun - until
         self._now = until + late if late > LATE else until
         return taken
 

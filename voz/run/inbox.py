@@ -54,13 +54,16 @@ class Inbox:
 
     def put(self, message: Message) -> None:
         """Hand a message to the loop; if too many wait, it is dropped and counted."""
+        number = next(self._numbers)
         if stops(message):
-            self._urgent.append((next(self._numbers), message))
-        elif len(self._usual) < MOST_WAITING:
-            self._usual.append((next(self._numbers), message))
+            self._newest_stop = number
+            waiting = self._urgent
         else:
-            self.dropped += 1
+            waiting = self._usual
+        if len(waiting) >= MOST_WAITING and not isinstance(message, End):
+            self.dropped += 1  # of those that stop, enough are on their way
             return
+        waiting.append((number, message))
         self._tokens.put(None)
 
     def take(self, timeout: float) -> Taken | None:
@@ -77,8 +80,7 @@ class Inbox:
         except queue.Empty:
             return None
         if self._urgent:
-            self._newest_stop, message = self._urgent.popleft()
-            return Taken(message, False)
+            return Taken(self._urgent.popleft()[1], False)
         number, message = self._usual.popleft()
         return Taken(message, number < self._newest_stop)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -22,7 +22,7 @@ from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
 from voz.run.clocks import WallClock
 from voz.run.drive import Drive
 from voz.run.inbox import Inbox
-from voz.run.sources import NO_COMMAND, TYPED, typed
+from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""
@@ -78,7 +78,7 @@ def run_live(
     warn = warner(inbox, clock)
 
     def obey(line: str, source: str = TYPED) -> None:
-        text = normalise(line)
+        text = normalise(line[:LONGEST])
         if text not in NO_COMMAND:
             inbox.put(typed(text, text in commands, clock.now(), source))
 
@@ -122,5 +122,10 @@ def run_live(
 @contextmanager
 def drawn(display: Display, terminal: Console) -> Iterator[None]:
     """Draw a display anew, again and again, for the length of a `with` block."""
-    with Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN):
+    live = Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN)
+    live.start()
+    try:
         yield
+    finally:
+        with suppress(OSError):  # the terminal was closed, which is why it ends
+            live.stop()

@@ -49,15 +49,19 @@ def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
 
 
 def _hand_over(ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock) -> None:
+    end = End(RuntimeError("nobody plays any more"))  # whatever ends this thread ends the run
     over = 0.0
-    while not isinstance(item := ready.get(), End):
-        if isinstance(item, float):
-            over = item
-        else:
-            _wait(item.t, clock)
-            inbox.put(item)
-    _wait(beats_before(over) / BEATS_PER_SECOND, clock)
-    inbox.put(item)
+    try:
+        while not isinstance(item := ready.get(), End):
+            if isinstance(item, float):
+                over = item
+            else:
+                _wait(item.t, clock)
+                inbox.put(item)
+        _wait(beats_before(over) / BEATS_PER_SECOND, clock)
+        end = item
+    finally:
+        inbox.put(end)
 
 
 def _wait(until: float, clock: PacedClock) -> None:

@@ -77,9 +77,9 @@ class Queued:
                 self._opened.set()
                 while (event := self._waiting.get()) is not None:
                     write(event)
-        except Exception as error:  # it belongs to those who send the events
-            self._failure = error
+        except BaseException as error:  # it belongs to those who send the events
+            self._failure = error if isinstance(error, Exception) else RuntimeError(repr(error))
             if self._opened.is_set():
-                self._tell(End(error))
+                self._tell(End(self._failure))
         finally:
             self._opened.set()

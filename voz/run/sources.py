@@ -23,6 +23,9 @@ from voz.run.clocks import Item
 TYPED = "text"
 """The source of an utterance that was typed."""
 
+LONGEST = 200
+"""Characters of a line or a message that are looked at; a command has fewer."""
+
 NO_COMMAND = ("", "-")
 """Typed lines that only let a beat pass."""
 
@@ -40,7 +43,7 @@ def lines_typed(
     beats = 0
     for line in lines:
         beats = max(beats, beats_before(now()))
-        text = normalise(line)
+        text = normalise(line[:LONGEST])
         if text not in NO_COMMAND:
             yield typed(text, text in commands, beats / BEATS_PER_SECOND)
         beats += 1
@@ -88,7 +91,7 @@ def bag_replayed(path: Path, sayings: Sayings, commands: Collection[str]) -> Ite
     """
     end = sayings.seconds
     for t, said in sayings.said:
-        text = normalise(said)
+        text = normalise(said[:LONGEST])
         yield typed(text, text in commands, t, shown_path(path))
         end = max(end, t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end

@@ -52,7 +52,9 @@ def test_all_commands_that_are_spoken_are_obeyed(pulse: dict[str, str]) -> None:
         for text in texts:
             say(robot, pulse, text)
         assert robot.end() == 143
-    assert robot.commands() == texts
+    first, *others = robot.of("utterance")
+    assert (first["text"], first["obeyed"], first["ignored"]) == (texts[0], False, "not_listening")
+    assert [event["text"] for event in others] == robot.commands() == texts[1:]
     assert [event["value"] for event in robot.of("selected_object")] == [1, 100]
     assert [event["text"] for event in robot.of("reply")] == [
         "bep bep. I am listening you",

@@ -43,7 +43,7 @@ def test_a_base_is_told_of_a_program_that_is_killed_or_hangs(
     number: int, manual: bool, base: Start, voz: Start
 ) -> None:
     node = base(deadline=0.5, lease=1.0, manual=manual)
-    run = voz("ros2")
+    run = voz("ros2", "--no-watchdog")
     run.say("go forward")
     node.wait_for(drives)
     run.process.send_signal(number)
@@ -51,3 +51,17 @@ def test_a_base_is_told_of_a_program_that_is_killed_or_hangs(
     events = [line["event"] for line in lines if "event" in line]
     assert "deadline" in events
     assert "incompatible" not in events
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize("manual", [False, True])
+def test_the_watchdog_stops_a_base_whatever_it_asks_for(
+    number: int, manual: bool, base: Start, voz: Start
+) -> None:
+    node = base(deadline=0.5, lease=1.0, manual=manual)
+    run = voz("ros2")
+    run.say("go forward")
+    node.wait_for(drives)
+    run.process.send_signal(number)
+    lines = node.wait_for(lambda line: line.get("message") == STILL)
+    assert "incompatible" not in [line.get("event") for line in lines]

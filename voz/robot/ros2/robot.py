@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from cyclonedds.qos import Policy
-
 from voz.config import Ros2
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
@@ -20,17 +18,8 @@ from voz.robot.ros2.odometry import OdometryPublisher
 from voz.robot.ros2.velocity import VelocityTopic
 from voz.simulation.world import State
 
-DEADLINE = 0.2
-"""Between two velocities there is promised to be no more, s: two cycles."""
-
-LEASE = 0.5
-"""A base that asks for it is told when no velocity was sent for so long, s."""
-
 DIAGNOSED = 1.0
 """From one message on `/diagnostics` to the next, s."""
-
-LOOK = 0.02
-"""How often it looks at first whether somebody listens, s."""
 
 
 class Ros2Robot(Robot):
@@ -67,22 +56,14 @@ class Ros2Robot(Robot):
         settings = self._settings
         self._node = node = Node(settings)
         self._topic = node.name(settings.cmd_vel)
-        self._velocities = VelocityTopic(
-            node,
-            settings,
-            Policy.Deadline(round(DEADLINE * 1e9)),
-            # Asserted by each velocity: a program that hangs is noticed like one that is gone.
-            Policy.Liveliness.ManualByTopic(round(LEASE * 1e9)),
-        )
+        self._velocities = VelocityTopic(node, settings)
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)
         self._listeners = Listeners(node, self._velocities.writer)
-        until = time.monotonic() + settings.wait
-        while not self._listeners.handles() and time.monotonic() < until:
-            time.sleep(LOOK)
+        self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
 
     def receive(self, event: Event) -> None:

@@ -21,6 +21,10 @@ EARLY = 0.02
 """So much before its time is an item handed over, s: then it comes before the beat of that time."""
 
 
+GONE = End(RuntimeError("nobody plays any more"))
+"""Whatever ends one of the threads ends the run: the next line may be `stop`."""
+
+
 def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
     """Begin to put items into an inbox, each at its time, on threads of their own.
 
@@ -39,17 +43,19 @@ def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
 
 
 def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
+    end = GONE
     try:
         for item in items:
             ready.put(item)
+        end = End()
     except Exception as error:  # it belongs to who waits for the items
-        ready.put(End(error))
-    else:
-        ready.put(End())
+        end = End(error)
+    finally:
+        ready.put(end)
 
 
 def _hand_over(ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock) -> None:
-    end = End(RuntimeError("nobody plays any more"))  # whatever ends this thread ends the run
+    end = GONE
     over = 0.0
     try:
         while not isinstance(item := ready.get(), End):

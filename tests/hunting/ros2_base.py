@@ -1,0 +1,19 @@
+"""A base on ROS 2: tells an observer each velocity on /cmd_vel, and when it arrived."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from voz.config import Ros2
+from voz.robot.ros2.messages import Twist
+from voz.robot.ros2.node import Node
+
+observer = os.open(os.environ["HUNT_OBSERVER"], os.O_WRONLY)
+reader = Node(Ros2()).reader("cmd_vel", Twist)
+while True:
+    for twist in reader.take(100):
+        if isinstance(twist, Twist):  # else it tells that a writer is gone
+            told = f"ros2 {time.monotonic()} {twist.linear.x} {twist.angular.z}\n"
+            os.write(observer, told.encode())
+    time.sleep(0.01)

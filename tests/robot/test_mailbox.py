@@ -201,6 +201,23 @@ def test_while_a_robot_is_lost_it_is_asked_to_stand_still() -> None:
     assert robot.got == [Twist(0, 0, 0), Twist(1, 0, 0), Twist(2, 0.1, 0)]
 
 
+def test_a_robot_that_was_lost_for_a_moment_is_stopped_until_all_know() -> None:
+    robot = Recorder()
+    with Mailbox("shaky", robot) as box:
+        robot.gone = "a loose cable"
+        box.receive(Reply(0, ""))
+        until(lambda: len(robot.got) == 1)
+        robot.gone = None
+        for number in (1, 2):
+            box.receive(Twist(number, 0.1, 0))
+            until(lambda count=number + 1: len(robot.got) == count)
+        assert robot.got[1:] == [Twist(1, 0, 0), Twist(2, 0, 0)]
+        assert box.lost() == "the robot shaky is lost (a loose cable)"
+        assert box.lost() is None
+        box.receive(Twist(3, 0.1, 0))
+        until(lambda: robot.got[-1] == Twist(3, 0.1, 0))
+
+
 def test_a_robot_that_cannot_be_opened_says_so_at_once() -> None:
     class Shut(Recorder):
         def open(self) -> None:

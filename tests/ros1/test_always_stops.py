@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 from ros1.ros import Client, Program, Ros, eventually
@@ -107,3 +108,23 @@ def test_the_watchdog_goes_with_the_node(ros: Ros) -> None:
     node.process.terminate()
     assert node.wait() == 0
     eventually(lambda: "watchdog" not in ros.call("rosnode", "list").stdout)
+
+
+def test_a_watchdog_that_is_killed_stops_the_robot_and_is_there_again(ros: Ros) -> None:
+    node = ros.node("control_voz", *DRIVING)
+    client = driven(ros, node)
+    (first,) = children(node)
+    os.kill(first, signal.SIGKILL)
+    client.wait_for_velocity(0, 0)
+    node.wait_for("watchdog is there; the robot waits for a command")
+    assert children(node) != [first]
+    client.say("go back")
+    client.wait_for_velocity(-0.1, 0)
+    node.kill()
+    client.wait_for_velocity(0, 0)
+
+
+def children(node: Program) -> list[int]:
+    """The processes that a node has started, and that still run."""
+    tasks = Path(f"/proc/{node.process.pid}/task").iterdir()
+    return [int(child) for task in tasks for child in (task / "children").read_text().split()]

@@ -39,4 +39,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
     let_go_of_streams()
     by_signal = signals.exit_code()
-    return code if by_signal is None else by_signal
+    code = code if by_signal is None else by_signal
+    if arguments is None:
+        _end(code)
+    return code
+
+
+def _end(code: int) -> None:
+    """Let the process end with a code, also if a thread hangs in the sound system."""
+    from voz.live.ending import end_by_force, lingering
+
+    if lingering():
+        end_by_force(code)

@@ -1,24 +1,28 @@
-"""How the program ends when the sound system does not let go."""
+"""How the program ends while a thread of its own is in a C library that does not let go."""
 
 from __future__ import annotations
 
 import atexit
 import os
+import threading
 
-from voz.signals import exit_code
-
-FAILED = 1
-"""The exit code of a program that ends by an error that nobody expected."""
+OURS = "voz-"
+"""How the names of the threads begin that play, listen, write or read."""
 
 
-def end_by_force(error: BaseException | None) -> None:
-    """Let the program end though a thread hangs in the sound system.
+def lingering() -> bool:
+    """Whether such a thread has not ended, though all that used it has."""
+    return any(
+        thread.name.startswith(OURS) and thread is not threading.current_thread()
+        for thread in threading.enumerate()
+    )
+
+
+def end_by_force(code: int) -> None:
+    """Let the program end with an exit code, whatever its threads do.
 
     It ends when all that is still to be saved is saved. Without this it would wait for PortAudio
-    to be closed, for ever, or crash as the libraries that the thread is in are unloaded.
-
-    Args:
-        error: what ends the program, with its exit code, if it was no signal.
+    to be closed, for ever if a sound server hangs, or crash as the libraries that a thread is in
+    are unloaded.
     """
-    code = error.code if isinstance(error, SystemExit) else exit_code()
-    atexit.register(os._exit, code if isinstance(code, int) else FAILED)
+    atexit.register(os._exit, code)

@@ -14,7 +14,6 @@ from voz.audio.microphone import BLOCK_SECONDS, Microphone, listening
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
 from voz.live.duplex import HalfDuplex, Loudspeaker
-from voz.live.ending import end_by_force
 from voz.live.memory import give_back_large_blocks
 from voz.live.recorder import Recorder
 from voz.recognition.recognizer import MICROPHONE, Recognizer
@@ -128,13 +127,9 @@ class Hearing:
             raise AudioError(self._problem)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, _: object
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._closing.set()
         self._thread.join(CLOSING_TIME)
-        if self._thread.is_alive():
-            end_by_force(error)
 
     def trouble(self, moving: bool) -> str | None:
         """Tell why nothing is heard right now; None if all is well.
@@ -162,7 +157,7 @@ class Hearing:
                     self._listen(microphone)
             except VozError as error:
                 self._lose(str(error))
-            except Exception as error:  # whatever it is, the robot must not drive on unheard
+            except BaseException as error:  # whatever it is, the robot must not drive on unheard
                 self._lose(f"the recogniser fails ({error!r})")
             if self._recorder:
                 self._recorder.end_stream()

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from voz.live.ending import lingering
+
 
 @contextmanager
 def quiet_libraries() -> Iterator[None]:
@@ -22,15 +24,15 @@ def quiet_libraries() -> Iterator[None]:
         return
     before = sys.stderr
     before.flush()
-    with (
-        os.fdopen(os.dup(theirs), "w", buffering=1, errors="backslashreplace") as ours,
-        open(os.devnull, "w") as nowhere,  # noqa: PTH123
-    ):
+    ours = os.fdopen(os.dup(theirs), "w", buffering=1, errors="backslashreplace")
+    with open(os.devnull, "w") as nowhere:  # noqa: PTH123
         os.dup2(nowhere.fileno(), theirs)
-        sys.stderr = ours
-        try:
-            yield
-        finally:
+    sys.stderr = ours
+    try:
+        yield
+    finally:
+        ours.flush()
+        if not lingering():  # else it would be heard now, in the midst of the last lines
             sys.stderr = before
-            ours.flush()
             os.dup2(ours.fileno(), theirs)
+            ours.close()

@@ -76,7 +76,8 @@ class Mailbox:
         self._changed = threading.Condition()
         self._closing = False
         self._failure: str | None = None
-        self._answer: str | None = None
+        self._answer: str | None = None  # why the robot said that it is lost, after the last event
+        self._untold: str | None = None  # the same, until who looks after it has been told
         self._busy_since: float | None = None
         self._put_at = 0.0  # the velocity that waits, on the monotonic clock, s
         self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
@@ -105,8 +106,9 @@ class Mailbox:
             self._changed.notify()
 
     def lost(self) -> str | None:
-        """Tell why the robot is lost; None if it is not. This never waits for it either."""
-        problem = self._failure or self._answer
+        """Tell why the robot is lost, or was since the last call; None if not. This never waits."""
+        untold, self._untold = self._untold, None
+        problem = self._failure or self._answer or untold
         busy_since = self._busy_since
         if busy_since is not None and time.monotonic() - busy_since > STUCK:
             problem = "does not take its events"
@@ -135,11 +137,13 @@ class Mailbox:
             return
         if isinstance(event, Twist):
             late = time.monotonic() - self._put_at > STUCK
-            if late or self._failure or self._answer:  # what is asked then must not be done
+            # What is asked while it is lost must not be done, nor until all have stopped for that.
+            if late or self._failure or self._answer or self._untold:
                 event = Twist(event.t, 0.0, 0.0)
         try:
             self._robot.receive(event)
             self._answer = self._robot.lost()
+            self._untold = self._answer or self._untold
         except BaseException as error:  # whatever it is, `sys.exit` too, the others go on
             told = str(error) if isinstance(error, VozError) else in_words(error)
             self._failure = self._failure or told

@@ -99,8 +99,17 @@ class RobotProcess(Robot):
             raise
 
     def receive(self, event: Event) -> None:
-        """Let the robot take an event; raises RobotError if it fails or its process is gone."""
-        self._send(msgspec.json.encode(event))
+        """Let the robot take an event; raises RobotError if it fails or its process is gone.
+
+        A watchdog that is gone is started again, and is lost until then.
+        """
+        try:
+            self._send(msgspec.json.encode(event))
+        except RobotError:
+            if not (self._order.only_zero and self._link.closed):
+                raise
+            self.open()
+            self._answer = Answer(lost="its process had ended")
 
     def lost(self) -> str | None:
         """Tell why the robot was lost after the last event."""
@@ -127,6 +136,7 @@ class RobotProcess(Robot):
             self._link.send_bytes(message)
             self._answer = msgspec.json.decode(self._link.recv_bytes(), type=Answer)
         except (OSError, EOFError) as error:
+            self._link.close()
             raise RobotError("its process has ended") from error
         if self._answer.failure and self._answer.traceback:
             raise RobotMistake(self._answer.failure) from ThereError(self._answer.traceback)

@@ -9,6 +9,7 @@ from typing import NoReturn
 
 from voz import signals
 from voz.errors import VozError
+from voz.live.ending import end_by_force, lingering
 from voz.live.quiet import quiet_libraries
 from voz.printable import printable
 from voz.ros1.node import Node
@@ -29,10 +30,13 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
     try:
         with quiet_libraries(), unblocked_output(), Node(name, sys.argv[1:]) as node:
             work(node)
+        code = 0
     except VozError as error:
         print(printable(f"{name}: {error}"), file=sys.stderr)
-        sys.exit(WRONG_CALL)
-    sys.exit(0)
+        code = WRONG_CALL
+    if lingering():
+        end_by_force(code)
+    sys.exit(code)
 
 
 def clock_from_now() -> Callable[[], float]:

@@ -55,6 +55,17 @@ def test_who_says_nohup_means_it_and_a_background_job_is_ended_all_the_same() ->
     assert (done.returncode, done.stdout) == (130, "on\n")
 
 
+def test_signals_that_whoever_started_it_has_blocked_end_it_all_the_same() -> None:
+    done = program("""
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+        os.kill(os.getpid(), signal.SIGTERM)
+        print("blocked")
+        signals.install()
+        print("not reached")
+    """)
+    assert (done.returncode, done.stdout) == (143, "blocked\n")
+
+
 def test_while_a_run_drives_a_signal_only_wakes_it() -> None:
     done = program("""
         inbox = queue.SimpleQueue()

@@ -46,6 +46,7 @@ def install(as_in_shells: bool = True) -> None:
         numbers.append(signal.SIGHUP)
     for number in numbers:
         signal.signal(number, _received)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)  # who started it may have blocked them
     sys.unraisablehook = _swallowed
 
 

@@ -98,7 +98,7 @@ class Run(Quarry):
         *python, program = VOZ
         before = broken_recognizer(hearing, f"exec(open({str(hearing)!r}).read())")
         before += DEADLY.format(file=str(thread), stacks=str(stacks))
-        # What is imported for the faults comes before the program takes signals: it takes them then.
+        # What is imported for the faults comes before the program takes signals; it does then.
         blocked = "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, {1, 2, 3, 15})\n"
         return [*python, blocked + before + program, "run", *arguments]
 

@@ -26,8 +26,9 @@ class Robot:
     def receive(self, event: Event) -> None:
         """Take one event, in the order of time; a `Twist` comes 10 times a second.
 
-        Each robot has a thread of its own for this. If it takes too long, only the newest `Twist`
-        is kept for it, and comes first.
+        Each robot has a thread of its own for this, and one of a user's a process too. If it takes
+        too long, only the newest `Twist` is kept for it, and comes first. An `Utterance` is a
+        command for it if it is `obeyed`; `accepted` only says that it was understood.
         """
         raise NotImplementedError
 

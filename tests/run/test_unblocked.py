@@ -19,13 +19,13 @@ with unblocked_output():
         print("error", number, file=sys.stderr)
     assert not sys.stdout.isatty() and sys.stdout.fileno() == 1
 print("after", flush=True)
+{then}
 """
 
 
-def started(lines: int, **outputs: int) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM.format(lines=lines)], text=True, **outputs
-    )
+def started(lines: int, then: str = "", **outputs: int) -> subprocess.Popen[str]:
+    program = PROGRAM.format(lines=lines, then=then)
+    return subprocess.Popen([sys.executable, "-c", program], text=True, **outputs)
 
 
 def test_all_is_written_in_order_before_the_block_is_left() -> None:
@@ -35,11 +35,12 @@ def test_all_is_written_in_order_before_the_block_is_left() -> None:
     assert err.splitlines() == [f"error {n}" for n in range(200)]
 
 
-def test_who_writes_to_what_nobody_reads_does_not_wait_and_ends() -> None:
+@pytest.mark.parametrize(("then", "code"), [("", 0), ("raise RuntimeError", 1)])
+def test_who_writes_to_what_nobody_reads_does_not_wait_and_ends(then: str, code: int) -> None:
     with started(
-        MOST_WAITING * 2, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        MOST_WAITING * 2, then, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     ) as program:  # which fills the pipe
-        assert program.wait(30) == 0
+        assert program.wait(30) == code
 
 
 def test_what_a_terminal_cannot_show_is_escaped() -> None:

@@ -8,7 +8,8 @@ import queue
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
+from typing import TextIO
 
 MOST_WAITING = 10_000
 """Texts that wait; what is written beyond that nobody would read any more."""
@@ -73,28 +74,31 @@ class Unblocked(io.TextIOBase):
 def unblocked_output() -> Iterator[None]:
     """Let nothing wait for standard output and error for the length of a `with` block.
 
-    Of who does not take at its end what was written, nothing more is shown.
+    If somebody does not take at its end what was written, nothing more is shown.
     """
-    with ExitStack() as parts:
-        for name in ("stdout", "stderr"):
-            parts.enter_context(_unblocked(name))
-        yield
-
-
-@contextmanager
-def _unblocked(name: str) -> Iterator[None]:
-    before = getattr(sys, name)
-    try:
-        descriptor = before.fileno()
-        before.flush()
-    except (AttributeError, OSError, ValueError):  # there is none, or it is no file
-        yield
-        return
-    ours = Unblocked(descriptor, before.encoding)
-    setattr(sys, name, ours)
+    before = {
+        name: stream for name in ("stdout", "stderr") if _is_file(stream := getattr(sys, name))
+    }
+    ours = [_take_the_place_of(name, stream) for name, stream in before.items()]
     try:
         yield
     finally:
-        written = ours.end()
-        # What is shown now must not wait either; a file that nobody closes has no end to wait for.
-        setattr(sys, name, before if written else open(os.devnull, "w"))  # noqa: SIM115, PTH123
+        # Both may be the same pipe, so that one which is stuck would hold up the other, too.
+        stuck = [stream for stream in ours if not stream.end()]
+        for name, stream in before.items():
+            # What is shown now must not wait; a file that nobody closes has no end to wait for.
+            setattr(sys, name, open(os.devnull, "w") if stuck else stream)  # noqa: SIM115, PTH123
+
+
+def _is_file(stream: TextIO | None) -> bool:
+    try:
+        return stream is not None and stream.fileno() >= 0
+    except (AttributeError, OSError, ValueError):
+        return False
+
+
+def _take_the_place_of(name: str, stream: TextIO) -> Unblocked:
+    stream.flush()
+    ours = Unblocked(stream.fileno(), stream.encoding)
+    setattr(sys, name, ours)
+    return ours

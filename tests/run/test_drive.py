@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from voz.config import Safety
 from voz.control.controller import OBJECTS, RULES
@@ -127,3 +128,36 @@ def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
     drive.send(3.0)
     assert drive.velocities == (0, 0)
     assert events[-2:] == [Warning(3.0, "no command for 2 s: the robot stops"), Twist(3.0, 0, 0)]
+
+
+@pytest.mark.parametrize("text", ["start speech", "stop speech", "stop", "slow down"])
+def test_what_comes_too_late_may_still_end_the_motion_and_switch_the_listening(text: str) -> None:
+    drive, events = listening_drive(["go forward", "slow down"])
+    drive.hear(heard(text), late=True)
+    (utterance,) = [e for e in events if isinstance(e, Utterance) and e.text == text][-1:]
+    assert utterance.obeyed is (text != "start speech")  # which would leave it moving
+    assert drive.velocities == ((0.05, 0) if text == "start speech" else (0, 0))
+    drive.halt()
+    drive.hear(heard("start speech"), late=True)
+    assert drive.listening
+
+
+@given(st.lists(st.sampled_from(COMMANDS), max_size=20), st.sampled_from(COMMANDS))
+def test_what_comes_too_late_begins_no_motion_and_moves_no_arm(
+    spoken: list[str], text: str
+) -> None:
+    drive, events = listening_drive(spoken)
+    before, so_far = drive.velocities, len(events)
+    drive.hear(heard(text), late=True)
+    assert drive.velocities in (before, (0, 0))
+    assert not any(isinstance(event, SelectedObject) for event in events[so_far:])
+
+
+@given(st.sampled_from(COMMANDS))
+def test_while_the_robot_speaks_only_stop_is_obeyed(text: str) -> None:
+    drive, events = listening_drive(["go forward"])
+    drive.hear(replace(heard(text), ignored="robot_speaking"))
+    (utterance,) = events[len(events) - 1 :]
+    assert isinstance(utterance, Utterance)
+    assert utterance.obeyed is (text == "stop")
+    assert drive.velocities == ((0, 0) if text == "stop" else (0.1, 0))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from voz.config import Safety
-from voz.control.controller import State, halt
+from voz.control.controller import Outcome, State, halt
 from voz.control.safety import STOP, motion_has_expired, obey_safely
 from voz.events import Event, Partial, Receiver, Reply, SelectedObject, Twist, Utterance, Warning
 
@@ -60,7 +60,7 @@ class Drive:
 
         Args:
             event: what was heard.
-            late: whether it is out of date; then it can only stop the robot.
+            late: whether it is out of date; then it can move nothing.
         """
         if isinstance(event, Partial):
             self.emit(event)
@@ -114,9 +114,9 @@ class Drive:
             receive(event)
 
     def _obey(self, utterance: Utterance) -> None:
-        """Obey an accepted utterance; of those that are to be ignored only `stop`."""
+        """Obey an accepted utterance, unless it is to be ignored."""
         outcome = obey_safely(self._state, utterance.text, self._safety)
-        if utterance.ignored and utterance.text != STOP:
+        if utterance.ignored and not _harmless(utterance, outcome):
             self.emit(replace(utterance, obeyed=False))
         elif not outcome.obeyed:
             self.emit(replace(utterance, obeyed=False, ignored="not_listening"))
@@ -128,3 +128,14 @@ class Drive:
                 self.emit(SelectedObject(utterance.t, outcome.selected_object))
             if outcome.reply is not None:
                 self.emit(Reply(utterance.t, outcome.reply))
+
+
+def _harmless(utterance: Utterance, outcome: Outcome) -> bool:
+    """Whether a command may be obeyed though it is to be ignored.
+
+    Over its own voice the robot hears nothing else well enough than `stop`. What comes too late may
+    still end the motion, and begin or end the listening.
+    """
+    if utterance.ignored == "too_late":
+        return not outcome.state.moving and outcome.selected_object is None
+    return utterance.text == STOP

@@ -28,8 +28,9 @@ from voz.evaluation.engines import EngineChoice
 from voz.evaluation.manifest import read_manifest
 from voz.evaluation.recognise import Task, in_processes, recognise, tasks_for
 from voz.evaluation.results import Clip, Result
+from voz.evaluation.scores import alarms_in
 from voz.evaluation.statistics import estimate
-from voz.evaluation.tables import shown
+from voz.evaluation.tables import shown, shown_alarms
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 
@@ -67,7 +68,7 @@ class Part:
 class Heard:
     """What became of a task, and the most memory that its process had taken until then, MB."""
 
-    result: Result
+    results: list[Result]
     megabytes: float
 
 
@@ -113,18 +114,18 @@ def hear(task: Task, choice: EngineChoice) -> Heard:
 
 def figures(engine: str, part: Part, heard: Sequence[Heard]) -> Figures:
     """Count what there is to say about an engine."""
-    results = [each.result for each in heard]
+    results = [result for each in heard for result in each.results]
     for result in results:
         if result.error is not None:
             raise AudioError(result.error)
     if part.name:
         return list_figures(part.name, results)
-    commands = [h for h in heard if h.result.kind == "command" and h.result.snr is None]
+    commands = [h for h in heard if h.results[0].kind == "command" and h.results[0].snr is None]
     return {
         **command_figures(results),
         **other_figures([r for r in results if r.kind != "command"]),
         "expected calibration error": calibration(results) if engine == "voz" else NOTHING,
-        "CPU for a command": f"{1000 * mean(h.result.cpu for h in commands):.1f} ms",
+        "CPU for a command": f"{1000 * mean(h.results[0].cpu for h in commands):.1f} ms",
         "peak memory of the process": f"{max(h.megabytes for h in commands):.0f} MB",
     }
 
@@ -153,6 +154,8 @@ def command_figures(results: Iterable[Result]) -> Figures:
 def other_figures(results: Sequence[Result]) -> Figures:
     """Count what should have moved nothing."""
     near_misses = [result for result in results if result.kind == "near-miss"]
+    talk = [r for r in results if r.kind == "talk" and r.set == "people"]
+    conditions = sorted({result.condition for result in talk})
     return {
         "near-misses let through, synthetic voices": share(
             [r for r in near_misses if r.set == "dev"], lets_through
@@ -160,9 +163,12 @@ def other_figures(results: Sequence[Result]) -> Figures:
         "near-misses let through, people": share(
             [r for r in near_misses if r.set == "people"], lets_through
         ),
-        "false alarms per hour of people's talk": alarms_per_hour(
-            [r for r in results if r.kind == "talk" and r.set == "people"]
-        ),
+        **{
+            f"false alarms in people's talk, {name}": alarms(
+                [result for result in talk if result.condition == name]
+            )
+            for name in conditions
+        },
         "false alarms in recorded noise": alarms([r for r in results if r.kind == "noise"]),
     }
 
@@ -203,23 +209,15 @@ def lost(clean: Iterable[Result], noisy: Sequence[Result]) -> str:
     return rate(noisy, losses, [1.0] * len(noisy))
 
 
-def alarms_per_hour(results: Sequence[Result]) -> str:
-    counts = [len(result.obeyed) for result in results]
-    return rate(results, counts, [result.seconds / 3600 for result in results], digits=1)
-
-
 def alarms(results: Sequence[Result]) -> str:
-    count = sum(len(result.obeyed) for result in results)
-    return f"{count} in {sum(result.seconds for result in results) / 60:.1f} minutes"
+    return shown_alarms(alarms_in(results)) if results else NOTHING
 
 
-def rate(
-    results: Sequence[Result], counts: Sequence[float], of: Sequence[float], digits: int = 3
-) -> str:
+def rate(results: Sequence[Result], counts: Sequence[float], of: Sequence[float]) -> str:
     """Divide, with the interval over the speakers."""
     if not results:
         return NOTHING
-    return shown(estimate(counts, of, [result.speaker for result in results]), digits)
+    return shown(estimate(counts, of, [result.speaker for result in results]))
 
 
 def calibration(results: Iterable[Result]) -> str:

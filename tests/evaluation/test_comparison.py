@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from voz.evaluation.comparison import Difference, compare
+from voz.evaluation.comparison import AlarmDifference, Difference, compare, compare_alarms
+from voz.evaluation.statistics import alarm_rate
 
 
 def test_clips_are_paired_by_name_and_noise(result: Any) -> None:
@@ -25,6 +26,28 @@ def test_clips_are_paired_by_name_and_noise(result: Any) -> None:
     assert compare(here, there) == [
         Difference("mine", None, 3, 0.66667, 0.66667, 1, 1, 1.0),
         Difference("mine", 5.0, 1, 1.0, 0.0, 1, 0, 1.0),
+    ]
+
+
+def test_stretches_of_a_stream_are_paired_by_where_they_begin(result: Any) -> None:
+    stream = {"file": "stream", "set": "mine"}
+    here = [result("stop", "stop", start=1.0, **stream), result("stop", start=5.0, **stream)]
+    there = [result("stop", start=5.0, **stream), result("stop", "stop", start=1.0, **stream)]
+    assert compare(here, there) == [Difference("mine", None, 2, 0.5, 0.5, 0, 0, 1.0)]
+
+
+def test_only_the_same_noise_is_compared(result: Any) -> None:
+    tap, motor = (result("stop", "stop", snr=5.0, noise=name) for name in ("tap", "motor"))
+    assert compare([tap], [motor]) == []
+    assert len(compare([tap], [tap])) == 1
+
+
+def test_alarms_are_counted_in_what_both_have_heard(result: Any) -> None:
+    talk = {"kind": "talk", "seconds": 1800.0}
+    here = [result("a", "stop", **talk), result("b", **talk), result("only here", **talk)]
+    there = [result("a", **talk), result("b", **talk), result("only there", "stop", **talk)]
+    assert compare_alarms(here, there) == [
+        AlarmDifference("mine", "talk", None, alarm_rate(1, hours=1), alarm_rate(0, hours=1))
     ]
 
 

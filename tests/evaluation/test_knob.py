@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
-
 from voz.config import Recognition
 from voz.evaluation.knob import POSITIONS, positions
 from voz.evaluation.results import Kind, Result, Understood
+from voz.evaluation.statistics import alarm_rate
 from voz.recognition.confidence import Model
 
 MODEL = Model(fitted_on=[], intercept=0.0, weights={}, alarms=1.0, alarms_fall=1.0)
@@ -34,7 +33,7 @@ def test_a_lower_rate_misses_more_and_lets_less_through() -> None:
     assert through == sorted(through)
     even = found[POSITIONS.index(1.0)]
     assert (even.threshold, even.missed, even.let_through) == (0.5, 0.4762, 0.5238)
-    assert even.talk_alarms_per_hour == pytest.approx(11 / 2.1, abs=0.01)
+    assert even.talk == alarm_rate(11, hours=2.1)
 
 
 def test_what_must_not_be_missed_needs_less() -> None:
@@ -46,4 +45,4 @@ def test_what_must_not_be_missed_needs_less() -> None:
 
 def test_clips_in_noise_do_not_count_and_what_is_not_there_is_not_told() -> None:
     (first, *_) = positions([result("command", 1.0, snr=10.0)], MODEL, Recognition(), COMMANDS)
-    assert (first.missed, first.let_through, first.talk_alarms_per_hour) == (None, None, None)
+    assert (first.missed, first.let_through, first.talk) == (None, None, None)

@@ -37,6 +37,27 @@ def test_the_manifest_of_the_fixtures() -> None:
     assert all(clip.path.is_file() for clip in clips)
 
 
+def test_lines_of_a_stream_say_where_in_it_they_are(tmp_path: Path) -> None:
+    text = "path\tstart\tend\ttext\tspeaker\tkind\n"
+    text += "a.wav\t0\t1.5\tstop\tann\tcommand\na.wav\t\t\tgo back\tann\tcommand\n"
+    path = write(tmp_path / "streams.tsv", text)
+    stretch, whole = read_manifest(path, streams=True)
+    assert (stretch.start, stretch.end) == (0, 1.5)
+    assert (whole.start, whole.end) == (None, None)
+    with pytest.raises(VozError, match=r"streams.tsv:2: is a stretch of a recording"):
+        read_manifest(path)
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [("1", ""), ("", "1"), ("2", "1"), ("1", "1"), ("-1", "1"), ("nan", "2"), ("0", "inf")],
+)
+def test_a_stretch_that_is_none_is_one_line(start: str, end: str, tmp_path: Path) -> None:
+    text = f"path\tstart\tend\ttext\tspeaker\tkind\na\t{start}\t{end}\tstop\tann\tcommand\n"
+    with pytest.raises(VozError, match=r"bad.tsv:2: begins at .* write both in seconds"):
+        read_manifest(write(tmp_path / "bad.tsv", text), streams=True)
+
+
 def test_a_set_is_named_after_its_file_or_folder() -> None:
     assert set_name(Path("/data/dev/manifest.tsv")) == "dev"
     assert set_name(Path("/data/dev/some.tsv")) == "some"

@@ -44,6 +44,29 @@ def test_the_ratio_of_a_mix_is_what_was_asked_for(
     assert measured == pytest.approx(ratio, abs=0.1)
 
 
+def test_noise_goes_on_before_and_after_what_is_said() -> None:
+    background, speech = some_noise(20, 1000, seed=1), some_noise(1, 3000)
+    heard = noise.within(background, speech, 10, np.random.default_rng(0)).astype(float)
+    before, after = round(noise.BEFORE * SAMPLE_RATE), round(noise.AFTER * SAMPLE_RATE)
+    assert len(heard) == before + len(speech) + after
+    levels = [np.sqrt(np.mean(part**2)) for part in (heard[:before], heard[-after:])]
+    assert levels == pytest.approx([3000 / 10**0.5] * 2, rel=0.03)
+    said = heard[before:-after] - speech
+    assert np.sqrt(np.mean(said**2)) == pytest.approx(levels[0], rel=0.03)
+
+
+def test_the_ratio_is_that_to_the_mean_of_noise_that_comes_and_goes() -> None:
+    hum = some_noise(60, 1000, seed=1)
+    comes_and_goes = np.concatenate([hum, np.zeros_like(hum)])
+    speech = some_noise(1, 3000)
+    powers = [
+        np.mean((noise.within(comes_and_goes, speech, 0, rng).astype(float)[:SAMPLE_RATE]) ** 2)
+        for rng in map(np.random.default_rng, range(20))
+    ]
+    assert min(powers) == 0  # in a pause
+    assert max(powers) == pytest.approx(2 * 3000**2, rel=0.05)
+
+
 def test_what_would_overdrive_is_turned_down_together() -> None:
     speech, background = some_noise(1, 8000), some_noise(1, 8000, seed=1)
     sum_ = noise.mixed(speech, background, 0).astype(float)

@@ -7,7 +7,7 @@ import pytest
 
 from voz.evaluation.curves import confusion, curves
 from voz.evaluation.plots import confusion as confusion_picture
-from voz.evaluation.plots import pictures
+from voz.evaluation.plots import noise_lines, pictures
 from voz.evaluation.results import Result
 from voz.evaluation.scores import score
 
@@ -17,8 +17,9 @@ def results(result: Any) -> list[Result]:
     return [
         result("stop", "stop", confidence=0.9),
         result("go back", "go back", confidence=0.7),
-        result("stop", "stop", snr=10.0),
-        result("stop", snr=0.0),
+        result("stop", "stop", snr=10.0, noise="tap"),
+        result("stop", snr=0.0, noise="tap"),
+        result("stop", "stop", snr=0.0, noise="motor"),
         result("stop it", "stop?", confidence=0.4, kind="near-miss"),
     ]
 
@@ -33,8 +34,20 @@ def test_all_pictures_are_svg_and_the_same_each_time(results: list[Result]) -> N
 
 def test_only_what_there_is_is_drawn(results: list[Result]) -> None:
     assert pictures(curves([]), []) == {}
-    (title,) = pictures(curves(results[2:4]), score(results[2:4]).commands)
+    (title,) = pictures(curves(results[2:5]), score(results[2:5]).commands)
     assert title == "Commands in noise"
+    assert pictures(curves(results[2:3]), score(results[2:3]).commands) == {}
+
+
+def test_each_noise_has_a_line_and_quiet_a_point(results: list[Result]) -> None:
+    lines = noise_lines(score(results).commands)
+    ratios = {name: [s.group.snr for s in scores] for name, scores in lines.items()}
+    assert ratios == {"quiet": [None], "motor": [0], "tap": [10, 0]}
+
+
+def test_where_there_are_several_sets_a_line_is_named_after_its_own(result: Any) -> None:
+    results = [result("stop", "stop"), result("stop", "stop", set="other", snr=5.0, noise="tap")]
+    assert list(noise_lines(score(results).commands)) == ["mine, quiet", "other, tap"]
 
 
 def test_texts_that_mean_something_to_others_are_only_texts() -> None:

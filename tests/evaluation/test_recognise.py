@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from msgspec.structs import replace
 from recordings import FIXTURES
 
 from voz.config import Recognition
+from voz.evaluation import noise
 from voz.evaluation.engines import EngineChoice
 from voz.evaluation.manifest import read_manifest
 from voz.evaluation.recognise import Task, prepared, recognise, recognise_all, tasks_for
@@ -33,29 +35,108 @@ def hum(tmp_path: Path) -> Path:
     return path
 
 
-def test_commands_alone_are_also_heard_in_noise(clips: list[Clip], hum: Path) -> None:
+@pytest.fixture
+def voz(language: LanguageFiles) -> EngineChoice:
+    return EngineChoice("voz", language, Recognition())
+
+
+def clip_of(clips: list[Clip], name: str) -> Clip:
+    return next(c for c in clips if c.path.stem == name)
+
+
+@pytest.fixture
+def stream(clips: list[Clip], tmp_path: Path) -> list[Clip]:
+    """Three that were said in a stream, one after the other, and one that nobody knows of."""
+    names = ["festival_slt__go_back", "festival_slt__turn_left", "festival_slt__hello_robot"]
+    said, at = [], 1.0
+    samples = np.random.default_rng(0).standard_normal(16 * 16000) * 5
+    for name in [*names, "festival_slt__stop"]:
+        clip = clip_of(clips, name)
+        spoken, _ = prepared(Task((clip,)))
+        start = round(at * 16000)
+        samples[start : start + len(spoken)] += spoken
+        end = at + len(spoken) / 16000
+        where = {"file": "stream.wav", "path": tmp_path / "stream.wav", "start": at, "end": end}
+        said.append(replace(clip, set="mine", **where))
+        at += 4
+    soundfile.write(tmp_path / "stream.wav", samples.astype(np.int16), 16000)
+    return said[:3]
+
+
+def test_what_is_said_alone_is_also_heard_in_noise(
+    clips: list[Clip], stream: list[Clip], hum: Path
+) -> None:
     command = next(c for c in clips if c.kind == "command")
-    other = next(c for c in clips if c.kind == "near-miss")
-    tasks = tasks_for([command, other], [hum], [20, 5], room=True)
-    assert [(t.clip.kind, t.snr) for t in tasks] == [
-        ("command", None),
-        ("command", 20),
-        ("command", 5),
-        ("near-miss", None),
+    near_miss = next(c for c in clips if c.kind == "near-miss")
+    several = next(c for c in clips if c.kind == "long")
+    tasks = tasks_for([command, several, *stream, near_miss], [hum], [20, 5], room=True)
+    assert [(t.clips, t.snr) for t in tasks] == [
+        ((command,), None),
+        ((command,), 20),
+        ((command,), 5),
+        ((several,), None),
+        (tuple(stream), None),
+        ((near_miss,), None),
+        ((near_miss,), 20),
+        ((near_miss,), 5),
     ]
     assert all(t.room for t in tasks)
 
 
+def test_each_stretch_of_a_stream_is_told_what_was_heard_in_it(
+    stream: list[Clip], voz: EngineChoice
+) -> None:
+    go_back, turn_left, hello, rest = recognise(Task(tuple(stream)), voz)
+    assert [go_back.obeyed, turn_left.obeyed, hello.obeyed] == [["go back"], ["turn left"], []]
+    assert go_back.is_right_and_accepted
+    assert (go_back.start, go_back.seconds) == (1, round(stream[0].end - 1, 3))
+    assert (rest.kind, rest.obeyed, rest.file) == ("out-of-nothing", ["stop"], "stream.wav")
+    said = sum(result.seconds for result in (go_back, turn_left, hello))
+    assert rest.seconds == pytest.approx(16 - said, abs=0.01)
+    assert go_back.cpu == turn_left.cpu > 0
+
+
+def test_a_stream_that_is_over_too_early_is_an_error_of_all_of_it(
+    stream: list[Clip], voz: EngineChoice
+) -> None:
+    late = replace(stream[1], start=16.0, end=17.0)
+    results = recognise(Task((stream[0], late)), voz)
+    assert [result.heard for result in results] == [(), ()]
+    assert all("is over after 16.0 s" in (result.error or "") for result in results)
+
+
+def test_a_command_has_to_be_found_in_noise_that_goes_on(
+    clips: list[Clip], voz: EngineChoice, hum: Path
+) -> None:
+    clip = clip_of(clips, "festival_slt__go_back")
+    command, rest = recognise(Task((clip,), noise=(hum,), snr=20), voz)
+    assert (command.obeyed, command.noise, command.snr) == (["go back"], "hum", 20)
+    (heard,) = command.heard
+    assert noise.BEFORE < heard.start < heard.end < noise.BEFORE + command.seconds
+    assert (rest.kind, rest.heard, rest.noise, rest.snr) == ("out-of-nothing", (), "hum", 20)
+    assert rest.seconds == noise.BEFORE + noise.AFTER
+
+
+def test_who_takes_a_stream_for_one_utterance_has_heard_the_first(
+    stream: list[Clip], plain: EngineChoice
+) -> None:
+    first, *others = recognise(Task(tuple(stream)), plain)
+    assert len(first.texts) == 1
+    assert [result.texts for result in others] == [[], [], []]
+
+
 def test_a_clip_is_prepared_the_same_way_each_time(clips: list[Clip], hum: Path) -> None:
-    clean, noisy = Task(clips[0]), Task(clips[0], room=True, noise=(hum, hum), snr=10)
-    assert np.array_equal(prepared(noisy), prepared(noisy))
-    assert len(prepared(noisy)) == len(prepared(clean)) + 6400
-    assert not np.array_equal(prepared(noisy), prepared(Task(clips[0], room=True)))
+    clean, room = Task((clips[0],)), Task((clips[0],), room=True)
+    noisy = Task((clips[0],), room=True, noise=(hum, hum), snr=10)
+    assert np.array_equal(prepared(noisy)[0], prepared(noisy)[0])
+    around = round(16000 * (noise.BEFORE + noise.AFTER))
+    lengths = [len(prepared(task)[0]) for task in (clean, room, noisy)]
+    assert np.diff(lengths).tolist() == [6400, around]
 
 
 def test_what_a_result_holds(clips: list[Clip], plain: EngineChoice) -> None:
     clip = next(c for c in clips if c.file.endswith("festival_slt__go_back.flac"))
-    result = recognise(Task(clip), plain)
+    (result,) = recognise(Task((clip,)), plain)
     assert result.texts == ["go back"]
     assert (result.set, result.file, result.speaker) == (clip.set, clip.file, clip.speaker)
     assert result.seconds == round(soundfile.info(clip.path).duration, 3)
@@ -67,7 +148,8 @@ def test_silent_noise_is_an_error_of_the_clip(
     clips: list[Clip], plain: EngineChoice, tmp_path: Path
 ) -> None:
     soundfile.write(tmp_path / "silent.wav", np.zeros(16000), 16000)
-    result = recognise(Task(clips[0], noise=(tmp_path / "silent.wav",), snr=10), plain)
+    silent = (tmp_path / "silent.wav",)
+    (result,) = recognise(Task((clips[0],), noise=silent, snr=10), plain)
     assert result.error is not None
     assert "silent.wav: is silent" in result.error
 
@@ -77,9 +159,9 @@ def test_many_processes_give_results_in_order(
     clips: list[Clip], plain: EngineChoice, tmp_path: Path
 ) -> None:
     missing = Clip("x", "none.wav", tmp_path / "none.wav", "stop", "me", "command", "all")
-    tasks = [Task(clip) for clip in [*clips[:5], missing, *clips[5:8]]]
-    results = list(recognise_all(tasks, plain, 2))
-    assert [r.file for r in results] == [t.clip.file for t in tasks]
+    tasks = [Task((clip,)) for clip in [*clips[:5], missing, *clips[5:8]]]
+    results = [result for of_task in recognise_all(tasks, plain, 2) for result in of_task]
+    assert [r.file for r in results] == [t.clips[0].file for t in tasks]
     (failed,) = [r for r in results if r.error]
     assert failed.error == f"{missing.path}: there is no such file"
     assert failed.heard == ()

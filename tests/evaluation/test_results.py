@@ -15,7 +15,9 @@ import pytest
         ("stop", [], False, False, False, False),
         ("stop", ["stop", "stop"], False, False, False, False),
         ("stop", ["?", "stop"], True, True, False, False),
-        ("stop", ["go back?", "stop"], False, False, False, False),
+        ("stop", ["go back?", "stop"], True, True, False, False),
+        ("stop", ["go back?", "stop?"], False, False, True, False),
+        ("stop", ["go back", "stop?"], False, False, False, True),
     ],
 )
 def test_what_a_command_was_taken_for(

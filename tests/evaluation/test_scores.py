@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from voz.evaluation.scores import Group, score, word_errors
+from voz.evaluation.statistics import alarm_rate
 
 
 def test_commands_are_counted_by_set_condition_speaker_and_noise(result: Any) -> None:
@@ -14,8 +15,8 @@ def test_commands_are_counted_by_set_condition_speaker_and_noise(result: Any) ->
             result("stop", "stop?", speaker="ann", condition="us", cpu=0.03),
             result("go back", "go forward", speaker="bob", condition="gb", cpu=0.02),
             result("go back", speaker="bob", condition="us", cpu=0.02),
-            result("stop", "stop", snr=5.0),
-            result("stop", snr=20.0),
+            result("stop", "stop", snr=5.0, noise="tap"),
+            result("stop", snr=20.0, noise="tap"),
         ]
     )
     found = {(s.group.by, s.group.name): s for s in scores.commands}
@@ -25,6 +26,8 @@ def test_commands_are_counted_by_set_condition_speaker_and_noise(result: Any) ->
         ("condition", "us"),
         ("snr", "20 dB"),
         ("snr", "5 dB"),
+        ("noise", "tap, 20 dB"),
+        ("noise", "tap, 5 dB"),
         ("speaker", "ann"),
         ("speaker", "bob"),
     ]
@@ -69,9 +72,39 @@ def test_false_alarms_for_each_hour_of_talk_and_of_noise(result: Any) -> None:
         ]
     )
     found = {s.group.kind: s for s in scores.alarms if s.group.by == "all"}
-    assert (found["talk"].hours, found["talk"].alarms) == (1, 2)
-    assert (found["talk"].per_hour.low, found["talk"].per_hour.high) == (0, 4)
-    assert found["noise"].per_hour.value == 2
+    assert found["talk"].rate == alarm_rate(2, hours=1)
+    assert found["noise"].rate == alarm_rate(1, hours=0.5)
+
+
+def test_talk_is_split_by_condition_with_the_hours_of_each(result: Any) -> None:
+    sentence = {"kind": "talk", "condition": "single sentences", "seconds": 3.0}
+    goes_on = {"kind": "talk", "condition": "goes on", "seconds": 1800.0}
+    results = [result("a", "stop", **sentence)] * 600 + [result("b", **goes_on)]
+    found = {s.group.name: s.rate for s in score(results).alarms if s.group.by != "speaker"}
+    assert found == {
+        "": alarm_rate(600, hours=1),
+        "single sentences": alarm_rate(600, hours=0.5),
+        "goes on": alarm_rate(0, hours=0.5),
+    }
+
+
+def test_each_noise_is_counted_at_each_ratio(result: Any) -> None:
+    scores = score(
+        [
+            result("stop", "stop", snr=5.0, noise="tap"),
+            result("stop", snr=5.0, noise="motor"),
+            result("stop", "stop", snr=20.0, noise="motor"),
+            result("", "go back", snr=5.0, noise="tap", kind="out-of-nothing", seconds=3600.0),
+        ]
+    )
+    assert [(s.group.name, s.right.value) for s in scores.commands] == [
+        ("20 dB", 1),
+        ("5 dB", 0.5),
+        ("motor, 20 dB", 1),
+        ("motor, 5 dB", 0),
+        ("tap, 5 dB", 1),
+    ]
+    assert [s.rate for s in scores.alarms] == [alarm_rate(1, hours=1)] * 2
 
 
 def test_what_could_not_be_read_does_not_count(result: Any) -> None:

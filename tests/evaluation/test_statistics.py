@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.evaluation.statistics import estimate, mcnemar
+from voz.evaluation.statistics import alarm_rate, estimate, mcnemar
 
 CLIPS = st.lists(st.tuples(st.booleans(), st.sampled_from("abcde")), min_size=1, max_size=30)
 
@@ -42,6 +44,35 @@ def test_a_rate_counts_what_it_is_of() -> None:
 def test_the_interval_is_the_same_each_time() -> None:
     figures = [estimate([1, 0, 1, 1], [1] * 4, "abcd") for _ in range(2)]
     assert figures[0] == figures[1]
+
+
+@pytest.mark.parametrize(
+    ("alarms", "low", "high"),
+    [
+        (0, 0, 3.689),
+        (1, 0.0253, 5.572),
+        (10, 4.795, 18.39),
+        (40, 28.58, 54.47),
+        (100, 81.36, 121.63),
+    ],
+)
+def test_the_interval_of_alarms_is_the_exact_one(alarms: int, low: float, high: float) -> None:
+    rate = alarm_rate(alarms, hours=1)
+    assert (rate.alarms, rate.hours, rate.per_hour.value) == (alarms, 1, alarms)
+    assert rate.per_hour.low == pytest.approx(low, rel=1e-3)
+    assert rate.per_hour.high == pytest.approx(high, rel=1e-3)
+
+
+@given(st.integers(1, 3000), st.floats(0.001, 1000))
+def test_beyond_each_end_there_is_one_time_in_forty(alarms: int, hours: float) -> None:
+    def at_most(count: int, mean: float) -> float:
+        logarithms = (k * math.log(mean) - mean - math.lgamma(k + 1) for k in range(count + 1))
+        return sum(map(math.exp, logarithms))
+
+    rate = alarm_rate(alarms, hours=1).per_hour
+    assert at_most(alarms, rate.high) == pytest.approx(0.025, rel=1e-2)
+    assert 1 - at_most(alarms - 1, rate.low) == pytest.approx(0.025, rel=1e-2)
+    assert alarm_rate(alarms, hours).per_hour.high == pytest.approx(rate.high / hours, rel=1e-3)
 
 
 @pytest.mark.parametrize(

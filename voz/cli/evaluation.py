@@ -58,7 +58,9 @@ def evaluate(
     ] = "voz",
     snr: Annotated[
         str | None,
-        typer.Option(metavar="DB,DB...", help="Also hear each command in noise, as 20,10,5."),
+        typer.Option(
+            metavar="DB,DB...", help="Also hear commands and near-misses in noise, as 20,10,5."
+        ),
     ] = None,
     noise: Annotated[
         Path | None, typer.Option(metavar="DIR|FILE", help="Recordings of noise for --snr.")
@@ -71,6 +73,12 @@ def evaluate(
     A manifest is a table with tabs: a line with the names of its columns, path (or file), text,
     speaker (or voice), kind and perhaps condition, then a line for each recording. Its kind is
     command, long (commands with " | " between them), near-miss, talk or noise.
+
+    With columns start and end, in seconds, lines with the same path are what is said in a stream:
+    each is scored by what is heard in its stretch, and what is obeyed elsewhere is out-of-nothing.
+
+    --snr puts each command and near-miss into noise that goes on before and after it, so that it
+    has to be found there. The ratio is that of speech without its pauses to the noise's mean.
 
     Prints the main figures, or with --html or --json writes all of them. Exits with 3 when some
     recordings could not be read; the others are done.
@@ -86,9 +94,9 @@ def evaluate(
     report.require_libraries(pictures=html is not None)
     settings = options.settings()
     choice = EngineChoice(engine, options.language(settings), settings.recognition)
-    others = report.read_results(compare) if compare else None
     ratios, noises = noise_options(snr, noise)
-    clips = read_manifests(manifests)
+    others = report.read_results(compare, in_noise=bool(ratios)) if compare else None
+    clips = read_manifests(manifests, streams=True)
     heard = [*manifests, *(clip.path for clip in clips), *noises]
     # What is compared with may be replaced by what is new, but not by a page.
     options.check_written([as_json, html], heard)
@@ -108,7 +116,8 @@ def evaluate(
         "reverb": "yes" if reverb else "no",
         "compare": shown_path(compare) if compare else "",
     }
-    results = list(with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks)))
+    heard_in = with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks))
+    results = [result for of_recording in heard_in for result in of_recording]
     knob = _knob(results, choice) if engine == "voz" else []
     evaluation = report.evaluate(results, asked, others, knob)
     if html:
@@ -117,7 +126,7 @@ def evaluate(
         write_text(as_json, f"{report.to_json(evaluation)}\n")
     if not (html or as_json):
         show(*report.to_text(evaluation).split("\n"))
-    failed = [result.error for result in results if result.error is not None]
+    failed = dict.fromkeys(result.error for result in results if result.error is not None)
     for error in failed:
         tell(f"error: {error}")
     if failed:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 
 import msgspec
 
-from voz.evaluation.results import Result
-from voz.evaluation.statistics import mcnemar
+from voz.evaluation.results import OUT_OF_NOTHING, Result, Scored
+from voz.evaluation.scores import alarms_in
+from voz.evaluation.statistics import AlarmRate, mcnemar
 
 
 class Difference(msgspec.Struct, frozen=True):
@@ -34,19 +35,46 @@ class Difference(msgspec.Struct, frozen=True):
     p: float
 
 
+class AlarmDifference(msgspec.Struct, frozen=True):
+    """Sound that should move nothing, heard in two ways.
+
+    Attributes:
+        set: the manifest it comes from.
+        kind: what it is.
+        snr: at which signal-to-noise ratio, dB; None is without added noise.
+        this: what would be obeyed here.
+        other: the same there.
+    """
+
+    set: str
+    kind: Scored
+    snr: float | None
+    this: AlarmRate
+    other: AlarmRate
+
+
 def compare(these: Iterable[Result], others: Iterable[Result]) -> list[Difference]:
     """Compare two evaluations by the commands that both have heard.
 
     Clips are the same if their manifests have the same name, call them the same and they were
-    heard at the same signal-to-noise ratio; where the files are does not matter.
+    heard in the same noise; where the files are does not matter.
     """
-    there = {_key(result): result for result in others if _counts(result)}
     pairs: dict[tuple[str, float | None], list[tuple[bool, bool]]] = {}
-    for result in these:
-        if _counts(result) and (other := there.get(_key(result))):
-            both = (result.is_right_and_accepted, other.is_right_and_accepted)
-            pairs.setdefault((result.set, result.snr), []).append(both)
+    for result, other in _both(these, others, ("command",)):
+        both = (result.is_right_and_accepted, other.is_right_and_accepted)
+        pairs.setdefault((result.set, result.snr), []).append(both)
     return [_difference(name, snr, outcomes) for (name, snr), outcomes in pairs.items()]
+
+
+def compare_alarms(these: Iterable[Result], others: Iterable[Result]) -> list[AlarmDifference]:
+    """Compare two evaluations by what both have heard that should move nothing while it goes on."""
+    pairs: dict[tuple[str, Scored, float | None], list[tuple[Result, Result]]] = {}
+    for result, other in _both(these, others, ("talk", "noise", OUT_OF_NOTHING)):
+        pairs.setdefault((result.set, result.kind, result.snr), []).append((result, other))
+    return [
+        AlarmDifference(*group, alarms_in(r for r, _ in pair), alarms_in(o for _, o in pair))
+        for group, pair in pairs.items()
+    ]
 
 
 def _difference(name: str, snr: float | None, outcomes: list[tuple[bool, bool]]) -> Difference:
@@ -63,9 +91,17 @@ def _difference(name: str, snr: float | None, outcomes: list[tuple[bool, bool]])
     )
 
 
-def _counts(result: Result) -> bool:
-    return result.kind == "command" and result.error is None
+def _both(
+    these: Iterable[Result], others: Iterable[Result], kinds: Collection[str]
+) -> Iterator[tuple[Result, Result]]:
+    """Pair what both have heard."""
+    there = {_key(result): result for result in others if result.error is None}
+    for result in these:
+        other = there.get(_key(result))
+        if result.kind in kinds and result.error is None and other:
+            yield result, other
 
 
-def _key(result: Result) -> tuple[str, str, float | None]:
-    return result.set, result.file, result.snr
+def _key(result: Result) -> tuple[object, ...]:
+    clip = (result.set, result.file, result.kind, result.start)
+    return *clip, result.snr, result.noise

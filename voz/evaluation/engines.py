@@ -92,7 +92,7 @@ def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
 
     def recognise(samples: Samples) -> list[Understood]:
         return [
-            Understood(heard.text, heard.confidence, heard.accepted)
+            Understood(heard.text, heard.confidence, heard.accepted, heard.start, heard.end)
             for heard in recognizer.utterances([samples], "clip")
         ]
 
@@ -117,7 +117,7 @@ def plain_pocketsphinx(language: LanguageFiles) -> Engine:
         decoder.end_utt()
         hypothesis = decoder.hyp()
         text = str(hypothesis.hypstr) if hypothesis else ""
-        return [Understood(text, 1.0, accepted=True)] if text else []
+        return _the_whole(samples, text, accepted=True)
 
     return recognise
 
@@ -138,23 +138,28 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles) -> Engine:
 
     def recognise(samples: Samples) -> list[Understood]:
         heard = []
-        for data in _parts(samples):
+        for data, start, end in _parts(samples):
             text, score = _searched(grammar, data)
             if text:
                 accepted = _better(score, phones, data) >= PHONE_LOOP_THRESHOLD
-                heard.append(Understood(text, float(accepted), accepted))
+                heard.append(Understood(text, float(accepted), accepted, start, end))
         return heard
 
     return recognise
 
 
-def _parts(samples: Samples) -> Iterator[bytes]:
-    """The utterances of a recording: all of it if it is short."""
+def _the_whole(samples: Samples, text: str, accepted: bool) -> list[Understood]:
+    """What is understood by those who take a recording for one utterance and are always sure."""
+    return [Understood(text, 1.0, accepted, 0.0, len(samples) / SAMPLE_RATE)] if text else []
+
+
+def _parts(samples: Samples) -> Iterator[tuple[bytes, float, float]]:
+    """The utterances of a recording, and where they begin and end, s: all of it if it is short."""
     from pocketsphinx import Endpointer
 
     data = samples.tobytes()
     if len(samples) <= LONGEST_WHOLE * SAMPLE_RATE:
-        yield data
+        yield data, 0.0, len(samples) / SAMPLE_RATE
         return
     endpointer = Endpointer()
     size = endpointer.frame_bytes
@@ -165,7 +170,7 @@ def _parts(samples: Samples) -> Iterator[bytes]:
         if speech := endpointer.end_stream(frame) if last else endpointer.process(frame):
             said.append(speech)
         if said and not endpointer.in_speech:
-            yield b"".join(said)
+            yield b"".join(said), endpointer.speech_start, endpointer.speech_end
             said.clear()
 
 
@@ -207,7 +212,7 @@ def program_engine(command: str, commands: frozenset[str]) -> Engine:
 
     def recognise(samples: Samples) -> list[Understood]:
         text = _words(_transcript(arguments, samples))
-        return [Understood(text, 1.0, accepted=text in commands)] if text else []
+        return _the_whole(samples, text, accepted=text in commands)
 
     return recognise
 

@@ -9,6 +9,8 @@ from msgspec.structs import replace
 
 from voz.config import Recognition
 from voz.evaluation.results import Result, Understood
+from voz.evaluation.scores import alarms_in
+from voz.evaluation.statistics import AlarmRate
 from voz.recognition.confidence import Model
 from voz.recognition.interpreter import thresholds
 
@@ -24,14 +26,14 @@ class Position(msgspec.Struct, frozen=True):
         threshold: the confidence that most commands then need.
         missed: share of the commands that are not right and accepted; None without commands.
         let_through: share of the near-misses that would be obeyed; None without any.
-        talk_alarms_per_hour: what is obeyed in an hour of the talk that was heard; None without.
+        talk: what is obeyed in the talk that was heard; None without any.
     """
 
     false_alarms_per_hour: float
     threshold: float
     missed: float | None
     let_through: float | None
-    talk_alarms_per_hour: float | None
+    talk: AlarmRate | None
 
 
 def positions(
@@ -64,13 +66,12 @@ def _position(alarms: float, threshold: float, results: Sequence[Result]) -> Pos
     commands = [not r.is_right_and_accepted for r in results if r.kind == "command"]
     near_misses = [bool(r.obeyed) for r in results if r.kind == "near-miss"]
     talk = [r for r in results if r.kind == "talk"]
-    hours = sum(r.seconds for r in talk) / 3600
     return Position(
         alarms,
         round(threshold, 3),
         _mean(commands),
         _mean(near_misses),
-        round(sum(len(r.obeyed) for r in talk) / hours, 2) if hours else None,
+        alarms_in(talk) if talk else None,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import cast, get_args
@@ -22,20 +23,24 @@ COLUMNS = {
 KINDS = {kind: kind for kind in get_args(Kind)} | {"format": "command"}
 """The kinds in manifests; a command in an odd file format is a command."""
 
+OPTIONAL = ("condition", "start", "end")
+
 EVERYTHING = "all"
 """The condition where a manifest tells none apart."""
 
 
-def read_manifest(path: Path) -> list[Clip]:
+def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
     """Read a manifest: tab-separated values, the names of the columns in the first line.
 
     Args:
         path: the manifest. Its columns are `path` or `file` (relative to the manifest),
             `text`, `speaker` or `voice`, `kind`, and `condition` if there are several;
+            `start` and `end` in seconds where something is only a stretch of a recording;
             others are ignored.
+        streams: whether stretches can be used; else each line is all of its recording.
 
     Returns:
-        The recordings in their order. Whether they exist is not looked at.
+        The recordings and stretches in their order. Whether they exist is not looked at.
 
     Raises:
         ConfigError: the manifest cannot be read or used; the message says which line and why.
@@ -50,15 +55,21 @@ def read_manifest(path: Path) -> list[Clip]:
                 "separate them by one tab each"
             )
         row = {name: fields[index].strip() for name, index in columns.items()}
-        clips.append(_clip(row, path, number))
+        clip = _clip(row, path, number)
+        if clip.start is not None and not streams:
+            raise ConfigError(
+                f"{path}:{number}: is a stretch of a recording; only `voz eval` takes those, "
+                "so cut it out into a file of its own"
+            )
+        clips.append(clip)
     if not clips:
         raise ConfigError(f"{path}: lists no recording; add a line for each below the header")
     return clips
 
 
-def read_manifests(paths: Iterable[Path]) -> list[Clip]:
-    """Read several manifests, one after the other; raises ConfigError as `read_manifest` does."""
-    return [clip for path in paths for clip in read_manifest(path)]
+def read_manifests(paths: Iterable[Path], streams: bool = False) -> list[Clip]:
+    """Read several manifests, one after the other; the rest is as with `read_manifest`."""
+    return [clip for path in paths for clip in read_manifest(path, streams)]
 
 
 def set_name(path: Path) -> str:
@@ -86,9 +97,7 @@ def _columns(header: list[str], path: Path) -> dict[str, int]:
                 "name the columns in the first line, with tabs between them"
             )
         columns[column] = found[0]
-    if "condition" in names:
-        columns["condition"] = names.index("condition")
-    return columns
+    return columns | {name: names.index(name) for name in OPTIONAL if name in names}
 
 
 def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
@@ -99,6 +108,7 @@ def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
         raise ConfigError(f"{path}:{number}: names no file; write its path")
     if not text and KINDS[kind] in ("command", "long"):
         raise ConfigError(f"{path}:{number}: has no text; write the command that is said")
+    start, end = _stretch(row, path, number)
     return Clip(
         set=set_name(path),
         file=file,
@@ -107,4 +117,25 @@ def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
         speaker=row["speaker"] or file,
         kind=cast(Kind, KINDS[kind]),
         condition=row.get("condition") or EVERYTHING,
+        start=start,
+        end=end,
     )
+
+
+def _stretch(
+    row: dict[str, str], path: Path, number: int
+) -> tuple[float, float] | tuple[None, None]:
+    """Where in its recording something is, s; it is all of it if the line does not say."""
+    times = row.get("start", ""), row.get("end", "")
+    if times == ("", ""):
+        return None, None
+    try:
+        start, end = map(float, times)
+    except ValueError:
+        start = end = math.nan
+    if not 0 <= start < end < math.inf:
+        raise ConfigError(
+            f'{path}:{number}: begins at "{times[0]}" and ends at "{times[1]}"; '
+            "write both in seconds, the end after the start"
+        )
+    return start, end

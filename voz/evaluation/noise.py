@@ -1,7 +1,7 @@
 """Noise and rooms for clean recordings: the same seed gives the same samples.
 
 rng = generator_for("commands/stop.flac")
-heard = mixed(reverberated(clean, room_response(rng)), stretch(kitchen, len(clean), rng), 10)
+heard = within(kitchen, reverberated(clean, room_response(rng)), 10, rng)
 """
 
 from __future__ import annotations
@@ -32,6 +32,14 @@ REVERBERATION_TIME = 0.4
 
 DIRECT_TO_REVERBERANT = 3.0
 """How much stronger the direct path is than all echoes together, dB: about a metre away."""
+
+BEFORE, AFTER = 3.0, 2.0
+"""For how long noise goes on before and after what is said in it, s.
+
+What is said has to be found in it, as in life: where the noise begins and ends with a command, it
+gives the command away. A room is known after 3 s, and 2 s are more than any pause that ends an
+utterance, so that nothing is heard only because the recording is over.
+"""
 
 RECORDINGS = (".wav", ".flac", ".ogg", ".mp3")
 """What is taken for noise in a folder; a file that is named may have any ending."""
@@ -72,9 +80,26 @@ def mixed(speech: Samples, noise: Samples, ratio: float) -> Samples:
     Returns:
         The sum; speech and noise are both turned down where they would overdrive 16 bits.
     """
-    noise_power = float(np.mean(noise.astype(np.float64) ** 2))
-    gain = math.sqrt(speech_power(speech) / noise_power / 10 ** (ratio / 10))
-    return _within_range(speech + gain * noise)
+    return _within_range(speech + _gain(speech, noise, ratio) * noise)
+
+
+def within(noise: Samples, speech: Samples, ratio: float, rng: np.random.Generator) -> Samples:
+    """Let something be said in noise that goes on before and after it.
+
+    Args:
+        noise: not all 0. The ratio is that to its mean: where it comes and goes, as talk does,
+            something may be said in a pause or against its loudest.
+        speech: at least one sample.
+        ratio: as for `mixed`, dB.
+        rng: chooses the stretch of the noise.
+
+    Returns:
+        The sum, with `BEFORE` and `AFTER` around the speech.
+    """
+    around = (round(BEFORE * SAMPLE_RATE), round(AFTER * SAMPLE_RATE))
+    padded = np.pad(speech, around)
+    background = stretch(noise, len(padded), rng)
+    return _within_range(padded + _gain(speech, noise, ratio) * background)
 
 
 def stretch(noise: Samples, length: int, rng: np.random.Generator) -> Samples:
@@ -163,9 +188,15 @@ def parse_ratios(text: str) -> tuple[float, ...]:
 
 
 def check_not_silent(noise: Samples, path: Path) -> None:
-    """Raise AudioError if there is nothing in a stretch of noise that could be turned up."""
+    """Raise AudioError if there is nothing in noise that could be turned up."""
     if not noise.any():
-        raise AudioError(f"{path}: is silent where noise was taken from it; use another recording")
+        raise AudioError(f"{path}: is silent, so it is no noise; use another recording")
+
+
+def _gain(speech: Samples, noise: Samples, ratio: float) -> float:
+    """What noise is multiplied by to be that much below speech, dB."""
+    noise_power = float(np.mean(noise.astype(np.float64) ** 2))
+    return math.sqrt(speech_power(speech) / noise_power / 10 ** (ratio / 10))
 
 
 def _within_range(samples: Floats) -> Samples:

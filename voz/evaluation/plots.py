@@ -26,6 +26,9 @@ STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
 RATES = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
 """Where the axes of the DET curve are labelled."""
 
+QUIET = "quiet"
+"""Where no noise was added."""
+
 CELL = 0.42
 """Width and height of a cell of the confusion matrix, inches."""
 
@@ -46,7 +49,7 @@ def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, str
         drawn["Missed and let through (DET)"] = det(curves.operating)
     if curves.reliability:
         drawn["Confidence and share right"] = reliability(curves.reliability)
-    if any(s.group.snr is not None for s in commands):
+    if len({s.group.snr for s in commands if s.group.by == "snr"}) > 1:
         drawn["Commands in noise"] = accuracy_against_noise(commands)
     if curves.confusion:
         drawn["What commands were taken for"] = confusion(curves.confusion)
@@ -133,30 +136,52 @@ def reliability(curve: Reliability) -> str:
 
 
 def accuracy_against_noise(commands: Sequence[CommandScores]) -> str:
-    """Draw the share of commands right and accepted at each ratio, and without noise."""
-    noisy = [s for s in commands if s.group.snr is not None]
-    ratios = sorted({s.group.snr for s in noisy if s.group.snr is not None}, reverse=True)
+    """Draw the share of commands right and accepted in each noise over its ratio, and in quiet."""
+    lines = noise_lines(commands)
+    found = {score.group.snr for scores in lines.values() for score in scores}
+    places = sorted(found - {None}, key=lambda snr: -(snr or 0))
+    places.insert(0, None)
 
     def draw(axes: Axes) -> None:
-        for name in dict.fromkeys(s.group.set for s in noisy):
-            at = {s.group.snr: s for s in commands if _is_in_curve(s, name)}
-            shown = [(place, at[snr]) for place, snr in enumerate([None, *ratios]) if snr in at]
-            values = [s.right_and_accepted for _, s in shown]
+        for name, scores in lines.items():
+            values = [score.right_and_accepted for score in scores]
             axes.errorbar(
-                [place for place, _ in shown],
+                [places.index(score.group.snr) for score in scores],
                 [v.value for v in values],
                 yerr=([v.value - v.low for v in values], [v.high - v.value for v in values]),
-                marker="o",
+                marker="o" if scores[0].group.noise else "s",
                 capsize=3,
                 label=name,
             )
-        axes.set_xticks(range(len(ratios) + 1), ["as recorded", *(f"{r:g}" for r in ratios)])
+        axes.set_xticks(range(len(places)), [QUIET, *(f"{snr:g}" for snr in places[1:])])
         axes.set(
             xlabel="signal-to-noise ratio, dB", ylabel="right and accepted", ylim=(-0.02, 1.02)
         )
-        axes.legend(loc="lower left")
+        axes.legend(loc="lower left", fontsize=7)
 
     return _svg(draw)
+
+
+def noise_lines(commands: Sequence[CommandScores]) -> dict[str, list[CommandScores]]:
+    """Put together what a line of that picture shows, by the name of the line.
+
+    Returns:
+        Of each noise the scores at its ratios, and of what has no noise one; sets are named where
+        there are several.
+    """
+    chosen = [
+        score.group
+        for score in commands
+        if score.group.kind == "command" and score.group.by in ("all", "noise")
+    ]
+    several = len({group.set for group in chosen}) > 1
+    lines: dict[str, list[CommandScores]] = {}
+    for score in commands:
+        if score.group in chosen:
+            noise = score.group.noise or QUIET
+            name = f"{score.group.set}, {noise}" if several else noise
+            lines.setdefault(name, []).append(score)
+    return lines
 
 
 def confusion(matrix: Confusion) -> str:
@@ -177,11 +202,6 @@ def confusion(matrix: Confusion) -> str:
                     axes.text(column, row, str(count), ha="center", va="center", color=colour)
 
     return _svg(draw, width=2 + CELL * columns, height=1.7 + CELL * rows)
-
-
-def _is_in_curve(score: CommandScores, name: str) -> bool:
-    group = score.group
-    return (group.set, group.kind) == (name, "command") and group.by in ("all", "snr")
 
 
 def _svg(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> str:

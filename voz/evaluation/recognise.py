@@ -23,7 +23,9 @@ from voz.audio.files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.evaluation import noise
 from voz.evaluation.engines import Engine, EngineChoice, load_engine
-from voz.evaluation.results import Clip, Result
+from voz.evaluation.results import OUT_OF_NOTHING, Clip, Result, Understood
+from voz.evaluation.streams import Stretch, seconds_outside, shared_out
+from voz.files import shown_path
 from voz.live.quiet import quiet_libraries
 
 Item = TypeVar("Item")
@@ -32,16 +34,16 @@ Outcome = TypeVar("Outcome")
 
 @dataclass(frozen=True)
 class Task:
-    """A clip, and what is done to it before it is heard.
+    """A recording, and what is done to it before it is heard.
 
     Attributes:
-        clip: the recording.
+        clips: what is in it: one clip that is all of it, or the stretches of a stream.
         room: whether it is played in a room.
         noise: recordings of which one is mixed in; empty for none.
         snr: how much louder the speech is than the noise, dB; None for no noise.
     """
 
-    clip: Clip
+    clips: tuple[Clip, ...]
     room: bool = False
     noise: tuple[Path, ...] = ()
     snr: float | None = None
@@ -50,35 +52,40 @@ class Task:
 def tasks_for(
     clips: Iterable[Clip], noise_paths: Iterable[Path], ratios: Iterable[float], room: bool
 ) -> list[Task]:
-    """List what is to be heard: each clip as it is, and each command in noise.
+    """List what is to be heard: each recording as it is, and what is said alone in noise too.
 
     Args:
-        clips: the recordings.
-        noise_paths: recordings of noise, of which each command gets one.
-        ratios: the signal-to-noise ratios that each command is mixed at, dB.
+        clips: the recordings; stretches of the same one are a stream, which is heard once.
+        noise_paths: recordings of noise, of which each command and each near-miss gets one.
+        ratios: the signal-to-noise ratios that they are heard at, dB.
         room: whether all is played in a room.
     """
     paths, ratios = tuple(noise_paths), tuple(ratios)
+    recordings: dict[object, list[Clip]] = {}
+    for number, clip in enumerate(clips):
+        is_whole = clip.start is None
+        recordings.setdefault(number if is_whole else (clip.set, clip.path), []).append(clip)
     tasks = []
-    for clip in clips:
-        tasks.append(Task(clip, room))
-        if clip.kind == "command":
-            tasks += [Task(clip, room, paths, ratio) for ratio in ratios]
+    for together in recordings.values():
+        tasks.append(Task(tuple(together), room))
+        (clip, *_) = together
+        if clip.start is None and clip.kind in ("command", "near-miss"):
+            tasks += [Task((clip,), room, paths, ratio) for ratio in ratios]
     return tasks
 
 
 def recognise_all(
     tasks: Iterable[Task], choice: EngineChoice, processes: int | None
-) -> Iterator[Result]:
-    """Recognise clips, each as if it were alone.
+) -> Iterator[list[Result]]:
+    """Recognise recordings, each as if it were alone.
 
     Args:
-        tasks: the clips.
+        tasks: the recordings.
         choice: the engine.
         processes: how many work at the same time; None for one on each core.
 
     Returns:
-        A result for each task, in their order; of a clip that cannot be read, the error.
+        The results of each task, in their order.
 
     Raises:
         VozError: the engine cannot be loaded, or its process was killed.
@@ -114,43 +121,106 @@ def in_processes(
             ) from error
 
 
-def recognise(task: Task, choice: EngineChoice) -> Result:
-    """Recognise one clip; the engine is loaded once in each process."""
+def recognise(task: Task, choice: EngineChoice) -> list[Result]:
+    """Recognise one recording; the engine is loaded once in each process.
+
+    Returns:
+        A result for each clip in it, and where something goes on around them one more, for what
+        was heard there. If it cannot be read each has the error.
+    """
     engine = _loaded(choice)
-    clip = task.clip
-    result = Result(
-        clip.set, clip.file, clip.text, clip.speaker, clip.kind, clip.condition, task.snr
-    )
+    results = [_unheard(clip, task.snr) for clip in task.clips]
     try:
-        samples = prepared(task)
+        samples, background = prepared(task)
+        stretches = _stretches(task, len(samples) / SAMPLE_RATE)
         before = _cpu_seconds()
         heard = engine(samples)
         used = _cpu_seconds() - before
     except AudioError as error:
-        return replace(result, error=str(error))
-    seconds = round(len(samples) / SAMPLE_RATE, 3)
-    return replace(result, heard=tuple(heard), seconds=seconds, cpu=round(used, 5))
+        return [replace(result, error=str(error)) for result in results]
+    parts, rest = shared_out(heard, stretches)
+    outside = round(seconds_outside(stretches, len(samples) / SAMPLE_RATE), 3)
+    cpu = round(used / len(results), 5)
+    results = [
+        replace(result, heard=tuple(part), seconds=round(end - start, 3), cpu=cpu, noise=background)
+        for result, part, (start, end) in zip(results, parts, stretches, strict=True)
+    ]
+    return [*results, *([_rest(results[0], rest, outside)] if outside else [])]
 
 
-def prepared(task: Task) -> Samples:
-    """Read a clip and do to it what the task says.
+def prepared(task: Task) -> tuple[Samples, str]:
+    """Read a recording and do to it what the task says.
 
     The room, the recording of noise and the stretch of it are random, but the same each time for
     the same clip, and the same for all signal-to-noise ratios.
 
+    Returns:
+        The samples, and the name of the noise; without noise it is empty.
+
     Raises:
-        AudioError: the clip or the noise cannot be read, or the noise is silent.
+        AudioError: the recording or the noise cannot be read, or the noise is silent.
     """
-    samples = _read(task.clip.path)
-    rng = noise.generator_for(task.clip.file)
+    clip = task.clips[0]
+    samples = _read(clip.path)
+    rng = noise.generator_for(clip.file)
     if task.room:
         samples = noise.reverberated(samples, noise.room_response(rng))
+    if task.snr is None:
+        return samples, ""
+    path = task.noise[rng.integers(len(task.noise))]
+    background = _read(path)
+    noise.check_not_silent(background, path)
+    return noise.within(background, samples, task.snr, rng), shown_path(Path(path.stem))
+
+
+def _stretches(task: Task, seconds: float) -> list[Stretch]:
+    """Where each clip is in what was prepared, s.
+
+    Raises:
+        AudioError: the recording is over before one of them begins.
+    """
     if task.snr is not None:
-        path = task.noise[rng.integers(len(task.noise))]
-        background = noise.stretch(_read(path), len(samples), rng)
-        noise.check_not_silent(background, path)
-        samples = noise.mixed(samples, background, task.snr)
-    return samples
+        return [(noise.BEFORE, seconds - noise.AFTER)]
+    stretches = []
+    for clip in task.clips:
+        start, end = clip.start or 0.0, clip.end or seconds
+        if start >= seconds:
+            raise AudioError(
+                f"{clip.path}: is over after {seconds:.1f} s, and the manifest has something at "
+                f"{start:g} s; correct its times"
+            )
+        stretches.append((start, end))
+    return stretches
+
+
+def _unheard(clip: Clip, snr: float | None) -> Result:
+    return Result(
+        clip.set,
+        clip.file,
+        clip.text,
+        clip.speaker,
+        clip.kind,
+        clip.condition,
+        snr,
+        start=clip.start,
+        end=clip.end,
+    )
+
+
+def _rest(result: Result, heard: list[Understood], seconds: float) -> Result:
+    """What was heard around the clips of a recording, of which one result is known."""
+    return replace(
+        result,
+        text="",
+        speaker=result.file,
+        kind=OUT_OF_NOTHING,
+        condition=result.file,
+        heard=tuple(heard),
+        seconds=seconds,
+        cpu=0.0,
+        start=None,
+        end=None,
+    )
 
 
 def _begin() -> None:

@@ -11,7 +11,7 @@ import msgspec
 
 from voz import __version__, events
 from voz.errors import ConfigError
-from voz.evaluation.comparison import Difference, compare
+from voz.evaluation.comparison import AlarmDifference, Difference, compare, compare_alarms
 from voz.evaluation.curves import Curves, curves
 from voz.evaluation.knob import Position
 from voz.evaluation.results import Result
@@ -32,8 +32,9 @@ svg { max-width: 100%; height: auto; }
 
 NOTES = """Right: exactly what was said was heard, one utterance for each command. Accepted: the
 robot would obey. In brackets: 95 % confidence interval, by bootstrap over the speakers; one
-without width says only that all clips agree. The curves and the matrix are of all sets together,
-without the clips in noise."""
+without width says only that all clips agree. That of false alarms is Poisson's. Out-of-nothing is
+what was obeyed before, between and after what was said in a stream or in noise. The curves and the
+matrix are of all sets together, without the clips in noise."""
 
 
 class Evaluation(msgspec.Struct, frozen=True):
@@ -45,6 +46,7 @@ class Evaluation(msgspec.Struct, frozen=True):
         scores: figures of groups of clips.
         curves: of all sets together.
         comparison: with another evaluation; empty if there is none.
+        alarm_comparison: the same of false alarms.
         knob: what other false alarm rates would cost; empty for other engines.
         results: of each clip.
     """
@@ -54,6 +56,7 @@ class Evaluation(msgspec.Struct, frozen=True):
     scores: Scores
     curves: Curves
     comparison: list[Difference]
+    alarm_comparison: list[AlarmDifference]
     knob: list[Position]
     results: list[Result]
 
@@ -78,16 +81,23 @@ def require_libraries(pictures: bool) -> None:
             raise ConfigError(f"{library} is not installed; run `pip install 'voz[report]'`")
 
 
-def read_results(path: Path) -> list[Result]:
+def read_results(path: Path, in_noise: bool) -> list[Result]:
     """Read the results of an earlier evaluation.
 
     Args:
         path: what `--json` has written.
+        in_noise: whether what is said in noise is to be compared, too.
 
     Raises:
-        ConfigError: it cannot be read or is something else.
+        ConfigError: it cannot be read or is something else, or its noise is another.
     """
-    return read_json(path, _Saved, ConfigError, "name what `voz eval --json` wrote").results
+    results = read_json(path, _Saved, ConfigError, "name what `voz eval --json` wrote").results
+    if in_noise and any(result.snr is not None and not result.noise for result in results):
+        raise ConfigError(
+            f"{path}: is by an older voz, which had noise only while a command was said; "
+            "make it anew, or compare without --snr"
+        )
+    return results
 
 
 def evaluate(
@@ -105,10 +115,11 @@ def evaluate(
         knob: what other false alarm rates would cost.
 
     Raises:
-        ConfigError: the two have no clip of a command in common.
+        ConfigError: the two have nothing in common that is compared.
     """
     differences = compare(results, others or [])
-    if others is not None and not differences:
+    alarms = compare_alarms(results, others or [])
+    if others is not None and not (differences or alarms):
         raise ConfigError(
             "the evaluation to compare with has none of these commands; "
             "make it from the same manifests"
@@ -119,6 +130,7 @@ def evaluate(
         scores=score(results),
         curves=curves(results),
         comparison=differences,
+        alarm_comparison=alarms,
         knob=list(knob),
         results=list(results),
     )
@@ -145,7 +157,7 @@ def to_html(evaluation: Evaluation) -> str:
     from voz.evaluation.plots import pictures
 
     drawn = pictures(evaluation.curves, evaluation.scores.commands)
-    failed = [(r.file, r.error) for r in evaluation.results if r.error is not None]
+    failed = dict.fromkeys((r.file, r.error) for r in evaluation.results if r.error is not None)
     parts = [
         "<h1>voz eval</h1>",
         _table(Table(("asked for", ""), list(evaluation.settings.items()))),
@@ -155,7 +167,7 @@ def to_html(evaluation: Evaluation) -> str:
         *(_folded("Speakers", table) for table in speaker_tables(evaluation.scores)),
     ]
     if failed:
-        parts.append(_table(Table(("not recognised", "because"), failed)))
+        parts.append(_table(Table(("not recognised", "because"), list(failed))))
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f"<title>voz eval</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
@@ -165,7 +177,8 @@ def to_html(evaluation: Evaluation) -> str:
 
 
 def _tables(evaluation: Evaluation) -> list[Table]:
-    return main_tables(evaluation.scores, evaluation.comparison, evaluation.knob)
+    found = evaluation
+    return main_tables(found.scores, found.comparison, found.knob, found.alarm_comparison)
 
 
 def _table(table: Table) -> str:

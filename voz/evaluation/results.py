@@ -9,12 +9,18 @@ import msgspec
 
 Kind = Literal["command", "near-miss", "talk", "noise", "long"]
 
+OUT_OF_NOTHING = "out-of-nothing"
+"""What is left of a stream: where nobody said anything."""
+
+Scored = Literal[Kind, "out-of-nothing"]
+"""What is scored: what a manifest lists, and what is left."""
+
 BETWEEN_COMMANDS = " | "
 """Stands between the commands in the text of a `long` recording."""
 
 
 class Clip(msgspec.Struct, frozen=True):
-    """A recording with a known text.
+    """A recording with a known text, or a stretch of one.
 
     Attributes:
         set: the manifest it comes from.
@@ -25,6 +31,9 @@ class Clip(msgspec.Struct, frozen=True):
         kind: `command` is one command; `long` is several; the others should move nothing:
             `near-miss` is speech like a command, `talk` running speech, `noise` no speech.
         condition: a group of speakers or recordings that is scored by itself.
+        start: where it begins in a stream that goes on before and after it, s; None if it is all
+            of its recording.
+        end: where it ends there, s.
     """
 
     set: str
@@ -34,6 +43,8 @@ class Clip(msgspec.Struct, frozen=True):
     speaker: str
     kind: Kind
     condition: str
+    start: float | None = None
+    end: float | None = None
 
 
 class Understood(msgspec.Struct, frozen=True):
@@ -43,36 +54,50 @@ class Understood(msgspec.Struct, frozen=True):
         text: the words, lower case; empty if it fits no command.
         confidence: how sure it is, 0 to 1.
         accepted: whether it would be obeyed.
+        start: where it begins in what was heard, s; 0 in results that an older voz kept.
+        end: where it ends there, s.
     """
 
     text: str
     confidence: float
     accepted: bool
+    start: float = 0.0
+    end: float = 0.0
 
 
 class Result(msgspec.Struct, frozen=True):
     """What an engine made of a clip.
 
     Attributes:
-        set: as in `Clip`, like the next five.
+        set: as in `Clip`, like the next five, and `start` and `end`.
         snr: how much louder the speech is than the noise mixed into it, dB; None without noise.
         heard: the utterances in their order.
         seconds: how long the clip is, s.
-        cpu: processor time that recognising took, without loading the engine, s.
+        cpu: processor time that recognising took, without loading the engine, s; of a stream, a
+            clip's part of it.
         error: why the clip could not be read or recognised; None if it was.
+        noise: the recording of noise that was mixed in; empty without noise.
     """
 
     set: str
     file: str
     text: str
     speaker: str
-    kind: Kind
+    kind: Scored
     condition: str
     snr: float | None = None
     heard: tuple[Understood, ...] = ()
     seconds: float = 0.0
     cpu: float = 0.0
     error: str | None = None
+    noise: str = ""
+    start: float | None = None
+    end: float | None = None
+
+    @property
+    def said(self) -> list[str]:
+        """What was said, one text for each command."""
+        return self.text.split(BETWEEN_COMMANDS)
 
     @property
     def texts(self) -> list[str]:
@@ -86,18 +111,21 @@ class Result(msgspec.Struct, frozen=True):
 
     @property
     def is_right(self) -> bool:
-        """Whether exactly what was said was heard: one utterance for each command."""
-        return self.texts == self.text.split(BETWEEN_COMMANDS)
+        """Whether exactly what was said was heard: one utterance for each command.
+
+        What is refused beside what would be obeyed moves nothing, and does not count.
+        """
+        return self.said in (self.texts, self.obeyed)
 
     @property
     def is_right_and_accepted(self) -> bool:
-        """Whether exactly what was said was heard, and all of it would be obeyed."""
-        return self.is_right and self.obeyed == self.texts
+        """Whether exactly what was said would be obeyed."""
+        return self.said == self.obeyed
 
     @property
     def is_wrongly_obeyed(self) -> bool:
         """Whether something that was not said would be obeyed."""
-        said = self.text.split(BETWEEN_COMMANDS) if self.kind in ("command", "long") else []
+        said = self.said if self.kind in ("command", "long") else []
         return any(text not in said for text in self.obeyed)
 
     @property

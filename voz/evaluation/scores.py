@@ -8,10 +8,10 @@ from typing import Literal, get_args
 import jiwer
 import msgspec
 
-from voz.evaluation.results import BETWEEN_COMMANDS, Kind, Result
-from voz.evaluation.statistics import Estimate, estimate
+from voz.evaluation.results import BETWEEN_COMMANDS, Result, Scored
+from voz.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
 
-By = Literal["all", "condition", "snr", "speaker"]
+By = Literal["all", "condition", "snr", "noise", "speaker"]
 
 
 class Group(msgspec.Struct, frozen=True):
@@ -21,15 +21,18 @@ class Group(msgspec.Struct, frozen=True):
         set: the manifest they come from.
         kind: what they are.
         by: what else they have in common; `all` is the whole set.
-        name: the condition, the ratio or the speaker; empty for the whole set.
+        name: the condition, the ratio, both noise and ratio, or the speaker; empty for the whole
+            set.
         snr: at which signal-to-noise ratio they were heard, dB; None is without added noise.
+        noise: which noise that was; empty for all of them, and without added noise.
     """
 
     set: str
-    kind: Kind
+    kind: Scored
     by: By
     name: str
     snr: float | None = None
+    noise: str = ""
 
 
 class CommandScores(msgspec.Struct, frozen=True):
@@ -75,19 +78,15 @@ class NearMissScores(msgspec.Struct, frozen=True):
 
 
 class AlarmScores(msgspec.Struct, frozen=True):
-    """Scores of sound that goes on: running speech, or noise.
+    """Scores of sound that goes on: running speech, noise, or what is between commands.
 
     Attributes:
         group: which.
-        hours: how long it is together.
-        alarms: utterances that would be obeyed.
-        per_hour: the same for each hour.
+        rate: utterances that would be obeyed.
     """
 
     group: Group
-    hours: float
-    alarms: int
-    per_hour: Estimate
+    rate: AlarmRate
 
 
 class Scores(msgspec.Struct, frozen=True):
@@ -99,7 +98,7 @@ class Scores(msgspec.Struct, frozen=True):
 
 
 def score(results: Iterable[Result]) -> Scores:
-    """Count, for each set, condition, speaker and signal-to-noise ratio.
+    """Count, for each set, condition, speaker, noise and signal-to-noise ratio.
 
     Args:
         results: clips with an error are left out.
@@ -117,7 +116,7 @@ def score(results: Iterable[Result]) -> Scores:
 
 
 def grouped(results: Sequence[Result]) -> dict[Group, list[Result]]:
-    """Put results together by set and kind, and within them by condition, ratio and speaker.
+    """Put results together by set and kind, and within them by condition, noise and speaker.
 
     Returns:
         The groups as a table shows them: each set as a whole, then its parts. A condition or
@@ -130,14 +129,14 @@ def grouped(results: Sequence[Result]) -> dict[Group, list[Result]]:
     wholes = {(g.set, g.kind): len(members) for g, members in groups.items() if g.by == "all"}
     sets = list(dict.fromkeys(group.set for group in groups))
 
-    def place(group: Group) -> tuple[int, str, int, float, str]:
+    def place(group: Group) -> tuple[int, str, int, str, float, str]:
         by = get_args(By).index(group.by)
-        return sets.index(group.set), group.kind, by, -(group.snr or 0), group.name
+        return sets.index(group.set), group.kind, by, group.noise, -(group.snr or 0), group.name
 
     return {
         group: groups[group]
         for group in sorted(groups, key=place)
-        if group.by in ("all", "snr") or len(groups[group]) < wholes[group.set, group.kind]
+        if group.by in ("all", "snr", "noise") or len(groups[group]) < wholes[group.set, group.kind]
     }
 
 
@@ -164,11 +163,16 @@ def score_near_misses(group: Group, results: Sequence[Result]) -> NearMissScores
 
 
 def score_alarms(group: Group, results: Sequence[Result]) -> AlarmScores:
-    """Score running speech or noise; there is at least one clip."""
-    alarms = [len(result.obeyed) for result in results]
-    hours = [result.seconds / 3600 for result in results]
-    per_hour = estimate(alarms, hours, _who(results))
-    return AlarmScores(group, round(sum(hours), 4), sum(alarms), per_hour)
+    """Score what should move nothing for as long as it goes on; there is at least one clip."""
+    return AlarmScores(group, alarms_in(results))
+
+
+def alarms_in(results: Iterable[Result]) -> AlarmRate:
+    """Count what would be obeyed of sound that should move nothing; it has some length."""
+    counted = [(len(result.obeyed), result.seconds) for result in results]
+    return alarm_rate(
+        sum(alarms for alarms, _ in counted), sum(seconds for _, seconds in counted) / 3600
+    )
 
 
 def word_errors(result: Result) -> int:
@@ -180,7 +184,12 @@ def word_errors(result: Result) -> int:
 
 def _groups_of(result: Result) -> list[Group]:
     if result.snr is not None:
-        return [Group(result.set, result.kind, "snr", f"{result.snr:g} dB", result.snr)]
+        decibels = f"{result.snr:g} dB"
+        named = f"{result.noise}, {decibels}"
+        return [
+            Group(result.set, result.kind, "snr", decibels, result.snr),
+            Group(result.set, result.kind, "noise", named, result.snr, result.noise),
+        ]
     return [
         Group(result.set, result.kind, "all", ""),
         Group(result.set, result.kind, "condition", result.condition),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import msgspec
@@ -11,6 +12,9 @@ RESAMPLES = 1000
 """Enough that the ends of the interval move by no more than a few thousandths."""
 
 SEED = 1
+
+TAIL = 0.025
+"""Beyond each end of a 95 % confidence interval."""
 
 
 class Estimate(msgspec.Struct, frozen=True):
@@ -25,6 +29,20 @@ class Estimate(msgspec.Struct, frozen=True):
     value: float
     low: float
     high: float
+
+
+class AlarmRate(msgspec.Struct, frozen=True):
+    """How often something was obeyed that nobody said.
+
+    Attributes:
+        alarms: how many times.
+        hours: in how long.
+        per_hour: the same for each hour.
+    """
+
+    alarms: int
+    hours: float
+    per_hour: Estimate
 
 
 def estimate(counts: Sequence[float], of: Sequence[float], speakers: Sequence[str]) -> Estimate:
@@ -56,6 +74,22 @@ def estimate(counts: Sequence[float], of: Sequence[float], speakers: Sequence[st
     return Estimate(_rounded(value), _rounded(min(low, value)), _rounded(max(high, value)))
 
 
+def alarm_rate(alarms: int, hours: float) -> AlarmRate:
+    """Give a rate, and how much it might be by chance, also where there was no alarm at all.
+
+    The interval is exact if alarms come one by one and at random, as Poisson has it (Garwood 1936,
+    Biometrika 28, doi:10.1093/biomet/28.3-4.437): at its upper end so few alarms, and at its lower
+    end so many, would come in 1 of 40 times.
+
+    Args:
+        alarms: how many there were.
+        hours: in how long, above 0.
+    """
+    low = _mean_for(alarms - 1, 1 - TAIL) if alarms else 0.0
+    ends = (alarms / hours, low / hours, _mean_for(alarms, TAIL) / hours)
+    return AlarmRate(alarms, round(hours, 4), Estimate(*map(_rounded, ends)))
+
+
 def mcnemar(only_first: int, only_second: int) -> float:
     """Test whether two ways of recognising the same clips differ: McNemar's exact test.
 
@@ -72,6 +106,24 @@ def mcnemar(only_first: int, only_second: int) -> float:
         ways = ways * (discordant - wins + 1) // wins
         tail += ways
     return float(min(1.0, 2 * tail / 2**discordant))
+
+
+def _mean_for(most: int, probability: float) -> float:
+    """Find the mean with which a Poisson count is at most so many with this probability."""
+    low, high = 0.0, most + 10 * math.sqrt(most + 1) + 10
+    for _ in range(60):  # halvings: as exact as a float
+        middle = (low + high) / 2
+        if _poisson_at_most(most, middle) > probability:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _poisson_at_most(most: int, mean: float) -> float:
+    """The distribution function, by logarithms so that no term overflows."""
+    terms = (k * math.log(mean) - mean - math.lgamma(k + 1) for k in range(most + 1))
+    return math.fsum(map(math.exp, terms))
 
 
 def _rounded(value: float) -> float:

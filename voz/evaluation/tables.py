@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from voz.evaluation.comparison import Difference
+from voz.evaluation.comparison import AlarmDifference, Difference
 from voz.evaluation.knob import Position
 from voz.evaluation.scores import AlarmScores, CommandScores, Group, NearMissScores, Scores
-from voz.evaluation.statistics import Estimate
+from voz.evaluation.statistics import AlarmRate, Estimate
 
 INDENT = "  "
 """Before the name of a group that is part of the one above it."""
@@ -28,16 +28,21 @@ class Table:
 
 
 def main_tables(
-    scores: Scores, differences: Sequence[Difference], knob: Sequence[Position] = ()
+    scores: Scores,
+    differences: Sequence[Difference],
+    knob: Sequence[Position] = (),
+    alarms: Sequence[AlarmDifference] = (),
 ) -> list[Table]:
     """Make the tables of what matters most: each set, its conditions, the noise, the knob."""
-    by = ("all", "condition", "snr")
+    noises = {score.group.noise for score in scores.commands if score.group.noise}
+    by = ("all", "condition", "snr", *(["noise"] if len(noises) > 1 else []))
     tables = [
         commands_table([s for s in scores.commands if s.group.by in by]),
         near_miss_table([s for s in scores.near_misses if s.group.by in by]),
         alarm_table([s for s in scores.alarms if s.group.by in by]),
         knob_table(knob),
         comparison_table(differences),
+        alarm_comparison_table(alarms),
     ]
     return [table for table in tables if table.rows]
 
@@ -89,12 +94,9 @@ def near_miss_table(scores: Sequence[NearMissScores]) -> Table:
 
 
 def alarm_table(scores: Sequence[AlarmScores]) -> Table:
-    """Show running speech and noise."""
-    rows = [
-        (_label(s.group), f"{s.hours:.3f}", str(s.alarms), shown(s.per_hour, digits=1))
-        for s in scores
-    ]
-    return Table(("talk and noise", "hours", "false alarms", "for each hour"), rows)
+    """Show running speech, noise, and what is between commands."""
+    rows = [(_alarm_label(s.group), shown_alarms(s.rate)) for s in scores]
+    return Table(("talk and noise", "false alarms"), rows)
 
 
 def knob_table(knob: Sequence[Position]) -> Table:
@@ -105,7 +107,7 @@ def knob_table(knob: Sequence[Position]) -> Table:
             f"{p.false_alarms_per_hour:g}",
             f"{p.threshold:.3f}",
             *("" if v is None else f"{v:.3f}" for v in (p.missed, p.let_through)),
-            "" if p.talk_alarms_per_hour is None else f"{p.talk_alarms_per_hour:.1f} an hour",
+            "" if p.talk is None else shown_alarms(p.talk),
         )
         for p in knob
     ]
@@ -140,6 +142,19 @@ def comparison_table(differences: Sequence[Difference]) -> Table:
     return Table(header, rows)
 
 
+def alarm_comparison_table(differences: Sequence[AlarmDifference]) -> Table:
+    """Show the false alarms of two evaluations side by side."""
+    rows = [
+        (
+            f"{d.set}, {d.kind}" if d.snr is None else f"{d.set}, {d.kind}, {d.snr:g} dB",
+            shown_alarms(d.this),
+            shown_alarms(d.other),
+        )
+        for d in differences
+    ]
+    return Table(("false alarms", "here", "there"), rows)
+
+
 def as_text(table: Table) -> str:
     """Align a table for the terminal: names to the left, figures to the right."""
     lines = [table.header, *table.rows]
@@ -159,7 +174,24 @@ def shown(figure: Estimate, digits: int = 3) -> str:
     return f"{figure.value:.{digits}f} ({low}-{high})"
 
 
+def shown_alarms(rate: AlarmRate) -> str:
+    """Write alarms with how long they come from: `0 in 0.6 h (0 to 6.1 per hour)`."""
+    low, high = _short(rate.per_hour.low), _short(rate.per_hour.high)
+    return f"{rate.alarms} in {_short(rate.hours)} h ({low} to {high} per hour)"
+
+
+def _short(figure: float) -> str:
+    return f"{figure:.2g}" if figure < 10 else f"{figure:.0f}"
+
+
 def _label(group: Group) -> str:
     if group.by != "all":
         return INDENT + group.name
     return group.set if group.kind in ("command", "near-miss") else f"{group.set}, {group.kind}"
+
+
+def _alarm_label(group: Group) -> str:
+    """Name a group of alarms; what goes on around commands in noise has no whole above it."""
+    if group.snr is None:
+        return _label(group)
+    return f"{group.set}, {group.kind}, {group.name}"

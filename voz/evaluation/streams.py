@@ -1,0 +1,47 @@
+"""Which of what was heard in a stream belongs to which of what was said in it. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from voz.evaluation.results import Understood
+
+Stretch = tuple[float, float]
+"""Where something begins and ends in a stream, s."""
+
+
+def shared_out(
+    heard: Sequence[Understood], stretches: Sequence[Stretch]
+) -> tuple[list[list[Understood]], list[Understood]]:
+    """Give each stretch of a stream what was heard in it.
+
+    Args:
+        heard: the utterances.
+        stretches: where something was said. What overlaps with two belongs to the earlier one,
+            wherever that stands in the list.
+
+    Returns:
+        What was heard in each stretch, and what was heard where nobody said anything.
+    """
+    parts: list[list[Understood]] = [[] for _ in stretches]
+    rest: list[Understood] = []
+    by_time = sorted(range(len(stretches)), key=stretches.__getitem__)
+    for utterance in heard:
+        overlaps = (n for n in by_time if _overlap(utterance, stretches[n]))
+        number = next(overlaps, None)
+        (rest if number is None else parts[number]).append(utterance)
+    return parts, rest
+
+
+def seconds_outside(stretches: Sequence[Stretch], seconds: float) -> float:
+    """Tell for how long of a stream of so many seconds nobody says anything, s."""
+    said = covered = 0.0
+    for start, end in sorted(stretches):
+        said += max(0.0, min(end, seconds) - max(start, covered))
+        covered = max(covered, end)
+    return max(0.0, seconds - said)
+
+
+def _overlap(utterance: Understood, stretch: Stretch) -> bool:
+    start, end = stretch
+    return utterance.end > start and utterance.start < end

@@ -94,9 +94,15 @@ def row(results: Sequence[Result], conditions: Sequence[str]) -> list[str]:
         results[0].set,
         *(share(group) for group in (commands, *groups)),
         str(sum(result.is_wrongly_obeyed for result in commands)) if commands else NOTHING,
-        f"{sum(bool(r.obeyed) for r in near_misses)} of {len(near_misses)}",
+        obeyed(near_misses),
         shown_alarms(alarms_in(others)) if others else NOTHING,
     ]
+
+
+def obeyed(near_misses: Sequence[Result]) -> str:
+    if not near_misses:
+        return NOTHING
+    return f"{sum(bool(result.obeyed) for result in near_misses)} of {len(near_misses)}"
 
 
 def share(commands: Sequence[Result]) -> str:
@@ -134,7 +140,7 @@ def main(
     try:
         tasks = streams(folder, names or [])
         choice = EngineChoice(engine, LanguageFiles(LM), Recognition())
-        with Progress(console=console, transient=True) as progress:
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
             outcomes = in_processes(partial(recognise, choice=choice), tasks, jobs)
             heard = list(progress.track(outcomes, len(tasks), description=engine))
         lines = table(heard)

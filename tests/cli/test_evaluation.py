@@ -66,8 +66,50 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     assert code == 3
     lines = [line.split() for line in out.splitlines()]
     rows = [line for line in lines if line and line[0] in ("some", "30", "0")]
-    assert [row[0] for row in rows] == ["some", "30", "0", "some", "some"]
+    assert [row[0] for row in rows] == ["some", "30", "0"] * 2 + ["some"]
     assert rows[-1][1] == "7"
+    assert "some, out-of-nothing, 30 dB" in out
+    assert "per hour)" in out
+
+
+@pytest.mark.slow
+def test_a_stream_is_scored_by_what_is_heard_in_its_stretches(voz: Call, tmp_path: Path) -> None:
+    session = FIXTURES / "long" / "session.wav"
+    lines = [
+        "path\tstart\tend\ttext\tspeaker\tkind\tcondition",
+        f"{session}\t2.7\t3.7\tgo forward\tslt\tcommand\tin its place",
+        f"{session}\t6.9\t8.2\tgo back\tslt\tcommand\tanother",
+        f"{session}\t4.9\t6.0\tspeed it up\tslt\tnear-miss\tall",
+    ]
+    path = tmp_path / "stream.tsv"
+    path.write_text("\n".join(lines) + "\n")
+    code, out, err = voz(path, "--jobs", 1, "--json", "-")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    results = {result["condition"]: result for result in found["results"]}
+    heard = {
+        name: [u["text"] for u in result["heard"] if u["accepted"]]
+        for name, result in results.items()
+    }
+    assert heard["in its place"] == ["go forward"]
+    assert heard["another"] == ["turn left"]
+    assert heard["all"] == ["speed up"]
+    rest = heard[str(session)]
+    assert rest[0] == "start speech"
+    assert {"go forward", "turn left", "speed up"}.isdisjoint(rest[:1])
+    (alarms,) = [s for s in found["scores"]["alarms"] if s["group"]["by"] == "all"]
+    assert alarms["group"]["kind"] == "out-of-nothing"
+    assert alarms["rate"]["alarms"] == len(rest)
+
+
+def test_an_unreadable_stream_is_told_once(voz: Call, tmp_path: Path) -> None:
+    path = tmp_path / "stream.tsv"
+    rows = [f"none.wav\t{n}\t{n + 1}\tstop\tme\tcommand" for n in range(5)]
+    path.write_text("\n".join(["path\tstart\tend\ttext\tspeaker\tkind", *rows, ""]))
+    code, _, err = voz(path, "--jobs", 1, "--engine", "plain-pocketsphinx")
+    assert code == 3
+    (line,) = err.splitlines()
+    assert "none.wav: there is no such file" in line
 
 
 @pytest.mark.parametrize(

@@ -33,12 +33,12 @@ REVERBERATION_TIME = 0.4
 DIRECT_TO_REVERBERANT = 3.0
 """How much stronger the direct path is than all echoes together, dB: about a metre away."""
 
-BEFORE, AFTER = 3.0, 2.0
+BEFORE, AFTER = 5.0, 3.0
 """For how long noise goes on before and after what is said in it, s.
 
-What is said has to be found in it, as in life: where the noise begins and ends with a command, it
-gives the command away. A room is known after 3 s, and 2 s are more than any pause that ends an
-utterance, so that nothing is heard only because the recording is over.
+What is said has to be found in it, as in life: noise that begins and ends with a command gives it
+away. Who follows the background knows it after 5 s; and what goes on for 3 s more is too long for
+a command, so that none is heard only because the recording is over.
 """
 
 RECORDINGS = (".wav", ".flac", ".ogg", ".mp3")

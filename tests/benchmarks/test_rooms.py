@@ -1,0 +1,76 @@
+"""`benchmarks/rooms.py` as it is called, on a room of a few seconds."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from recordings import FIXTURES, ROOT, Recording
+
+
+@pytest.fixture
+def rooms(tmp_path: Path) -> Path:
+    """A stream of three commands, one of which nobody knows of, and one with nothing in it."""
+    samples = np.random.default_rng(0).standard_normal(16 * 16000) * 5
+    said: list[list[object]] = []
+    for number, name in enumerate(["go_back", "turn_left", "stop", "hello_robot"]):
+        folder = "near_misses" if name == "hello_robot" else "commands"
+        clip = FIXTURES / folder / f"festival_slt__{name}.flac"
+        spoken = Recording(clip, "", "", "").samples()
+        start = (1 + 4 * number) * 16000
+        samples[start : start + len(spoken)] += spoken
+        text = None if name == "hello_robot" else name.replace("_", " ")
+        said.append([start / 16000, (start + len(spoken)) / 16000, text, "us"])
+    said[1][2:] = ["rotate left", "gb"]  # it will be taken for "turn left"
+    del said[2]
+    soundfile.write(tmp_path / "quiet.wav", samples.astype(np.int16), 16000)
+    soundfile.write(tmp_path / "talk.wav", np.zeros(36000, np.int16), 16000)
+    (tmp_path / "said.json").write_text(json.dumps({"quiet": said, "talk": []}))
+    return tmp_path
+
+
+def call(*arguments: object) -> subprocess.CompletedProcess[str]:
+    script = ROOT / "benchmarks" / "rooms.py"
+    command = [sys.executable, str(script), *map(str, arguments), "--jobs", "1"]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+@pytest.mark.slow
+def test_a_line_for_each_stream(rooms: Path) -> None:
+    run = call(rooms)
+    assert run.returncode == 0, run.stderr
+    lines = [line for line in run.stdout.splitlines() if line.startswith("|")]
+    header, _, quiet, talk = (line[2:-2].split(" | ") for line in lines)
+    assert header[:4] == ["stream", "right and accepted", "gb", "us"]
+    assert quiet[:6] == ["quiet", "0.500", "0.000", "1.000", "1", "0 of 1"]
+    assert quiet[6].startswith("1 in 0.00")
+    assert talk == ["talk", "-", "-", "-", "-", "-", "0 in 0.0006 h (0 to 5902 per hour)"]
+    assert len(call(rooms, "talk").stdout.splitlines()) == 5
+
+
+@pytest.mark.parametrize(
+    ("listing", "arguments", "said"),
+    [
+        (None, [], "said.json: cannot be read"),
+        ('{"quiet": [[1]]}', [], "said.json: cannot be used"),
+        ("{}", [], "said.json: has no stream"),
+        ('{"quiet": []}', ["loud"], "said.json: has no loud"),
+        ('{"none": []}', [], "none.wav: there is no such file"),
+        ('{"talk": [[9, 10, "stop", "us"]]}', [], "talk.wav: is over after 2.2 s"),
+    ],
+)
+def test_a_folder_that_cannot_be_used_is_one_line(
+    listing: str | None, arguments: list[str], said: str, rooms: Path
+) -> None:
+    (rooms / "said.json").unlink()
+    if listing:
+        (rooms / "said.json").write_text(listing)
+    run = call(rooms, *arguments)
+    assert run.returncode == 2
+    [line] = run.stderr.splitlines()
+    assert said in line

@@ -6,16 +6,13 @@ import atexit
 import os
 import threading
 
-OURS = "voz-"
-"""How the names of the threads begin that play, listen, write or read."""
+SOUND = ("voz-hearing", "voz-loudspeaker", "voz-renderer", "voz-speaker")
+"""The threads that may be in the sound system's libraries."""
 
 
 def lingering() -> bool:
     """Whether such a thread has not ended, though all that used it has."""
-    return any(
-        thread.name.startswith(OURS) and thread is not threading.current_thread()
-        for thread in threading.enumerate()
-    )
+    return any(thread.name in SOUND for thread in threading.enumerate())
 
 
 def end_by_force(code: int) -> None:

@@ -113,7 +113,7 @@ def comparison(folder: Path) -> tuple[Path, Callable[[], object]]:
     ]
     path = folder / "results.json"
     path.write_bytes(msgspec.json.encode({"results": results}))
-    return path, lambda: evaluate(results, {}, read_results(path))
+    return path, lambda: evaluate(results, {}, read_results(path, in_noise=True))
 
 
 def profile(folder: Path) -> tuple[Path, Callable[[], object]]:

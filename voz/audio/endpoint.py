@@ -1,4 +1,4 @@
-"""Where speech begins, pauses and ends in a stream of samples: WebRTC's VAD, with margins."""
+"""Where speech begins, pauses and ends in a stream of samples: what stands out of the room."""
 
 from __future__ import annotations
 
@@ -10,44 +10,54 @@ import numpy as np
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.background import FRAME, RISE, STEADY_FOR, Background, Floats
 from voz.errors import AudioError
 
-# Of 239 commands by 35 voices and 78 by people (`stop` over phones), the defaults of pocketsphinx's
-# end-pointer (mode 0, ratio 0.9) lose 37, nearly all of them short words of people, and join
-# commands that are 0.3 s apart. These settings lose 2, cut none in two, and separate at 0.3 s.
 VAD_MODE = 2
-FRAMES = 10
-"""In the window that tells: of 30 ms each, 0.3 s."""
+"""Of WebRTC's detector. Of 239 commands by 35 voices and 78 by people, all but 2 are speech
+to it."""
 
-TO_BEGIN = 8
-"""Frames of the window that must be speech to begin."""
+BEGINS = 6.0
+"""Above the background, dB: what stands out so far for 60 ms begins a segment."""
 
-TO_GO_ON = 3
-"""Frames of the window that must be speech to go on."""
+GOES_ON = 3.0
+"""Above the background that it began in, dB: less is no longer part of it."""
+
+TO_BEGIN = 2
+"""Frames of the VAD that must stand out to begin."""
+
+LEAST = 4
+"""Frames of a segment that stand out: 0.12 s. Less is a click."""
+
+TO_END = 8
+"""Frames of the VAD that must not stand out to end."""
+
+HANGOVER = 3
+"""Frames that go on being part of it when their level falls: a stop within a word is no pause.
+
+The VAD has its own, of as much.
+"""
 
 MARGIN = int(0.1 * SAMPLE_RATE)
 """Kept on either side of the speech; 0.3 s, or none at all, costs accuracy."""
 
-LONGEST = 10 * SAMPLE_RATE
-"""A sentence of 12 words takes 6 s; what goes on for longer is cut here, to bound the memory."""
+ONSET = 8
+"""Frames, 0.24 s. What stood out within them, as the s of `speed`, belongs to what begins."""
 
-FRAME = 480
-"""The 30 ms that the VAD looks at."""
+LONGEST = 10.0
+"""Seconds. A sentence of 12 words takes 6; what goes on for longer is cut, to bound the memory."""
 
-WINDOW = FRAMES * FRAME
-
-LOOK_BACK = WINDOW + MARGIN + FRAME
-"""Speech that begins now may have begun so long ago."""
-
+LOOK_BACK = ONSET * FRAME + MARGIN
+"""What begins now may have begun so long ago."""
 
 PAUSE = int(0.6 * SAMPLE_RATE)
 """Between two segments, with their margins: in a sentence people pause for less."""
 
 FIRST_SIGN = PAUSE + MARGIN + 2 * FRAME
-"""After a segment, until speech that began within the pause has made a frame of the VAD speech."""
+"""After a segment, until what began within the pause has made a frame stand out."""
 
 QUIET_KNOWN = PAUSE + LOOK_BACK
-"""After a segment, until speech that began within the pause is a segment."""
+"""After a segment, until what began within the pause is a segment."""
 
 
 class Segment(NamedTuple):
@@ -96,21 +106,28 @@ class Feedable(Protocol[Found]):
 class Segmenter:
     """Cuts one stream of samples, fed block by block, into stretches of speech."""
 
-    def __init__(self, early: float | None = None) -> None:
+    def __init__(self, early: float | None = None, longest: float = LONGEST) -> None:
         """Start with nothing heard.
 
         Args:
             early: a segment that has paused for so long is yielded before it is over, s; None
                 yields whole ones only.
+            longest: what goes on for longer is cut, s.
         """
+        self._longest = int(longest * SAMPLE_RATE)
         self._vad = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE)
-        self._window: deque[bool] = deque(maxlen=FRAMES)  # which frames were speech
+        self._background = Background()
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
-        self._silent = 0  # frames since the last speech
+        self._stood: deque[bool] = deque(maxlen=ONSET)  # which frames stood out at all
+        self._standing = 0  # frames that stood out, up to now
+        self._silent = 0  # frames since the last that did
         self._kept: Samples = np.empty(0, np.int16)  # what a segment may still need
         self._kept_from = 0  # where that begins in the stream, in samples
         self._heard = 0  # samples that the VAD has seen
         self._start: int | None = None  # of the segment under way, in samples
+        self._least = 0.0  # the level that goes on with it
+        self._loud = 0  # frames of it that stood out
+        self._low = 0  # frames since it was as loud as that
         self._last_end = 0
         self._quiet_told = True  # about the silence after the last segment
 
@@ -126,7 +143,7 @@ class Segmenter:
         self._kept = np.concatenate([self._kept, block])
         while len(rest := self._unheard()) >= FRAME:
             self._heard += FRAME
-            yield from self._progress(self._vad.is_speech(rest[:FRAME].tobytes()))
+            yield from self._progress(rest[:FRAME])
         self._forget()
 
     def finish(self) -> Iterator[Sound]:
@@ -142,28 +159,64 @@ class Segmenter:
             self._last_end = self._paused_at()
             self._start = None
             self._quiet_told = False
-            self._window.clear()
+            self._standing = 0
 
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
-    def _progress(self, speaks: bool) -> Iterator[Sound]:
-        """Follow the VAD by a frame."""
-        self._window.append(speaks)
-        self._silent = 0 if speaks else self._silent + 1
-        if self._start is None and sum(self._window) >= TO_BEGIN:
-            self._start = max(self._last_end, self._heard - len(self._window) * FRAME - MARGIN)
-        elif self._start is None:
-            since = self._heard - self._last_end
-            if since > QUIET_KNOWN or (since > FIRST_SIGN and not any(self._window)):
-                yield from self._quiet()
-        elif sum(self._window) < TO_GO_ON:
-            yield self._over(self._heard - WINDOW + FRAME + MARGIN)
-        elif self._heard - self._start >= LONGEST:
+    def _progress(self, frame: Samples) -> Iterator[Sound]:
+        """Follow the stream by a frame."""
+        voice = self._vad.is_speech(frame.tobytes())
+        level, background = self._background.follow(frame, voice)
+        if self._start is None:
+            yield from self._begin(voice, level, background)
+        else:
+            yield from self._go_on(voice, float(level[0]))
+
+    def _begin(self, voice: bool, level: Floats, background: Floats) -> Iterator[Sound]:
+        above = level > background + BEGINS
+        self._stood.append(bool(above.any()))
+        self._standing = self._standing + 1 if voice and above[0] else 0
+        if self._standing >= TO_BEGIN:
+            self._start_above(background, len(self._stood) - self._stood.index(True))
+            return
+        since = self._heard - self._last_end
+        if since > QUIET_KNOWN or (since > FIRST_SIGN and not self._standing):
+            yield from self._quiet()
+
+    def _start_above(self, background: Floats, frames: int) -> None:
+        """Begin a segment so many frames ago."""
+        begin = self._heard - frames * FRAME - MARGIN
+        self._start, self._silent = max(self._last_end, begin), 0
+        self._least = float(background[0]) + GOES_ON
+        self._loud = TO_BEGIN
+        self._standing = self._low = 0
+        self._stood.clear()
+
+    def _go_on(self, voice: bool, level: float) -> Iterator[Sound]:
+        assert self._start is not None
+        self._low = 0 if level > self._least else self._low + 1
+        self._loud += voice and not self._low
+        self._silent = 0 if voice and self._low <= HANGOVER else self._silent + 1
+        if (noise := self._noise_under()) is not None:
+            yield self._over(self._heard - RISE * FRAME)
+            self._background.settle(noise)
+            self._start_above(noise, RISE)
+        elif self._silent >= TO_END and self._loud < LEAST:
+            self._start = None
+        elif self._silent >= TO_END:
+            yield self._over(self._paused_at())
+        elif self._heard - self._start > self._longest:
             yield self._over(self._heard)
-            self._start = self._heard
-        elif self._silent == self._pause:
+        elif self._silent == self._pause and self._loud >= LEAST:
             yield self._segment(self._start, self._paused_at())._replace(over=False)
+
+    def _noise_under(self) -> Floats | None:
+        """The level of a noise that began the segment, if something rises out of it now."""
+        assert self._start is not None
+        if self._heard - self._start < (STEADY_FOR + RISE) * FRAME + MARGIN:
+            return None
+        return self._background.risen_from(BEGINS)
 
     def _paused_at(self) -> int:
         return min(self._heard, self._heard - self._silent * FRAME + MARGIN)

@@ -75,6 +75,7 @@ class Interpreter:
 
     Attributes:
         learnt: what is known of the microphone and the speaker; it changes only while learning.
+        longest: how long a command may take, s.
     """
 
     def __init__(
@@ -94,7 +95,7 @@ class Interpreter:
         self._phones_of = with_accents(read_pronunciations(language))
         self._model = with_log_odds(load_model(), profile.log_odds)
         most_words = max((len(command.split()) for command in self._commands), default=0)
-        self._longest = PAUSES + LONGEST_WORD * most_words
+        self.longest = PAUSES + LONGEST_WORD * most_words
         self._needed = thresholds(self._model, settings, self._commands)
         self._voice = VoiceDetector()
 
@@ -105,7 +106,7 @@ class Interpreter:
             segment: the stretch of speech.
             learnt: in place of what is known of the microphone and the speaker.
         """
-        if segment.end - segment.start > self._longest:
+        if segment.end - segment.start > self.longest:
             return Heard(segment, "")  # no command, and it would take long to find that out
         learnt = self.learnt if learnt is None else learnt
         sound = cleaned(segment.samples)

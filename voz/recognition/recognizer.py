@@ -8,7 +8,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import FRAME, Segment, Segmenter, Sound, follow_closely, segments, through
+from voz.audio.background import FRAME
+from voz.audio.endpoint import Segment, Segmenter, Sound, follow_closely, segments, through
 from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
@@ -124,7 +125,7 @@ class Stream:
     def __init__(self, interpreter: Interpreter, source: str, early: float) -> None:
         self._interpreter = interpreter
         self._source = source
-        self._segmenter = Segmenter(early)
+        self._segmenter = Segmenter(early, interpreter.longest)
         self._paused: Heard | None = None  # of the segment under way, up to its last pause
         self._waiting: Heard | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command

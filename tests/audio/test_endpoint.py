@@ -245,3 +245,28 @@ def test_what_follows_a_cut_is_another_segment(session: Recording) -> None:
     assert not any(sound.over for sound in found)
     assert len(found) == len(session.commands)
     assert all(b.start >= a.end for a, b in itertools.pairwise(found))
+
+
+def stood_out(segment: Segment) -> bool:
+    return segment.above > 30 and not segment.amid
+
+
+def test_a_segment_says_how_far_it_stands_out(session: Recording) -> None:
+    quiet = segments_of(session.samples())
+    assert all(stood_out(segment) for segment in quiet)
+    noisy = segments_of(mixed(session.samples(), murmur(30)[: len(session.samples())] * 40))
+    assert noisy
+    assert all(5 < segment.above < 30 for segment in noisy)
+
+
+def test_what_stands_out_of_talk_that_goes_on_and_is_as_loud_is_told(session: Recording) -> None:
+    clip = session.samples()[int(0.6 * SAMPLE_RATE) : int(1.8 * SAMPLE_RATE)]
+    talk = np.tile(clip, 12)
+    louder = np.clip(clip.astype(int) * 2, -32768, 32767).astype(np.int16)
+    found = segments_of(np.concatenate([talk, louder, murmur(1)]))
+    assert any(segment.amid for segment in found)
+    segmenter = Segmenter()
+    list(segmenter.feed(talk))
+    segmenter.told()
+    after = [*segmenter.feed(np.concatenate([louder, murmur(1)])), *segmenter.finish()]
+    assert not any(isinstance(s, Segment) and s.amid and s.start > 14.3 for s in after)

@@ -14,6 +14,7 @@ from voz.recognition.confidence import (
     HURRIED,
     NO_SPEECH,
     SURE_SPEECH,
+    VOICES_AROUND,
     Around,
     Model,
     features,
@@ -22,6 +23,7 @@ from voz.recognition.confidence import (
     probability,
     threshold_for,
     trust_in_speech,
+    voices_around,
     with_odds,
 )
 from voz.recognition.evidence import Evidence, Path, Span
@@ -68,10 +70,20 @@ def test_a_probability_is_between_0_and_1_and_follows_its_features(one: float, t
     assert 0 <= low <= high <= 1
 
 
+def test_only_voices_that_nearly_drown_a_command_speak_for_it() -> None:
+    assert voices_around(10, 0) == 0
+    assert voices_around(math.inf, 1) == 0
+    assert voices_around(30, 1) == 0
+    assert 0 < voices_around(20, 1) < voices_around(15, 1)
+    assert voices_around(20, 0.5) < voices_around(20, 1)
+    assert voices_around(5, 1) == voices_around(-5, 1)
+    assert load_model().weights[VOICES_AROUND] > 0
+
+
 def test_the_model_of_the_package_trusts_a_better_match_and_speech_more() -> None:
     model = load_model()
     assert model.fitted_on
-    assert set(model.weights) == set(features(SAID, PHONES_OF))
+    assert set(model.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
     for name in ("phones", "worst word"):
         assert model.weights[name] > 0
     for name in ("hurried", "not covered"):

@@ -90,6 +90,16 @@ class Background:
             background = np.where(background - silence > DEEP, silence, background)
         return level, background
 
+    @property
+    def voices(self) -> float:
+        """The share of the last 8 s that a voice may be in."""
+        return sum(self._voices) / len(self._voices)
+
+    def loudest(self, frames: int, but: int) -> float:
+        """Find the highest level of the last frames but some, dB; 0 if there are none."""
+        levels = list(self._levels)[-frames : len(self._levels) - but]
+        return max((float(low) for low, _ in levels), default=0.0)
+
     def settle(self, levels: Floats) -> None:
         """Take the levels of a noise that has just begun for the background."""
         self._levels.extend([levels] * SILENT_MEMORY)

@@ -20,7 +20,15 @@ from voz.errors import AudioError, ConfigError
 from voz.evaluation.recognise import in_processes
 from voz.evaluation.results import Clip
 from voz.language.files import find_language
-from voz.recognition.confidence import Around, Model, in_company, probability, with_odds
+from voz.recognition.confidence import (
+    VOICES_AROUND,
+    Around,
+    Model,
+    in_company,
+    load_model,
+    probability,
+    with_odds,
+)
 from voz.recognition.recognizer import Recognizer
 
 RIDGE = 1.0
@@ -99,7 +107,8 @@ def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
     """Fit the model but for its false alarms.
 
     How many near-misses there are among recordings says nothing about life, so both classes are
-    weighed as if `COMMAND_SHARE` of all utterances were commands.
+    weighed as if `COMMAND_SHARE` of all utterances were commands. What voices in the room are
+    worth is taken from the model of the package: recordings of one command do not tell.
 
     Args:
         examples: utterances, some of them right.
@@ -113,7 +122,7 @@ def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
     right = np.array([example.right for example in examples])
     if right.all() or not right.any():
         raise ConfigError("the manifests need both commands that are understood and other speech")
-    names = list(examples[0].values)
+    names = [name for name in examples[0].values if name != VOICES_AROUND]
     x = np.array([[example.values[name] for name in names] for example in examples])
     middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-9
     share = right.mean()
@@ -121,10 +130,13 @@ def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
     intercept, slopes = _logistic((x - middle) / spread, right.astype(float), weights)
     slopes = slopes / spread
     intercept -= float(slopes @ middle)
+    found = {name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)}
+    if VOICES_AROUND in examples[0].values:
+        found[VOICES_AROUND] = load_model().weights[VOICES_AROUND]
     return Model(
         fitted_on=fitted_on,
         intercept=round(intercept, 4),
-        weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
+        weights=found,
         alarms=0.0,
         alarms_fall=0.0,
     )

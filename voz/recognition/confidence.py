@@ -27,18 +27,30 @@ HURRIED = 0.3
 """In log durations: a word in less than three quarters of its usual time is said in haste."""
 
 
+VOICES_AROUND = "voices around"
+"""The one feature that is fitted on streams in rooms, with the others held: clips are in quiet."""
+
+CLEAR = 30.0
+"""What stands out of the room by so much is heard as well as in a quiet one, dB."""
+
+DROWNED = 2.0
+"""Tens of dB under that, below which nothing changes."""
+
+
 class Around(Enum):
     """What there is within 0.6 s of a command, and what the odds are divided by for it.
 
     Of 21 stretches of people's talk that sound like a command, 18 have other speech so near: a
     sentence is going on, and hardly anyone says a command in the middle of one. It is no certainty,
     so a command that sounds right is obeyed all the same. Where it was quiet before and what
-    follows is yet unknown, 8 lets no more talk through than waiting does, and 6 does.
+    follows is yet unknown, 8 lets no more talk through than waiting does, and 6 does. What stands
+    out of talk that goes on, and is hardly louder than it, is more of the talk.
     """
 
     QUIET = 1.0
     QUIET_SO_FAR = 8.0
     SPEECH = 12.0
+    TALK = 100.0
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -101,6 +113,22 @@ def features(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> dict
         "not covered": 1 - covered(command, phones) / phones.frames,
         "sound after": math.log1p(max(0, after - A_BREATH)),
     }
+
+
+def voices_around(above: float, voices: float) -> float:
+    """Tell how much of what speaks against a command is due to voices in the room.
+
+    A loop of phones explains voices, and music, better than the command does that is said into
+    them; the clatter of a kitchen and motors it does not.
+
+    Args:
+        above: how far the command stands out of the room, dB.
+        voices: how much of the time there may be a voice in it, 0 to 1.
+
+    Returns:
+        A feature, 0 for a quiet room.
+    """
+    return voices * min(DROWNED, max(0.0, (CLEAR - above) / 10))
 
 
 def word_ratio(word: Span, phones: Path) -> float:

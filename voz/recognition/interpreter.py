@@ -16,6 +16,7 @@ from voz.language.files import LanguageFiles, read_pronunciations, read_sentence
 from voz.recognition.accents import with_accents
 from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
+    VOICES_AROUND,
     Around,
     Model,
     features,
@@ -24,6 +25,7 @@ from voz.recognition.confidence import (
     probability,
     threshold_for,
     trust_in_speech,
+    voices_around,
     with_log_odds,
     with_odds,
 )
@@ -119,6 +121,7 @@ class Interpreter:
             return Heard(segment, text)
         trust = trust_in_speech(self._voice_in(segment.samples, evidence))
         values = features(evidence, self._phones_of)
+        values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
         sure = trust * probability(self._model, values)
         return Heard(segment, evidence.text, evidence, trust, sure, values)
 

@@ -146,7 +146,8 @@ class Stream:
             yield from self._tell(waiting, _between(waiting.segment, sound), sound.decided)
         if isinstance(sound, Segment):
             follow = self._over if sound.over else self._pause
-            yield from follow(sound, _between(self._other, sound))
+            around = Around.TALK if sound.amid else _between(self._other, sound)
+            yield from follow(sound, around)
 
     def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
         heard = self._paused = self._interpreter.understand(segment)
@@ -177,6 +178,8 @@ class Stream:
         utterance = self._interpreter.judge(heard, around, decided, self._source)
         # What is too long for any command has not been asked about; it is hardly noise.
         is_speech = heard.evidence is None or heard.trust > 0
+        if utterance.accepted:
+            self._segmenter.told()
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
         self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it

@@ -237,3 +237,27 @@ def test_it_takes_less_to_stop_than_to_move() -> None:
     fewer = thresholds(model, Recognition(false_alarms_per_hour=0.05), commands)
     assert all(fewer[c] > thresholds(model, Recognition(), commands)[c] for c in commands)
     assert thresholds(model, Recognition(threshold=0.7), commands) == dict.fromkeys(commands, 0.7)
+
+
+def test_commands_are_heard_while_somebody_else_talks_on(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    others = [r.samples()[4800:-4800] for r in recordings if r.kind == "near-miss"]
+    spoken = [r for r in recordings if r.kind == "command" and r.voice == "flite_slt"]
+    talk = np.concatenate(others).astype(float)
+    stream = np.resize(talk / np.sqrt(np.mean(talk**2)), (4 * len(spoken) + 6) * SAMPLE_RATE)
+    stream *= 2000 / 10 ** (15 / 20)  # 15 dB below the commands
+    places = []
+    for number, recording in enumerate(spoken):
+        clip, at = recording.samples().astype(float), (5 + 4 * number) * SAMPLE_RATE
+        loud = clip[np.abs(clip) > 300]
+        stream[at : at + len(clip)] += clip * 2000 / np.sqrt(np.mean(loud**2))
+        places.append((recording.text, at / SAMPLE_RATE, (at + len(clip)) / SAMPLE_RATE))
+    sound = np.clip(stream, -32768, 32767).astype(np.int16)
+    obeyed = [u for u in recognizer.utterances([sound], "") if u.accepted]
+    heard = [
+        [u.text for u in obeyed if u.end > begin and u.start < end] == [text]
+        for text, begin, end in places
+    ]
+    assert share(heard) >= 0.6
+    assert len(obeyed) <= len(places)

@@ -97,7 +97,8 @@ class Background:
 
     def loudest(self, frames: int, but: int) -> float:
         """Find the highest level of the last frames but some, dB; 0 if there are none."""
-        levels = list(self._levels)[-frames : len(self._levels) - but]
+        end = len(self._levels)
+        levels = list(self._levels)[max(0, end - frames) : max(0, end - but)]
         return max((float(low) for low, _ in levels), default=0.0)
 
     def settle(self, levels: Floats) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import ctypes
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -216,6 +217,21 @@ def test_a_robot_that_was_lost_for_a_moment_is_stopped_until_all_know() -> None:
         assert box.lost() is None
         box.receive(Twist(3, 0.1, 0))
         until(lambda: robot.got[-1] == Twist(3, 0.1, 0))
+
+
+def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped() -> None:
+    robot = Recorder()
+    with Mailbox("mine", robot) as box:
+        box.receive(Twist(0, 0.1, 0))
+        until(lambda: robot.got)
+        (thread,) = [t for t in threading.enumerate() if t.name == "voz-mine"]
+        raised = ctypes.py_object(KeyboardInterrupt)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), raised)
+        box.receive(Reply(1, "which lets the thread notice it"))
+        until(box.lost)
+        box.receive(Twist(2, 0.1, 0))
+        until(lambda: robot.got[-1] == Twist(2, 0, 0))
+    assert robot.closed == 1
 
 
 def test_a_robot_that_cannot_be_opened_says_so_at_once() -> None:

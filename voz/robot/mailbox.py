@@ -119,12 +119,22 @@ class Mailbox:
         return f"the robot {self._name} is lost ({problem})" if problem else None
 
     def _work(self) -> None:
+        over = False
+        while not over:
+            try:
+                over = self._hand_over()
+            except BaseException as error:  # between two events; the robot is still to be stopped
+                self._failure = self._failure or in_words(error)
+        with contextlib.suppress(BaseException):  # nothing more is asked of it
+            self._robot.close()
+
+    def _hand_over(self) -> bool:
+        """Hand over what comes, until the run is over."""
         while (event := self._next()) is not None:
             self._busy_since = time.monotonic()
             self._deliver(event)
             self._busy_since = None
-        with contextlib.suppress(BaseException):  # nothing more is asked of it
-            self._robot.close()
+        return True
 
     def _next(self) -> Event | None:
         with self._changed:

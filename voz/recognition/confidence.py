@@ -120,8 +120,8 @@ def voices_around(above: float, voices: float) -> float:
 
     A loop of phones explains voices, and music, better than the command does that is said into
     them. The clatter of a kitchen and motors it explains worse, so that there a command has to be
-    surer: of near-misses in a kitchen 10 dB below them 11 of 60 get through without that, and 4 or
-    so with it, for three commands in a hundred.
+    surer: of near-misses in a kitchen 10 dB below them 11 of 60 get through without that, and 7
+    with it, for three commands in a hundred.
 
     Args:
         above: how far the command stands out of the room, dB.

@@ -99,5 +99,10 @@ def test_what_a_robot_says_itself_stays_as_it_is() -> None:
 
 
 def test_ctrl_c_stays_ctrl_c_for_who_uses_voz_as_a_library() -> None:
-    with pytest.raises(KeyboardInterrupt), mistakes_told("parrot"):
-        raise KeyboardInterrupt
+    # A command line that ran in this process before has taken the signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), mistakes_told("parrot"):
+            raise KeyboardInterrupt
+    finally:
+        signal.signal(signal.SIGINT, before)

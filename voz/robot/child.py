@@ -40,12 +40,21 @@ class Guarded:
         self._only_zero = only_zero
         self._last = Twist(0.0, 0.0, 0.0)
         self._silent = False
-        self.driven = False
+        self._driven = False
+
+    @property
+    def watches(self) -> bool:
+        """Whether silence means that the run is lost.
+
+        Of a robot that another process drives it does from the beginning: that one may get the
+        first velocity before this one does, and no other ever.
+        """
+        return self._driven or self._only_zero
 
     def take(self, event: Event) -> Answer:
         """Hand an event on; after a silence no motion, until the run itself has ended it."""
         if isinstance(event, Twist):
-            self.driven = True
+            self._driven = True
             self._last = event
             if not (event.linear or event.angular):
                 self._silent = False
@@ -55,7 +64,7 @@ class Guarded:
 
     def stop(self) -> None:
         """Let the robot stand still, as the run is silent."""
-        self._silent = True
+        self._silent = self._driven  # before the first velocity nobody has lost anything
         self._do(Twist(self._last.t, 0.0, 0.0), even_if_another_drives=True)
 
     def _do(self, event: Event, even_if_another_drives: bool = False) -> Answer:
@@ -95,7 +104,7 @@ def main() -> None:
 
 def _serve(link: Connection, robot: Guarded) -> None:
     """Take events until the run says that it is over; raises EOFError if it ends without."""
-    patience = None
+    patience = SILENCE if robot.watches else None
     while True:
         if not link.poll(patience):
             robot.stop()
@@ -105,7 +114,7 @@ def _serve(link: Connection, robot: Guarded) -> None:
         if not data:
             return
         _answer(link, robot.take(msgspec.json.decode(data, type=Event)))
-        patience = SILENCE if robot.driven else None
+        patience = SILENCE if robot.watches else None
 
 
 def _forsaken(robot: Guarded) -> None:

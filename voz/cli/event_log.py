@@ -6,8 +6,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from voz.errors import ConfigError
 from voz.events import Event, Receiver, to_json
+from voz.files import told
 
 
 @contextmanager
@@ -26,22 +26,12 @@ def event_log(name: str) -> Iterator[Receiver]:
     """
 
     def receive(event: Event) -> None:
-        with _failure_told(name):
+        with told(name):
             stream.write(f"{to_json(event)}\n".encode())
 
-    with _failure_told(name):
+    with told(name):
         # Unbuffered, so that nothing is left to write, and to fail or to wait for, at the end.
         file = sys.stdout.fileno() if name == "-" else name
         stream = open(file, "wb", buffering=0, closefd=name != "-")  # noqa: SIM115
     with stream:
         yield receive
-
-
-@contextmanager
-def _failure_told(name: str) -> Iterator[None]:
-    try:
-        yield
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise ConfigError(f"{name}: cannot be written ({error.strerror})") from error

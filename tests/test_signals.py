@@ -123,6 +123,18 @@ def test_a_signal_in_a_callback_that_nothing_can_be_raised_from_comes_again() ->
     assert (done.returncode, done.stdout, done.stderr) == (130, "swallowed\n", "")
 
 
+def test_while_python_ends_a_signal_is_silent() -> None:
+    done = program("""
+        class Late:
+            def __del__(self): os.kill(os.getpid(), signal.SIGHUP)
+        late = Late()
+        try: send(signal.SIGTERM)
+        except SystemExit: pass
+        signals.let_go()
+    """)
+    assert (done.returncode, done.stderr) == (-signal.SIGHUP, "")
+
+
 def test_other_exceptions_that_nobody_can_catch_are_told_as_ever() -> None:
     done = program("""
         class Broken:

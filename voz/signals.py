@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 TYPE_CHECKING = False  # `typing` takes its time, and until they are taken signals are tracebacks
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from types import FrameType
 
 BY_SIGNAL = 128
@@ -21,7 +21,11 @@ AGAIN = 0.02
 """After an exception was swallowed, the next try, s: what swallowed it is over by then."""
 
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT)
+
+
 class _State:
+    taken: Sequence[signal.Signals] = ()
     first: int | None = None
     as_in_shells = True
     wake: Callable[[], None] | None = None
@@ -41,13 +45,23 @@ def install(as_in_shells: bool = True) -> None:
     _State.as_in_shells = as_in_shells
     # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
     # the same; whoever says `nohup` means it.
-    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGQUIT]
+    numbers = list(ENDING)
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
+    _State.taken = numbers
     for number in numbers:
         signal.signal(number, _received)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)  # who started it may have blocked them
     sys.unraisablehook = _swallowed
+
+
+def let_go() -> None:
+    """Let signals do what they do to any program: all is stopped, and only its end is left.
+
+    An exception that they raise while Python ends would be printed, and caught by nobody.
+    """
+    for number in _State.taken:
+        signal.signal(number, signal.SIG_DFL)
 
 
 def ended_by() -> int | None:

@@ -37,6 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Cut short by a signal, an import may raise anything.
         if signals.exit_code() is None:
             raise
+    finally:
+        signals.let_go()
     let_go_of_streams()
     by_signal = signals.exit_code()
     code = code if by_signal is None else by_signal

@@ -34,6 +34,8 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
     except VozError as error:
         print(printable(f"{name}: {error}"), file=sys.stderr)
         code = WRONG_CALL
+    finally:
+        signals.let_go()
     if lingering():
         end_by_force(code)
     sys.exit(code)

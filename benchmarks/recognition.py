@@ -35,7 +35,7 @@ from voz.language.build import build
 from voz.language.files import LanguageFiles
 
 LM = Path(__file__).parent.parent / "lm"
-ENGINES = ["voz", "pocketsphinx-phone-loop"]
+ENGINES = ["voz", "first-ear", "second-ear", "pocketsphinx-phone-loop"]
 KITCHEN = "dishes"
 """Part of the name of the recording of a kitchen."""
 

@@ -34,7 +34,12 @@ def main() -> None:
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
     display = Display(
-        lambda: 0.12, lambda: drive.listening, lambda: False, lambda: "", "USB Audio Device"
+        lambda: 0.12,
+        lambda: -64.0,
+        lambda: drive.listening,
+        lambda: False,
+        lambda: "",
+        "USB Audio Device",
     )
     drive = Drive([display.receive], Safety())
     now = 0.0

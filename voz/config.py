@@ -46,21 +46,25 @@ class Recognition(Section, frozen=True, kw_only=True):
     Attributes:
         search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
         false_alarms_per_hour: how many commands may be heard in an hour of people's talk near the
-            robot; fewer cost more commands that have to be said again.
+            robot; fewer cost more commands that have to be said again. None is 0.5, and 5 where
+            there is no second ear.
         never_missed: commands that stop the robot, so that missing one is worse than obeying one
             that was not said. In doubt they are taken rather than another command.
         missed_cost: how many times worse it is; by so much lower odds are enough for them.
         early_decision: a command is understood when its speaker pauses for so long, s; less is
             faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
+        second_ear: whether a network that hears phonemes has a say too; False leaves it all to
+            pocketsphinx.
     """
 
     search: Search = "grammar"
-    false_alarms_per_hour: Alarms = 0.5
+    false_alarms_per_hour: Alarms | None = None
     never_missed: tuple[str, ...] = ("stop",)
     missed_cost: AtLeastOne = 1.1
     early_decision: Pause = 0.06
     threshold: Fraction | None = None
+    second_ear: bool = True
 
 
 class Safety(Section, frozen=True, kw_only=True):

@@ -27,6 +27,23 @@ Ignored = Literal["not_listening", "robot_speaking", "too_late"]
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
+RefusedBy = Literal["first_ear", "second_ear", "both_ears"]
+"""Who was not convinced: pocketsphinx, the network that hears phonemes, or neither."""
+
+
+class Ear(msgspec.Struct, frozen=True):
+    """What one ear alone makes of an utterance.
+
+    Attributes:
+        text: the command that fits best by it.
+        fit: how well the command of the utterance fits by it; 0 is perfect. Of pocketsphinx it is
+            the worst word, in nats for each 10 ms; of the network nats for each phone.
+    """
+
+    text: str
+    fit: float
+
+
 class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
     """A stretch of speech, or a typed line, and what was understood of it.
 
@@ -44,6 +61,9 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         latency: from the end of the last word to `t`, s; None for typed text.
         obeyed: whether it took effect; None where nothing is driven that could obey.
         ignored: why it did not though it is accepted.
+        above: how far it stood out of the room, dB; None for typed text.
+        ears: what pocketsphinx and the network make of it, each alone; None where one is missing.
+        refused_by: which of them was not convinced, if it is not accepted.
     """
 
     t: float
@@ -58,6 +78,9 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
     latency: float | None = None
     obeyed: bool | None = None
     ignored: Ignored | None = None
+    above: float | None = None
+    ears: tuple[Ear, Ear] | None = None
+    refused_by: RefusedBy | None = None
 
 
 class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
@@ -131,18 +154,35 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
 }
 
 
-def explain(reason: Reason, between: tuple[str, str] | None) -> str:
-    """Say in words why an utterance is not accepted."""
+REFUSED_IN_WORDS: Mapping[RefusedBy, str] = {
+    "first_ear": "the first ear doubts it",
+    "second_ear": "the second ear doubts it",
+    "both_ears": "both ears doubt it",
+}
+
+
+def explain(
+    reason: Reason, between: tuple[str, str] | None, refused_by: RefusedBy | None = None
+) -> str:
+    """Say in words why an utterance is not accepted, and by whom if there are two ears."""
+    why = reason.replace("_", " ")
     if between:
-        return f'unsure between "{between[0]}" and "{between[1]}"'
-    return reason.replace("_", " ")
+        why = f'unsure between "{between[0]}" and "{between[1]}"'
+    return why if refused_by is None else f"{why}: {REFUSED_IN_WORDS[refused_by]}"
 
 
 def why_not(utterance: Utterance) -> str:
     """Say in words why an utterance is not obeyed."""
     if utterance.ignored:
         return f"not obeyed: {IGNORED_IN_WORDS[utterance.ignored]}"
-    return explain(utterance.reason or "not_a_command", utterance.between)
+    return explain(utterance.reason or "not_a_command", utterance.between, utterance.refused_by)
+
+
+def in_ears(ears: tuple[Ear, Ear]) -> str:
+    """Say in words what each ear makes of an utterance."""
+    names = ("first ear", "second ear")
+    opinions = (f'{n} "{e.text}" ({e.fit:.1f})' for n, e in zip(names, ears, strict=True))
+    return ", ".join(opinions)
 
 
 def later(event: Utterance | Partial, seconds: float) -> Utterance | Partial:

@@ -89,6 +89,26 @@ def test_two_commands_close_together_are_two_segments(recordings: list[Recording
     assert len(segments_of(samples)) == len(clips)
 
 
+def test_a_command_within_a_sound_that_goes_on_for_too_long_is_found(
+    recordings: list[Recording],
+) -> None:
+    """A machine is switched on, works by fits and starts, and somebody speaks before it is over."""
+    clip = next(r for r in recordings if r.kind == "command" and r.voice == "festival_slt")
+    spoken = segments_of(clip.samples())[0].samples
+    random = np.random.default_rng(0)
+    swell = np.repeat(random.uniform(0.6, 1, 60), SAMPLE_RATE // 10)
+    machine = (300 * swell * random.normal(0, 1, len(swell))).astype(np.int16)
+    begin, at = 2 * SAMPLE_RATE, 3 * SAMPLE_RATE
+    sound = np.concatenate([np.zeros(begin, np.int16), machine, np.zeros(SAMPLE_RATE, np.int16)])
+    sound[at : at + len(spoken)] = mixed(sound[at : at + len(spoken)], spoken)
+    segmenter = Segmenter(longest=2.5)
+    found = [s for s in (*segmenter.feed(sound), *segmenter.finish()) if isinstance(s, Segment)]
+    ends = at / SAMPLE_RATE, (at + len(spoken)) / SAMPLE_RATE
+    assert any(
+        abs(s.start - ends[0]) < 0.25 and abs(s.end - ends[1]) < 0.25 and s.above > 6 for s in found
+    ), [(s.start, s.end) for s in found]
+
+
 def test_speech_that_does_not_end_is_cut_and_then_is_the_background(session: Recording) -> None:
     samples = session.samples()
     loud = samples[np.abs(samples) > 2000]  # no pause is left in it

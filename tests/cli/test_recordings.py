@@ -20,7 +20,7 @@ def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Reco
     assert result.code == 0
     assert [line["text"] for line in result.json] == [*session.commands, "go back"]
     assert {tuple(line) for line in result.json} == {
-        ("file", "start", "end", "text", "confidence", "accepted")
+        ("file", "start", "end", "text", "confidence", "accepted", "ears")
     }
     assert result.json[-1]["file"] == str(GO_BACK)
 

@@ -10,9 +10,10 @@ from recordings import Recording
 from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation import engines
-from voz.evaluation.engines import EngineChoice, load_engine, program_engine
+from voz.evaluation.engines import ENGINES, EngineChoice, load_engine, program_engine
 from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles
+from voz.recognition.phoneme_network import UnknownNetworkError
 
 COMMANDS = frozenset({"go back"})
 
@@ -28,27 +29,40 @@ def clip(recordings: list[Recording]) -> Recording:
     return next(r for r in recordings if r.path.stem == "festival_slt__go_back")
 
 
-@pytest.mark.parametrize("name", ["voz", "plain-pocketsphinx", "pocketsphinx-phone-loop"])
-def test_engines_of_pocketsphinx(name: str, clip: Recording, language: LanguageFiles) -> None:
+@pytest.mark.parametrize("name", sorted(ENGINES))
+def test_each_engine_hears_a_command(name: str, clip: Recording, language: LanguageFiles) -> None:
     engine = load_engine(EngineChoice(name, language, Recognition()))
     (heard,) = engine(clip.samples())
     assert (heard.text, heard.accepted) == ("go back", True)
     assert 0 <= heard.start < heard.end <= len(clip.samples()) / 16000
-    assert heard.confidence == 1 or name == "voz"
+    assert heard.confidence == 1 or name in ("voz", "first-ear")
 
 
-def test_the_phone_loop_refuses_other_speech(
-    recordings: list[Recording], language: LanguageFiles
+@pytest.mark.parametrize("name", ["pocketsphinx-phone-loop", "second-ear"])
+def test_what_it_is_compared_with_refuses_other_speech(
+    name: str, recordings: list[Recording], language: LanguageFiles
 ) -> None:
-    engine = load_engine(EngineChoice("pocketsphinx-phone-loop", language, Recognition()))
+    engine = load_engine(EngineChoice(name, language, Recognition()))
     other = next(r for r in recordings if r.text == "the weather is nice today")
     assert [(heard.confidence, heard.accepted) for heard in engine(other.samples())] == [(0, False)]
 
 
-def test_the_phone_loop_hears_all_commands_of_a_long_recording(
-    session: Recording, language: LanguageFiles
+def test_without_the_network_there_is_no_second_ear_to_compare_with(
+    language: LanguageFiles, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    engine = load_engine(EngineChoice("pocketsphinx-phone-loop", language, Recognition()))
+    def missing() -> None:
+        raise UnknownNetworkError("not installed")
+
+    monkeypatch.setattr("voz.recognition.second_ear.load_network", missing)
+    with pytest.raises(ConfigError, match="there is no second ear: not installed"):
+        load_engine(EngineChoice("second-ear", language, Recognition()))
+
+
+@pytest.mark.parametrize("name", ["pocketsphinx-phone-loop", "second-ear"])
+def test_what_it_is_compared_with_hears_all_commands_of_a_long_recording(
+    name: str, session: Recording, language: LanguageFiles
+) -> None:
+    engine = load_engine(EngineChoice(name, language, Recognition()))
     heard = engine(session.samples())
     assert [one.text for one in heard] == session.commands
     times = [time for one in heard for time in (one.start, one.end)]

@@ -24,6 +24,7 @@ def a_display(
 ) -> Display:
     return Display(
         lambda: peak,
+        lambda: -52.3,
         lambda: listening,
         lambda: speaking,
         lambda: "go fo",
@@ -47,6 +48,17 @@ def test_a_command_is_shown_with_how_sure_and_how_soon() -> None:
     display = a_display()
     display.receive(heard("go forward", latency=0.214))
     assert "go forward  87%  0.21 s" in line_with("go forward", display)
+
+
+def test_it_shows_how_loud_the_room_is_and_how_far_the_speaker_stands_out_of_it() -> None:
+    display = a_display()
+    assert "-52 dB" in line_with("room", display)
+    assert "above it" not in shown(display)
+    display.receive(heard("go forward", above=24.6))
+    assert "-52 dB, the last speech 25 dB above it" in line_with("room", display)
+    display.receive(heard("", accepted=False, above=9.0))
+    assert "9 dB above it" in line_with("room", display)
+    assert "\x1b[33m, the last speech 9 dB" in shown(display, colours=True)
 
 
 def test_what_is_refused_is_dimmed_and_says_what_it_may_have_been_and_why() -> None:

@@ -209,12 +209,14 @@ def test_a_bad_microphone_is_learnt_while_it_is_used(
 ) -> None:
     said = [r for r in recordings if r.kind == "command" and r.voice == "flite_slt"]
     clips = [(telephone(r.samples()), r.text) for r in said]
-    learning = Recognizer(language, Recognition(), learning=True)
+    first_ear = Recognition(second_ear=False)  # the other one needs no such help
+    learning = Recognizer(language, first_ear, learning=True)
     right(learning, clips)
-    before = right(Recognizer(language, Recognition()), clips)
-    after = right(Recognizer(language, Recognition(), Profile(learning.learnt)), clips)
+    before = right(Recognizer(language, first_ear), clips)
+    after = right(Recognizer(language, first_ear, Profile(learning.learnt)), clips)
     assert before <= 11
     assert after >= 12
+    assert right(Recognizer(language, Recognition()), clips) >= 12
 
 
 def test_what_is_no_command_spoils_nothing(

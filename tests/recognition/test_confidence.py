@@ -13,20 +13,25 @@ from voz.recognition.confidence import (
     A_BREATH,
     HURRIED,
     NO_SPEECH,
+    ONE_EAR,
     SURE_SPEECH,
+    TWO_EARS,
     VOICES_AROUND,
+    WORST_FIT,
     Around,
     Model,
     features,
     in_company,
-    load_model,
+    load_models,
     probability,
     threshold_for,
     trust_in_speech,
+    two_ears,
     voices_around,
     with_odds,
 )
 from voz.recognition.evidence import Evidence, Path, Span
+from voz.recognition.second_ear import Fit, Opinion
 
 PHONES_OF = {"go": ("G", "OW"), "back(2)": ("B", "AE", "K")}
 SAID = Evidence(
@@ -34,7 +39,6 @@ SAID = Evidence(
     Path(-30.0, (Span("go", 10, 19, -8.0), Span("back(2)", 20, 49, -20.0))),
     {"go forward": -70.0, "stop": -90.0},
     Path(-25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 59, -4.0))),
-    Path(-40.0, (Span("_G", 10, 14, -5.0), Span("_OW", 15, 19, -15.0), Span("_B", 20, 44, -12.5))),
 )
 
 
@@ -46,8 +50,6 @@ def test_the_features_are_what_they_say() -> None:
             "phones": (-30 + 25) / 45,
             # go: -8 against 5 frames of _G at -1 and 5 of _B at -0.5; back: 25 frames of _B
             "worst word": min((-8 + 7.5) / 10, (-20 + 12.5) / 30),
-            # _OW: 5 frames of _B at -0.5; the others are heard as they are
-            "worst phone": (-15 + 2.5) / 5,
             "hurried": -pace - HURRIED,
             "not covered": 10 / 45,
             "sound after": math.log1p(10 - A_BREATH),
@@ -77,17 +79,61 @@ def test_voices_that_nearly_drown_a_command_speak_for_it_and_other_sound_against
     assert 0 < voices_around(20, 1) < voices_around(15, 1)
     assert voices_around(20, 0.5) < voices_around(20, 1)
     assert voices_around(5, 1) == voices_around(-5, 1)
-    assert load_model().weights[VOICES_AROUND] > 0
+    assert load_models().one_ear.weights[VOICES_AROUND] > 0
 
 
-def test_the_model_of_the_package_trusts_a_better_match_and_speech_more() -> None:
-    model = load_model()
-    assert model.fitted_on
-    assert set(model.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
+HEARD_TWICE = SAID._replace(
+    opinion=Opinion({"go back": Fit(-6.0, 5), "stop": Fit(-3.0, 4)}, best=-1.0)
+)
+
+
+def test_the_opinions_of_both_ears_are_compared_with_their_rivals() -> None:
+    alone = two_ears(HEARD_TWICE, math.inf)
+    assert alone == pytest.approx(
+        {
+            "margin": (-30 + 70) / 45,
+            "margin drowned": 0,
+            "second fit": -5 / 5,
+            "second fit drowned": 0,
+            "second margin": -3 / 5,
+            "length": math.log(5),
+        }
+    )
+    assert two_ears(SAID, 20.0) == {}
+
+
+def test_the_less_a_command_stands_out_the_more_it_is_drowned() -> None:
+    at = {above: two_ears(HEARD_TWICE, above) for above in (40.0, 20.0, 10.0, -30.0)}
+    fits = [at[above]["second fit drowned"] for above in at]
+    assert fits == pytest.approx([0, -1, -2, -3])
+    margins = [at[above]["margin drowned"] for above in at]
+    assert margins == pytest.approx([n * at[40.0]["margin"] for n in range(4)])
+
+
+@given(st.floats(-1e6, 10), st.floats(-1e6, 10), st.floats(-1e6, 0))
+def test_no_opinion_is_without_bounds(one: float, other: float, rival: float) -> None:
+    opinion = Opinion({"go back": Fit(one, 5), "stop": Fit(other, 4)}, best=0.0)
+    heard = SAID._replace(opinion=opinion, rivals={"stop": rival})
+    values = two_ears(heard, 30.0)
+    assert abs(values["margin"]) <= 2
+    assert WORST_FIT <= values["second fit"] <= 0
+    assert abs(values["second margin"]) <= 1
+
+
+def test_the_models_of_the_package_trust_a_better_match_more() -> None:
+    models = load_models()
+    assert models.one_ear.fitted_on
+    assert models.two_ears.fitted_on
+    assert set(models.one_ear.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
+    assert set(models.one_ear.weights) == {*ONE_EAR, VOICES_AROUND}
+    values = features(HEARD_TWICE, PHONES_OF) | two_ears(HEARD_TWICE, 20.0)
+    assert set(models.two_ears.weights) == {*TWO_EARS} <= {*values}
     for name in ("phones", "worst word"):
-        assert model.weights[name] > 0
+        assert models.one_ear.weights[name] > 0
     for name in ("hurried", "not covered"):
-        assert model.weights[name] < 0
+        assert models.one_ear.weights[name] < 0
+    for name in ("worst word", "margin", "second fit", "second margin", "length"):
+        assert models.two_ears.weights[name] > 0
 
 
 def test_fewer_false_alarms_need_a_higher_threshold() -> None:

@@ -19,7 +19,7 @@ def evidence(*word_scores: float, behind: float = 5.0) -> Evidence:
     score = sum(w.score for w in words)
     rivals = {"turn left": score - behind * 20 * len(words), "stop": score - 1e4}
     path = Path(score, tuple(words))
-    return Evidence("go go", path, rivals, Path(0.0, tuple(phones)), spelled=path)
+    return Evidence("go go", path, rivals, Path(0.0, tuple(phones)))
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,7 @@ class Background:
         self._energies: deque[Floats] = deque(maxlen=SMOOTH)
         self._levels = deque([np.full(2, SILENCE)] * MEMORY, maxlen=SILENT_MEMORY)
         self._voices = deque([False] * MEMORY, maxlen=SILENT_MEMORY)
+        self._level_now = SILENCE
 
     def follow(self, frame: Samples, voice: bool) -> tuple[Floats, Floats]:
         """Take the next frame of the stream.
@@ -88,7 +89,13 @@ class Background:
         if len(silent) >= SILENT_SHARE * len(levels):
             silence = _below(silent, SILENT_USUAL)
             background = np.where(background - silence > DEEP, silence, background)
+        self._level_now = float(background[0])
         return level, background
+
+    @property
+    def level(self) -> float:
+        """Of the room between 250 and 3,400 Hz now, dB over one unit of the 16 bits."""
+        return self._level_now
 
     @property
     def voices(self) -> float:

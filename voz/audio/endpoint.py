@@ -12,6 +12,7 @@ from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.background import FRAME, RISE, SILENT_SHARE, STEADY_FOR, Background, Floats
+from voz.audio.pieces import pieces
 from voz.errors import AudioError
 
 VAD_MODE = 2
@@ -143,6 +144,7 @@ class Segmenter:
         self._before = 0.0  # the highest level near before it
         self._told = 0  # up to here all was for the robot
         self._loudest = 0.0  # level of it
+        self._levels: list[float] = []  # of each frame of it
         self._loud = 0  # frames of it that stood out
         self._low = 0  # frames since it was as loud as that
         self._last_end = 0
@@ -177,6 +179,11 @@ class Segmenter:
             self._start = None
             self._quiet_told = False
             self._standing = 0
+
+    @property
+    def background(self) -> float:
+        """The level of the room, dB over one unit of the 16 bits."""
+        return self._background.level
 
     def told(self) -> None:
         """Learn that what was heard so far was for the robot, and no talk of others."""
@@ -214,11 +221,13 @@ class Segmenter:
         self._before = self._background.loudest(since, frames)
         self._voices = self._background.voices
         self._loud, self._loudest = TO_BEGIN, 0.0
+        self._levels = [float(background[0])] * frames
         self._standing = self._low = 0
         self._stood.clear()
 
     def _go_on(self, voice: bool, level: float) -> Iterator[Sound]:
         assert self._start is not None
+        self._levels.append(level)
         self._low = 0 if level > self._least else self._low + 1
         self._loud += voice and not self._low
         self._loudest = max(self._loudest, level)
@@ -232,9 +241,28 @@ class Segmenter:
         elif self._silent >= TO_END:
             yield self._over(self._paused_at())
         elif self._heard - self._start > self._longest:
-            yield self._over(self._heard)
+            yield from self._divided()
         elif self._silent == self._pause and self._loud >= LEAST:
             yield self._segment(self._start, self._paused_at())._replace(over=False)
+
+    def _divided(self) -> Iterator[Segment]:
+        """Look for utterances in what goes on for longer than any; the last one may go on."""
+        first = self._heard - len(self._levels) * FRAME
+        levels = self._levels
+        usual, found = pieces(levels, GOES_ON, TO_END)
+        self._least, self._start = usual + GOES_ON, None
+        for piece in found:
+            if piece.end - piece.start < LEAST:
+                continue
+            self._start = max(self._last_end, first + piece.start * FRAME - MARGIN)
+            self._loudest = max(levels[slice(*piece)])
+            self._silent = self._low = len(levels) - piece.end
+            self._loud = piece.end - piece.start
+            self._levels = levels[piece.start :]
+            if self._silent >= TO_END:
+                yield self._over(self._paused_at())
+        if self._start is None:
+            self._last_end, self._quiet_told = self._heard, False
 
     def _noise_under(self) -> Floats | None:
         """The level of a noise that began the segment, if something rises out of it now."""

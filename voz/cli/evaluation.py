@@ -53,7 +53,8 @@ def evaluate(
         str,
         typer.Option(
             metavar="NAME",
-            help='voz, plain-pocketsphinx, pocketsphinx-phone-loop or "command:PROGRAM ARGUMENTS".',
+            help="voz, first-ear, second-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
+            '"command:PROGRAM ARGUMENTS".',
         ),
     ] = "voz",
     snr: Annotated[
@@ -110,7 +111,7 @@ def evaluate(
         "engine": printable(engine),
         "search": settings.recognition.search,
         "threshold": _number(settings.recognition.threshold),
-        "false alarms per hour": _number(settings.recognition.false_alarms_per_hour),
+        "false alarms per hour": _number(settings.recognition.false_alarms_per_hour) or "the usual",
         "snr": printable(snr or ""),
         "noise": shown_path(noise) if noise else "",
         "reverb": "yes" if reverb else "no",
@@ -142,47 +143,47 @@ def fit_confidence(
     jobs: JobsOption = None,
     lm: LmOption = None,
 ) -> None:
-    """Make the model of the confidence anew from recordings whose texts are known.
+    """Make the models of the confidence anew from recordings whose texts are known.
 
-    Prints what would be accepted, judged by models that never heard the speaker. There must be
-    half an hour of talk among the recordings, to tell how often it sounds like a command.
+    One is for pocketsphinx alone, one for both ears. Prints what would be accepted by both, judged
+    by models that never heard the speaker. There must be half an hour of talk among the
+    recordings, to tell how often it sounds like a command.
 
     Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
     """
-    from voz.config import Recognition
     from voz.evaluation import fit_confidence as fitting
     from voz.evaluation.manifest import read_manifests
-    from voz.recognition.confidence import MODEL, save_model, threshold_for
+    from voz.evaluation.recognise import tasks_for
+    from voz.recognition.confidence import MODEL, TWO_EARS, save_models, threshold_for
 
-    clips = read_manifests(manifests)
+    clips = read_manifests(manifests, streams=True)
     written = out or MODEL
     check_writable(written)
     check_not_read([written], [*manifests, *(clip.path for clip in clips)])
-    found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, len(clips)))
-    examples = [example for of_clip in found for example in of_clip.examples]
-    talk = sum(f.seconds for c, f in zip(clips, found, strict=True) if c.kind == "talk")
+    recordings = len(tasks_for(clips, [], [], room=False))
+    found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, recordings))
+    examples = [example for of_recording in found for example in of_recording.examples]
     fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
-    likely = fitting.cross_validated(examples)
-    model = fitting.with_alarms(
-        fitting.fit(examples, fitted_on), examples, likely, hours=talk / 3600
-    )
-    threshold = threshold_for(model, Recognition().false_alarms_per_hour)
+    models = fitting.fit_models(examples, fitted_on, sum(f.talk for f in found) / 3600)
+    threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
     )
+    likely = fitting.cross_validated(examples, TWO_EARS)
     counts = fitting.acceptance(examples, likely, threshold)
     for name, (share, number) in counts.items():
         show(f"{share:8.3f} {number:5}  {name}")
-    save_model(model, written)
+    save_models(models, written)
     show(f"written: {written}")
 
 
 def _knob(results: Iterable[Result], choice: EngineChoice) -> list[Position]:
     from voz.evaluation.knob import positions
     from voz.language.files import read_sentences
-    from voz.recognition.confidence import load_model
+    from voz.recognition.recognizer import Recognizer
 
-    return positions(results, load_model(), choice.settings, read_sentences(choice.language))
+    model = Recognizer(choice.language, choice.settings).model
+    return positions(results, model, choice.settings, read_sentences(choice.language))
 
 
 def _number(value: float | None) -> str:

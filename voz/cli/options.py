@@ -59,6 +59,7 @@ class Common:
         check_files(language)
         if self.verbose:
             tell(f"language files: {language.folder.resolve()}")
+            tell(f"second ear: {_second_ear(settings, language)}")
         warn(stale_warning(language))
         return language
 
@@ -77,6 +78,14 @@ class Common:
         check_not_read(filter(None, written), filter(None, (*read, self.config, *language)))
 
 
+def _second_ear(settings: Config, language: LanguageFiles) -> str:
+    """Tell whether there is one, or why there is none."""
+    from voz.recognition.second_ear import why_missing
+
+    missing = why_missing(language) if settings.recognition.second_ear else "off in the settings"
+    return f"none ({missing}); pocketsphinx decides alone" if missing else "hears phonemes"
+
+
 @dataclass
 class Recognising(Common):
     """The options of all subcommands that recognise speech."""
@@ -90,7 +99,7 @@ class Recognising(Common):
         typer.Option(
             "--false-alarms-per-hour",
             metavar="X",
-            help="How many commands may be heard in an hour of talk; else 0.5.",
+            help="How many commands may be heard in an hour of talk; else 0.5, with one ear 5.",
         ),
     ] = None
     threshold: Annotated[

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -40,7 +41,7 @@ def decode(
     settings = options.settings()
     known = load_profile(profile) if profile else None
     recognizer = Recognizer(options.language(settings), settings.recognition, known)
-    write = _show_json if as_json else _show_row
+    write = _show_json if as_json else partial(_show_row, ears=options.verbose)
     if not as_json:
         show(f"   start      end  sure  accepted  {'text':32}  file")
     unreadable = 0
@@ -63,17 +64,20 @@ def _show_json(result: Heard | Unreadable) -> None:
     put(to_json(result))
 
 
-def _show_row(result: Heard | Unreadable) -> None:
-    from voz.events import explain
+def _show_row(result: Heard | Unreadable, ears: bool) -> None:
+    from voz.events import explain, in_ears
     from voz.recognition.batch import Unreadable
 
     if isinstance(result, Unreadable):
         show(f"{'':>26} error {result.error}")
         return
     accepted = "yes" if result.accepted else "no"
-    why = f"({explain(result.reason, result.between)})" if result.reason else ""
+    explained = result.reason and explain(result.reason, result.between, result.refused_by)
+    why = f"({explained})" if explained else ""
     text = " ".join(part for part in (result.text, why) if part)
     show(
         f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {accepted:8}  "
         f"{text:32}  {result.file}"
     )
+    if ears and result.ears:
+        show(f"{'':35}{in_ears(result.ears)}")

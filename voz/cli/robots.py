@@ -38,6 +38,7 @@ class Plan:
         terminal: the same, if it can be drawn on.
         picture: where the simulator's way is drawn after the run.
         animation: the same, moving.
+        verbose: whether a console tells what each ear made of an utterance.
     """
 
     names: list[str]
@@ -48,6 +49,7 @@ class Plan:
     terminal: Console | None
     picture: Path | None = None
     animation: Path | None = None
+    verbose: bool = False
 
     def check(self) -> None:
         """Refuse, before the run, what cannot be drawn after it."""
@@ -91,7 +93,8 @@ def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> 
     names += [name for name in plan.names if name not in (SIMULATOR, CONSOLE if displayed else "")]
     with ExitStack() as stack:
         stream = _above_the_drawing(plan)
-        robots = make_robots(names, Setup(settings, stream, take, plan.clocked and plan.watchdog))
+        watchdog = plan.clocked and plan.watchdog
+        robots = make_robots(names, Setup(settings, stream, take, watchdog, plan.verbose))
         view = stack.enter_context(_drawn(robots, plan, settings))
         receivers, lost = stack.enter_context(_opened(robots, plan.clocked))
         if view:

@@ -78,6 +78,7 @@ def _plan(options: Running, settings: Config) -> Plan:
         _terminal(stream),
         options.picture,
         options.animation,
+        options.verbose,
     )
     plan.check()
     if options.bag:

@@ -17,12 +17,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
+from msgspec.structs import replace
+
 from voz.audio import SAMPLE_RATE, Samples
 from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.results import Understood
 from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_sentences
+from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
 
 Engine: TypeAlias = Callable[[Samples], list[Understood]]
 """Samples of a recording, 16 kHz, to utterances in their order.
@@ -35,6 +37,9 @@ PHONE_LOOP_THRESHOLD = -21.2
 
 In pocketsphinx's own logarithms to the base 1.0001, for each frame of 10 ms.
 """
+
+SECOND_EAR_THRESHOLD = -2.0
+"""Refuses about 3 % of the right commands, nats for each phone."""
 
 LONGEST_WHOLE = 3.0
 """A recording of one command is shorter; what is longer may hold several utterances, s."""
@@ -51,8 +56,7 @@ class EngineChoice:
     """An engine that is not loaded yet: what a process is told to load it by.
 
     Attributes:
-        name: `voz`, `plain-pocketsphinx`, `pocketsphinx-phone-loop` or
-            `command:PROGRAM ARGUMENTS`.
+        name: one of `ENGINES` or `command:PROGRAM ARGUMENTS`.
         language: the language files.
         settings: of voz's own recogniser.
     """
@@ -69,18 +73,14 @@ def load_engine(choice: EngineChoice) -> Engine:
         ConfigError: there is no such engine or program.
         LanguageError: the language files cannot be used.
     """
-    if choice.name == "voz":
-        return voz_engine(choice.language, choice.settings)
-    if choice.name == "plain-pocketsphinx":
-        return plain_pocketsphinx(choice.language)
-    if choice.name == "pocketsphinx-phone-loop":
-        return pocketsphinx_with_phone_loop(choice.language)
+    if choice.name in ENGINES:
+        return ENGINES[choice.name](choice.language, choice.settings)
     if choice.name.startswith(PROGRAM):
         commands = frozenset(read_sentences(choice.language))
         return program_engine(choice.name.removeprefix(PROGRAM), commands)
     raise ConfigError(
-        f'there is no engine "{choice.name}"; use voz, plain-pocketsphinx, '
-        f'pocketsphinx-phone-loop or "{PROGRAM}PROGRAM ARGUMENTS"'
+        f'there is no engine "{choice.name}"; use {", ".join(ENGINES)} '
+        f'or "{PROGRAM}PROGRAM ARGUMENTS"'
     )
 
 
@@ -99,7 +99,41 @@ def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
     return recognise
 
 
-def plain_pocketsphinx(language: LanguageFiles) -> Engine:
+def first_ear(language: LanguageFiles, settings: Recognition) -> Engine:
+    """Load voz without its second ear."""
+    return voz_engine(language, replace(settings, second_ear=False))
+
+
+def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
+    """Load the second ear alone: of what stands out, the command that explains it best.
+
+    Raises:
+        ConfigError: it cannot be had.
+    """
+    from voz.audio.endpoint import segments
+    from voz.recognition.accents import spellings, with_accents
+    from voz.recognition.phoneme_network import UnknownNetworkError
+    from voz.recognition.second_ear import SecondEar
+
+    commands = read_sentences(language)
+    try:
+        ear = SecondEar(spellings(with_accents(read_pronunciations(language))))
+    except UnknownNetworkError as error:
+        raise ConfigError(f"there is no second ear: {error}; use another engine") from error
+
+    def recognise(samples: Samples) -> list[Understood]:
+        heard = []
+        for segment in segments([samples]):
+            opinion = ear.opinion(segment.samples, commands)
+            text = max(commands, key=lambda command: opinion.fits[command].score)
+            accepted = opinion.fit(text) >= SECOND_EAR_THRESHOLD
+            heard.append(Understood(text, float(accepted), accepted, segment.start, segment.end))
+        return heard
+
+    return recognise
+
+
+def plain_pocketsphinx(language: LanguageFiles, _settings: Recognition) -> Engine:
     """Load pocketsphinx with voz's grammar as its documentation shows it: what voz began from.
 
     It takes the whole recording for one utterance and is always sure.
@@ -122,7 +156,7 @@ def plain_pocketsphinx(language: LanguageFiles) -> Engine:
     return recognise
 
 
-def pocketsphinx_with_phone_loop(language: LanguageFiles) -> Engine:
+def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition) -> Engine:
     """Load pocketsphinx with what it has to refuse other speech by: a free loop of phones.
 
     A command is obeyed if it explains the speech nearly as well as any phones would. A recording
@@ -146,6 +180,15 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles) -> Engine:
         return heard
 
     return recognise
+
+
+ENGINES: dict[str, Callable[[LanguageFiles, Recognition], Engine]] = {
+    "voz": voz_engine,
+    "first-ear": first_ear,
+    "second-ear": second_ear,
+    "plain-pocketsphinx": plain_pocketsphinx,
+    "pocketsphinx-phone-loop": pocketsphinx_with_phone_loop,
+}
 
 
 def _the_whole(samples: Samples, text: str, accepted: bool) -> list[Understood]:

@@ -17,15 +17,19 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.files import read_blocks
 from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
-from voz.evaluation.recognise import in_processes
+from voz.evaluation.recognise import Task, in_processes, tasks_for
 from voz.evaluation.results import Clip
+from voz.evaluation.streams import shared_out
 from voz.language.files import find_language
 from voz.recognition.confidence import (
+    ONE_EAR,
+    TWO_EARS,
     VOICES_AROUND,
     Around,
     Model,
+    Models,
     in_company,
-    load_model,
+    load_models,
     probability,
     with_odds,
 )
@@ -47,6 +51,9 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 37 minutes is above .33.
 """
 
+USUAL_ALARMS_OF_ONE_EAR = 5.0
+"""In an hour; so many single sentences of people it takes for commands where it obeys most."""
+
 COMMAND_SHARE = 1 / 2
 """Of what is said near someone who drives a robot, so much are commands: the prior."""
 
@@ -54,10 +61,10 @@ Matrix = npt.NDArray[np.float64]
 
 
 class Collected(NamedTuple):
-    """The utterances of a recording, and how long it is, s; nothing if it cannot be read."""
+    """The utterances of a recording, and how much talk it is, s; nothing if it cannot be read."""
 
     examples: list[Example]
-    seconds: float
+    talk: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +72,7 @@ class Example:
     """What is known of one utterance.
 
     Attributes:
-        clip: the recording it is in.
+        clip: the recording or the stretch of one that it is in.
         text: the command that was heard.
         values: its features.
         trust: how far it is to be trusted to be speech, 0 to 1.
@@ -85,14 +92,15 @@ def collect(clips: Sequence[Clip], lm: str | None, processes: int | None) -> Ite
     """Recognise labelled recordings and keep what the confidence is computed from.
 
     Args:
-        clips: the recordings.
+        clips: the recordings, and stretches of streams.
         lm: folder of the language files, None for the usual ones.
         processes: how many work at the same time; None for one on each core.
 
     Returns:
-        What is in each clip, in their order.
+        What is in each recording, in their order.
     """
-    return in_processes(partial(_examples, lm=lm), clips, processes)
+    tasks = tasks_for(clips, [], [], room=False)
+    return in_processes(partial(_examples, lm=lm), tasks, processes)
 
 
 def description(clips: Iterable[Clip], name: str) -> str:
@@ -103,16 +111,40 @@ def description(clips: Iterable[Clip], name: str) -> str:
     return f"{name}: {counts}; {len({clip.speaker for clip in chosen})} speakers"
 
 
-def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
-    """Fit the model but for its false alarms.
+def fit_models(examples: Sequence[Example], fitted_on: list[str], hours: float) -> Models:
+    """Fit the models of one ear and of both.
+
+    Args:
+        examples: utterances, some of them right, some of them in talk.
+        fitted_on: what to write into the models about them.
+        hours: how long the talk is.
+
+    Raises:
+        ConfigError: what `fit` and `with_alarms` raise.
+    """
+    both, one = (
+        with_alarms(fit(examples, fitted_on, names), examples, likely, hours)
+        for names, likely in (
+            (names, cross_validated(examples, names)) for names in (TWO_EARS, ONE_EAR)
+        )
+    )
+    # What voices in the room are worth to one ear, recordings of one command do not tell.
+    voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
+    return Models(
+        both, replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
+    )
+
+
+def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:
+    """Fit a model but for its false alarms.
 
     How many near-misses there are among recordings says nothing about life, so both classes are
-    weighed as if `COMMAND_SHARE` of all utterances were commands. What voices in the room are
-    worth is taken from the model of the package: recordings of one command do not tell.
+    weighed as if `COMMAND_SHARE` of all utterances were commands.
 
     Args:
         examples: utterances, some of them right.
         fitted_on: what to write into the model about them.
+        names: the features that it shall have.
 
     Raises:
         ConfigError: there are no right ones, or no others.
@@ -122,7 +154,6 @@ def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
     right = np.array([example.right for example in examples])
     if right.all() or not right.any():
         raise ConfigError("the manifests need both commands that are understood and other speech")
-    names = [name for name in examples[0].values if name != VOICES_AROUND]
     x = np.array([[example.values[name] for name in names] for example in examples])
     middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-9
     share = right.mean()
@@ -130,13 +161,10 @@ def fit(examples: Sequence[Example], fitted_on: list[str]) -> Model:
     intercept, slopes = _logistic((x - middle) / spread, right.astype(float), weights)
     slopes = slopes / spread
     intercept -= float(slopes @ middle)
-    found = {name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)}
-    if VOICES_AROUND in examples[0].values:
-        found[VOICES_AROUND] = load_model().weights[VOICES_AROUND]
     return Model(
         fitted_on=fitted_on,
         intercept=round(intercept, 4),
-        weights=found,
+        weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
         alarms=0.0,
         alarms_fall=0.0,
     )
@@ -148,7 +176,7 @@ def with_alarms(
     """Add to a model how often talk sounds like a command.
 
     Log-odds fall off exponentially at their upper end; the fall is estimated as Hill does it
-    (1975, doi:10.1214/aos/1176343247).
+    (1975, doi:10.1214/aos/1176343247). Talk in which the command was said is no false alarm.
 
     Args:
         model: what `fit` gave.
@@ -162,7 +190,7 @@ def with_alarms(
     usual = Recognition()
     odds = []
     for example, likely in zip(examples, probabilities, strict=True):
-        if example.clip.kind == "talk" and likely > 0:
+        if example.clip.kind == "talk" and likely > 0 and not _is_in(example.text, example.clip):
             factor = usual.missed_cost if example.text in usual.never_missed else 1.0
             odds.append(math.log(with_odds(likely, factor) / (1 - with_odds(likely, factor))))
     odds.sort(reverse=True)
@@ -173,27 +201,31 @@ def with_alarms(
         )
     tail = odds[LIKELIEST]
     fall = LIKELIEST / sum(one - tail for one in odds[:LIKELIEST])
-    alarms = LIKELIEST / hours * math.exp(fall * tail)
+    # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
+    alarms = (LIKELIEST + 1) / hours * math.exp(fall * tail)
     return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
 
 
-def cross_validated(examples: Sequence[Example]) -> list[float]:
+def cross_validated(examples: Sequence[Example], names: Sequence[str]) -> list[float]:
     """Tell how likely each example is right, by models that never heard its speaker.
 
     Args:
         examples: utterances of several speakers.
+        names: the features of the models.
 
     Returns:
         A probability for each.
     """
-    speakers = sorted({(e.clip.set, e.clip.speaker) for e in examples})
+    # One name is one speaker, in whatever set: clips may be heard again in rooms.
+    speakers = sorted({e.clip.speaker for e in examples})
     rng = np.random.default_rng(0)
     # Shuffled, since neighbours in the alphabet come from the same source.
     orders = [rng.permutation(len(speakers)) for _ in range(SHUFFLES)]
     found = []
     for order in orders:
         fold_of = {s: int(place) % FOLDS for s, place in zip(speakers, order, strict=True)}
-        found.append(_held_out(examples, [fold_of[e.clip.set, e.clip.speaker] for e in examples]))
+        folds = [fold_of[e.clip.speaker] for e in examples]
+        found.append(_held_out(examples, folds, names))
     return [_mean_odds(likely) for likely in zip(*found, strict=True)]
 
 
@@ -236,10 +268,12 @@ def _recognizer(lm: str | None) -> Recognizer:
     return Recognizer(find_language(lm), Recognition())
 
 
-def _held_out(examples: Sequence[Example], folds: Sequence[int]) -> list[float]:
+def _held_out(
+    examples: Sequence[Example], folds: Sequence[int], names: Sequence[str]
+) -> list[float]:
     """Tell how likely each example is right, by the model of the other folds."""
     models = [
-        fit([e for e, f in zip(examples, folds, strict=True) if f != fold], [])
+        fit([e for e, f in zip(examples, folds, strict=True) if f != fold], [], names)
         for fold in range(FOLDS)
     ]
     return [_likely(models[fold], e) for e, fold in zip(examples, folds, strict=True)]
@@ -258,12 +292,31 @@ def _likely(model: Model, example: Example) -> float:
     return in_company(sure, example.around)
 
 
-def _examples(clip: Clip, lm: str | None) -> Collected:
-    said = clip.text if clip.kind == "command" else None
+def _examples(task: Task, lm: str | None) -> Collected:
+    """Recognise a recording; what is heard around the stretches of a stream is nothing's."""
+    first = task.clips[0]
     try:
-        blocks = list(read_blocks(clip.path))
+        blocks = list(read_blocks(first.path))
     except AudioError:
         return Collected([], 0.0)
-    found = _recognizer(lm).observations(blocks)
-    examples = [Example(clip, o.text, o.values, o.trust, o.around, o.text == said) for o in found]
-    return Collected(examples, sum(map(len, blocks)) / SAMPLE_RATE)
+    seconds = sum(map(len, blocks)) / SAMPLE_RATE
+    stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
+    parts, rest = shared_out(list(_recognizer(lm).observations(blocks)), stretches)
+    around = replace(first, kind="noise", speaker=first.file, condition="all")
+    examples = [
+        Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
+        for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
+        for o in part
+    ]
+    talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
+    return Collected(examples, talk)
+
+
+def _is_in(command: str, talk: Clip) -> bool:
+    """Tell whether all words of a command are in what was said: `stop` is in `it stopped`."""
+    said = talk.text.split()
+    return all(any(word.startswith(one) for word in said) for one in command.split())
+
+
+def _is_said(clip: Clip, text: str) -> bool:
+    return clip.kind == "command" and clip.text == text

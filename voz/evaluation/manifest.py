@@ -58,8 +58,8 @@ def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
         clip = _clip(row, path, number)
         if clip.start is not None and not streams:
             raise ConfigError(
-                f"{path}:{number}: is a stretch of a recording; only `voz eval` takes those, "
-                "so cut it out into a file of its own"
+                f"{path}:{number}: is a stretch of a recording; only `voz eval` and "
+                "`voz fit-confidence` take those, so cut it out into a file of its own"
             )
         clips.append(clip)
     if not clips:

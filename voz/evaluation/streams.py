@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from voz.evaluation.results import Understood
+from typing import Protocol, TypeVar
 
 Stretch = tuple[float, float]
 """Where something begins and ends in a stream, s."""
 
 
+class Timed(Protocol):
+    """What begins and ends, s."""
+
+    @property
+    def start(self) -> float:
+        """Where it begins, s."""
+
+    @property
+    def end(self) -> float:
+        """Where it ends, s."""
+
+
+Heard = TypeVar("Heard", bound=Timed)
+
+
 def shared_out(
-    heard: Sequence[Understood], stretches: Sequence[Stretch]
-) -> tuple[list[list[Understood]], list[Understood]]:
+    heard: Sequence[Heard], stretches: Sequence[Stretch]
+) -> tuple[list[list[Heard]], list[Heard]]:
     """Give each stretch of a stream what was heard in it.
 
     Args:
@@ -23,8 +37,8 @@ def shared_out(
     Returns:
         What was heard in each stretch, and what was heard where nobody said anything.
     """
-    parts: list[list[Understood]] = [[] for _ in stretches]
-    rest: list[Understood] = []
+    parts: list[list[Heard]] = [[] for _ in stretches]
+    rest: list[Heard] = []
     by_time = sorted(range(len(stretches)), key=stretches.__getitem__)
     for utterance in heard:
         overlaps = (n for n in by_time if _overlap(utterance, stretches[n]))
@@ -42,6 +56,6 @@ def seconds_outside(stretches: Sequence[Stretch], seconds: float) -> float:
     return max(0.0, seconds - said)
 
 
-def _overlap(utterance: Understood, stretch: Stretch) -> bool:
+def _overlap(utterance: Timed, stretch: Stretch) -> bool:
     start, end = stretch
     return utterance.end > start and utterance.start < end

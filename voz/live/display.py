@@ -11,6 +11,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from voz.audio.level import NEAR
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning, why_not
 from voz.printable import printable
 from voz.robot.console import motion_in_words
@@ -42,6 +43,7 @@ class Display:
     def __init__(
         self,
         peak: Callable[[], float],
+        background: Callable[[], float],
         listening: Callable[[], bool],
         speaking: Callable[[], bool],
         typing: Callable[[], str],
@@ -53,6 +55,7 @@ class Display:
 
         Args:
             peak: gives the level of the microphone now, 0 to 1.
+            background: gives the level of the room, dBFS.
             listening: whether commands are obeyed.
             speaking: whether the robot speaks, so that nothing but `stop` is obeyed.
             typing: gives the line that is being typed.
@@ -61,6 +64,7 @@ class Display:
             extra: what is drawn below, or beside if there is room.
         """
         self._peak = peak
+        self._background = background
         self._listening = listening
         self._speaking = speaking
         self._typing = typing
@@ -71,6 +75,7 @@ class Display:
         self._velocity = (0.0, 0.0)
         self._selected: int | None = None
         self._reply = ""
+        self._above: float | None = None  # how far the last utterance stood out of the room, dB
 
     def receive(self, event: Event) -> None:
         """Take an event; it is seen the next time that the display is drawn."""
@@ -81,6 +86,8 @@ class Display:
         elif isinstance(event, Reply):
             self._reply = event.text
         elif not isinstance(event, Partial):
+            if isinstance(event, Utterance) and event.above is not None:
+                self._above = event.above
             self._lines.append(_line(event))
 
     def __rich__(self) -> RenderableType:
@@ -92,6 +99,7 @@ class Display:
         table.add_column()
         table.add_row("microphone", _level(self._peak()))
         table.add_row("", Text(printable(self._device), "dim", no_wrap=True))
+        table.add_row("room", _room(self._background(), self._above))
         table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
         if self._selected is not None:
             table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
@@ -138,6 +146,15 @@ def _level(peak: float) -> Text:
     colour = "red" if decibels > LOUD else "green"
     shown = f"{decibels:4.0f} dB" if decibels > FLOOR else "  silent"
     return Text.assemble(("█" * full, colour), ("·" * (BAR - full), "dim"), f" {shown}")
+
+
+def _room(background: float, above: float | None) -> Text:
+    """How loud the room is, and how far the last speech stood out of it."""
+    level = Text(f"{background:4.0f} dB")
+    if above is not None:
+        colour = "yellow" if above < NEAR else "green"
+        level.append(f", the last speech {above:.0f} dB above it", colour)
+    return level
 
 
 def _line(event: Utterance | Warning) -> Text:

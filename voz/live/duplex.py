@@ -70,6 +70,11 @@ class HalfDuplex:
         """Whether the loudspeaker sounds, so that only what must not be missed counts."""
         return self._guard is not None
 
+    @property
+    def background(self) -> float:
+        """The level of the room, dB over one unit of the 16 bits."""
+        return self._usual.background
+
     def feed(self, block: Samples, arrived: float) -> Iterator[Utterance | Partial]:
         """Take what the microphone gave.
 

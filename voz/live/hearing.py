@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.level import FULL_SCALE, LOWEST
 from voz.audio.microphone import BLOCK_SECONDS, Microphone, listening
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
@@ -69,6 +70,7 @@ class Hearing:
 
     Attributes:
         peak: the highest sample of the last block, 0 to 1.
+        background: the level of the room, dBFS.
         deaf: whether the robot speaks, so that only commands count that must not be missed.
         device: the name of the microphone.
         source: what its utterances say that they come from.
@@ -98,6 +100,7 @@ class Hearing:
             recorder: keeps what is heard.
         """
         self.peak = 0.0
+        self.background = LOWEST
         self.deaf = False
         self.device = ""
         self._recognizer = recognizer
@@ -198,6 +201,7 @@ class Hearing:
                 if self._recorder and isinstance(told, Utterance):
                     self._recorder.mark(told, begun)
             self.deaf = ears.deaf
+            self.background = ears.background - FULL_SCALE
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None

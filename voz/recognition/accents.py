@@ -36,6 +36,14 @@ def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
     return more
 
 
+def spellings(dictionary: Mapping[str, Phones]) -> dict[str, list[Phones]]:
+    """Collect the phones of each word, in all the ways that a dictionary has for it."""
+    found: dict[str, list[Phones]] = {}
+    for name, phones in dictionary.items():
+        found.setdefault(_plain(name), []).append(phones)
+    return found
+
+
 def added(before: Iterable[str], after: Mapping[str, Phones]) -> dict[str, Phones]:
     """Tell which entries a dictionary has more than before."""
     there = set(before)

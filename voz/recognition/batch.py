@@ -9,7 +9,7 @@ import msgspec
 
 from voz.audio.files import read_blocks
 from voz.errors import AudioError
-from voz.events import Reason, Utterance
+from voz.events import Ear, Reason, RefusedBy, Utterance
 from voz.files import shown_path
 from voz.recognition.recognizer import Recognizer
 
@@ -26,6 +26,7 @@ class Heard(msgspec.Struct, frozen=True, omit_defaults=True):
         accepted: whether it was recognised surely enough.
         reason: why not, if it would not.
         between: the two commands that it may be, if that is the reason.
+        ears: as in `Utterance`, like the next.
     """
 
     file: str
@@ -36,6 +37,8 @@ class Heard(msgspec.Struct, frozen=True, omit_defaults=True):
     accepted: bool
     reason: Reason | None = None
     between: tuple[str, str] | None = None
+    ears: tuple[Ear, Ear] | None = None
+    refused_by: RefusedBy | None = None
 
 
 class Unreadable(msgspec.Struct, frozen=True):
@@ -77,4 +80,6 @@ def _in_file(heard: Utterance, file: str) -> Heard:
         heard.accepted,
         heard.reason,
         heard.between,
+        heard.ears,
+        heard.refused_by,
     )

@@ -10,6 +10,7 @@ from pathlib import Path as FilePath
 import msgspec
 from msgspec.structs import replace
 
+from voz.events import RefusedBy
 from voz.files import replaced, told
 from voz.language.phone_distances import read_distances
 from voz.recognition.evidence import Evidence, Path, Span, covered, overlap
@@ -28,13 +29,29 @@ HURRIED = 0.3
 
 
 VOICES_AROUND = "voices around"
-"""The one feature that is fitted on streams in rooms, with the others held: clips are in quiet."""
+"""The one feature of one ear whose weight is not fitted, but was found in rooms by hand."""
+
+ONE_EAR = ("phones", "worst word", "hurried", "not covered", "sound after")
+TWO_EARS = (
+    "worst word",
+    "margin",
+    "margin drowned",
+    "second fit",
+    "second fit drowned",
+    "second margin",
+    "length",
+)
+"""The features that each model has; beside the second ear, most of the first one's are idle."""
 
 CLEAR = 30.0
 """What stands out of the room by so much is heard as well as in a quiet one, dB."""
 
 DROWNED = 2.0
 """Tens of dB under that, below which nothing changes."""
+
+MOST_DROWNED = 3.0
+WORST_FIT = -8.0
+"""Of the second ear, nats for each phone; all that is worse is surely something else."""
 
 
 class Around(Enum):
@@ -43,14 +60,12 @@ class Around(Enum):
     Of 21 stretches of people's talk that sound like a command, 18 have other speech so near: a
     sentence is going on, and hardly anyone says a command in the middle of one. It is no certainty,
     so a command that sounds right is obeyed all the same. Where it was quiet before and what
-    follows is yet unknown, 8 lets no more talk through than waiting does, and 6 does. What stands
-    out of talk that goes on, and is hardly louder than it, is more of the talk.
+    follows is yet unknown, 8 lets no more talk through than waiting does, and 6 does.
     """
 
     QUIET = 1.0
     QUIET_SO_FAR = 8.0
     SPEECH = 12.0
-    TALK = 100.0
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -63,6 +78,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         alarms: how many false alarms there are in an hour of talk when everything above even odds
             is accepted.
         alarms_fall: the power of the odds with which they become fewer.
+        usual_alarms: how many of them there may be in an hour, if nobody says otherwise.
     """
 
     fitted_on: list[str]
@@ -70,20 +86,28 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     weights: dict[str, float]
     alarms: float
     alarms_fall: float
+    usual_alarms: float = 0.5
 
 
-def load_model(path: FilePath = MODEL) -> Model:
-    """Read a model that `voz fit-confidence` wrote; without a path, the one of the package."""
-    return msgspec.json.decode(path.read_bytes(), type=Model)
+class Models(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a confidence is computed by, with the second ear and without it."""
+
+    two_ears: Model
+    one_ear: Model
 
 
-def save_model(model: Model, path: FilePath) -> None:
-    """Write a model as readable JSON.
+def load_models(path: FilePath = MODEL) -> Models:
+    """Read what `voz fit-confidence` wrote; without a path, the models of the package."""
+    return msgspec.json.decode(path.read_bytes(), type=Models)
+
+
+def save_models(models: Models, path: FilePath) -> None:
+    """Write models as readable JSON.
 
     Raises:
         ConfigError: the file cannot be written.
     """
-    text = msgspec.json.format(msgspec.json.encode(model), indent=2).decode()
+    text = msgspec.json.format(msgspec.json.encode(models), indent=2).decode()
     with told(path), replaced(path) as file:
         file.write(f"{text}\n")
 
@@ -108,10 +132,41 @@ def features(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> dict
     return {
         "phones": (command.score - phones.score) / phones.frames,
         "worst word": min(word_ratio(span, phones) for span in command.spans),
-        "worst phone": min(word_ratio(span, phones) for span in evidence.spelled.spans),
         "hurried": max(0.0, -min(_pace(w, phones_of[w.name]) for w in command.spans) - HURRIED),
         "not covered": 1 - covered(command, phones) / phones.frames,
         "sound after": math.log1p(max(0, after - A_BREATH)),
+    }
+
+
+def two_ears(evidence: Evidence, above: float) -> dict[str, float]:
+    """Bring the opinions of both ears to a few numbers.
+
+    In quiet the second ear tells commands from other speech far better than pocketsphinx, amid
+    noise hardly so: what it hears then is mostly nothing. So each opinion counts by how far the
+    command stands out.
+
+    Args:
+        evidence: what speaks for the command and against it, by both ears.
+        above: how far the command stands out of the room, dB.
+
+    Returns:
+        The features by name; likelihood ratios are in nats for each frame of speech, or for each
+        phone where the second ear has them.
+    """
+    opinion, command = evidence.opinion, evidence.command
+    if opinion is None:
+        return {}
+    rival = max(evidence.rivals.values(), default=-math.inf)
+    margin = _within((command.score - rival) / evidence.phones.frames, 2.0)
+    fit = min(0.0, max(WORST_FIT, opinion.fit(evidence.text)))
+    drowned = min(MOST_DROWNED, max(0.0, (CLEAR - above) / 10))
+    return {
+        "margin": margin,
+        "margin drowned": margin * drowned,
+        "second fit": fit,
+        "second fit drowned": fit * drowned,
+        "second margin": _within(opinion.margin(evidence.text), 1.0),
+        "length": math.log(opinion.fits[evidence.text].phones),
     }
 
 
@@ -137,6 +192,13 @@ def word_ratio(word: Span, phones: Path) -> float:
     """A word's log-likelihood ratio to the phones in its frames, nats for each frame."""
     against = sum(overlap(word, span) * span.score / span.frames for span in phones.spans)
     return (word.score - against) / word.frames
+
+
+CONVINCED: Mapping[RefusedBy, Mapping[str, float]] = {
+    "first_ear": {"worst word": -0.3, "margin": 2.0},
+    "second_ear": {"second fit": 0.0, "second fit drowned": 0.0, "second margin": 1.0},
+}
+"""The features of half of all commands that are right, for each ear."""
 
 
 def probability(model: Model, values: Mapping[str, float]) -> float:
@@ -188,6 +250,10 @@ def threshold_for(model: Model, alarms: float) -> float:
         A threshold, 0 to 1.
     """
     return _chance(math.log(model.alarms / alarms) / model.alarms_fall)
+
+
+def _within(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
 
 
 def _chance(log_odds: float) -> float:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -11,28 +13,32 @@ from voz.audio.denoise import cleaned
 from voz.audio.endpoint import MARGIN, Segment
 from voz.audio.voice import RUN_UP, VoiceDetector
 from voz.config import Recognition
-from voz.events import Utterance
+from voz.events import Ear, RefusedBy, Utterance
 from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
-from voz.recognition.accents import with_accents
+from voz.recognition.accents import Phones, spellings, with_accents
 from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
+    CONVINCED,
     VOICES_AROUND,
     Around,
     Model,
     features,
     in_company,
-    load_model,
+    load_models,
     probability,
     threshold_for,
     trust_in_speech,
+    two_ears,
     voices_around,
     with_log_odds,
     with_odds,
 )
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.profiles import Profile
 from voz.recognition.refusal import why_refused
+from voz.recognition.second_ear import SecondEar
 
 FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
@@ -78,6 +84,7 @@ class Interpreter:
     Attributes:
         learnt: what is known of the microphone and the speaker; it changes only while learning.
         longest: how long a command may take, s.
+        model: what the confidence is computed by.
     """
 
     def __init__(
@@ -95,10 +102,13 @@ class Interpreter:
         alone = settings.search == "grammar" and self._comparison.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = with_accents(read_pronunciations(language))
-        self._model = with_log_odds(load_model(), profile.log_odds)
+        self._second = _second_ear(self._phones_of) if settings.second_ear else None
+        models = load_models()
+        model = models.two_ears if self._second else models.one_ear
+        self.model = with_log_odds(model, profile.log_odds)
         most_words = max((len(command.split()) for command in self._commands), default=0)
         self.longest = PAUSES + LONGEST_WORD * most_words
-        self._needed = thresholds(self._model, settings, self._commands)
+        self._needed = thresholds(self.model, settings, self._commands)
         self._voice = VoiceDetector()
 
     def understand(self, segment: Segment, learnt: StartVector | None = None) -> Heard:
@@ -116,13 +126,17 @@ class Interpreter:
         text = self._decoder.decode(sound, start) if self._decoder else ""
         if text and text not in self._commands:  # words of the trigram model that are no command
             return Heard(segment, text)
-        evidence = self._comparison.compare(sound, text, start)
+        second, samples = self._second, segment.samples
+        ask = partial(second.opinion, samples) if second else None
+        evidence = self._comparison.compare(sound, text, start, ask)
         if evidence is None:
             return Heard(segment, text)
-        trust = trust_in_speech(self._voice_in(segment.samples, evidence))
-        values = features(evidence, self._phones_of)
+        trust = trust_in_speech(self._voice_in(samples, evidence))
+        # What goes on and is as loud as the command is no noise that the command drowns in.
+        above = math.inf if segment.amid else segment.above
+        values = features(evidence, self._phones_of) | two_ears(evidence, above)
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
-        sure = trust * probability(self._model, values)
+        sure = trust * probability(self.model, values)
         return Heard(segment, evidence.text, evidence, trust, sure, values)
 
     def learn(self, heard: Heard) -> None:
@@ -174,11 +188,12 @@ class Interpreter:
             decided: the time of the decision, s.
             source: where it comes from.
         """
-        segment, text, evidence, trust, sure, _ = heard
+        segment, text, evidence, trust, sure, values = heard
         sure = in_company(sure, around)
         accepted = self._accepts(text, sure)
         refusal = None if accepted else why_refused(segment.samples, evidence, trust)
         reason, between = refusal or (None, None)
+        ears = _ears(evidence, values["worst word"]) if evidence else None
         return Utterance(
             t=round(decided, 3),
             text=text,
@@ -190,7 +205,38 @@ class Interpreter:
             latency=round(decided - heard.spoken_until, 3),
             reason=reason,
             between=between,
+            above=round(segment.above, 1),
+            ears=ears,
+            refused_by=self._refused_by(heard, around) if refusal and ears and trust else None,
         )
+
+    def _refused_by(self, heard: Heard, around: Around) -> RefusedBy:
+        """Tell which ear stands against a command: if it were convinced, it would be obeyed."""
+        would: dict[RefusedBy, bool] = {}
+        for ear, convinced in CONVINCED.items():
+            sure = heard.trust * probability(self.model, {**heard.values, **convinced})
+            would[ear] = self._accepts(heard.text, in_company(sure, around))
+        if would["first_ear"] == would["second_ear"]:
+            return "both_ears"
+        return "first_ear" if would["first_ear"] else "second_ear"
+
+
+def _ears(evidence: Evidence, worst_word: float) -> tuple[Ear, Ear] | None:
+    """Tell what each ear makes of an utterance; nothing if there is one ear."""
+    opinion, text = evidence.opinion, evidence.text
+    if opinion is None:
+        return None
+    first = max({**evidence.rivals, text: evidence.command.score}.items(), key=lambda item: item[1])
+    second = max(opinion.fits, key=lambda command: opinion.fits[command].score)
+    return Ear(first[0], round(worst_word, 2)), Ear(second, round(opinion.fit(text), 2))
+
+
+def _second_ear(phones_of: Mapping[str, Phones]) -> SecondEar | None:
+    """Load the second ear, where it can be had."""
+    try:
+        return SecondEar(spellings(phones_of))
+    except UnknownNetworkError:
+        return None
 
 
 def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
@@ -207,6 +253,6 @@ def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> 
     usual = settings.threshold
     if usual is not None:
         return dict.fromkeys(commands, usual)
-    usual = threshold_for(model, settings.false_alarms_per_hour)
+    usual = threshold_for(model, settings.false_alarms_per_hour or model.usual_alarms)
     lower = with_odds(usual, 1 / settings.missed_cost)
     return {c: lower if c in settings.never_missed else usual for c in commands}

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.background import FRAME
-from voz.audio.endpoint import Segment, Segmenter, Sound, follow_closely, segments, through
+from voz.audio.endpoint import Segment, Segmenter, Sound, follow_closely, through
 from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
-from voz.recognition.confidence import Around
+from voz.recognition.confidence import Around, Model
 from voz.recognition.interpreter import Heard, Interpreter
 from voz.recognition.profiles import Profile
 
@@ -34,12 +34,16 @@ class Observation(NamedTuple):
         values: its features.
         trust: how far the sound is to be trusted to be speech, 0 to 1.
         around: what is around it.
+        start: where it begins in the recording, s.
+        end: where it ends there, s.
     """
 
     text: str
     values: dict[str, float]
     trust: float
     around: Around
+    start: float
+    end: float
 
 
 class Recognizer:
@@ -66,6 +70,11 @@ class Recognizer:
         with locked(language.folder, LOCK_SH):  # all of one `voz build-lm`
             self._interpreter = Interpreter(language, settings, profile or Profile(), learning)
         self._early = settings.early_decision
+
+    @property
+    def model(self) -> Model:
+        """What the confidence is computed by: the ears that there are."""
+        return self._interpreter.model
 
     @property
     def learnt(self) -> StartVector:
@@ -104,14 +113,16 @@ class Recognizer:
         Yields:
             What is known of each utterance that may be a command.
         """
-        found = list(segments(blocks))
+        sounds = through(Segmenter(longest=self._interpreter.longest), blocks)
+        found = [sound for sound in sounds if isinstance(sound, Segment)]
         after = [follow_closely(one, other) for one, other in pairwise(found)]
         for number, segment in enumerate(found):
             heard = self._interpreter.understand(segment)
             if heard.evidence:
-                among = any(after[max(0, number - 1) : number + 1])
+                among = segment.amid or any(after[max(0, number - 1) : number + 1])
                 around = Around.SPEECH if among else Around.QUIET
-                yield Observation(heard.text, dict(heard.values), heard.trust, around)
+                values, trust = dict(heard.values), heard.trust
+                yield Observation(heard.text, values, trust, around, segment.start, segment.end)
 
 
 class Stream:
@@ -130,6 +141,11 @@ class Stream:
         self._waiting: Heard | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
 
+    @property
+    def background(self) -> float:
+        """The level of the room, dB over one unit of the 16 bits."""
+        return self._segmenter.background
+
     def feed(self, block: Samples) -> Iterator[Utterance | Partial]:
         """Take the next samples, 16 kHz; yields what is known by them."""
         for sound in self._segmenter.feed(block):
@@ -146,7 +162,7 @@ class Stream:
             yield from self._tell(waiting, _between(waiting.segment, sound), sound.decided)
         if isinstance(sound, Segment):
             follow = self._over if sound.over else self._pause
-            around = Around.TALK if sound.amid else _between(self._other, sound)
+            around = Around.SPEECH if sound.amid else _between(self._other, sound)
             yield from follow(sound, around)
 
     def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:

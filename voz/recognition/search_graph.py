@@ -1,9 +1,9 @@
-"""What is searched: each command, each command spelled by its phones, and any phones; pure."""
+"""What is searched: each command, and any phones; pure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import count, pairwise
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import count
 from typing import NamedTuple
 
 Arc = tuple[int, int, float, str] | tuple[int, int, float]
@@ -20,14 +20,12 @@ class Graph(NamedTuple):
 
     Attributes:
         arcs: all of them.
-        ends: the last state of each command, as a chain of words.
-        spelled: the same as a chain of phones.
+        ends: the last state of each command.
         loop: the state of any phones.
     """
 
     arcs: list[Arc]
     ends: dict[str, int]
-    spelled: dict[str, int]
     loop: int
 
 
@@ -36,16 +34,13 @@ def phone_word(phone: str) -> str:
     return f"_{phone}"
 
 
-def search_graph(
-    commands: Sequence[str], spellings: Mapping[str, Sequence[Sequence[str]]], loop: Sequence[str]
-) -> Graph:
-    """Lay commands, their phones and a loop of phones side by side.
+def search_graph(commands: Sequence[str], loop: Sequence[str]) -> Graph:
+    """Lay commands and a loop of phones side by side.
 
     Commands that begin alike share that part: the scores are the same with less to search.
 
     Args:
         commands: the sentences, with one space between their words.
-        spellings: the phones of each word, in all the ways that it may be said.
         loop: the phones of the loop.
 
     Returns:
@@ -53,22 +48,16 @@ def search_graph(
     """
     arcs: list[Arc] = []
     state = count(1)
-    ends, spelled = {"": 0}, {"": 0}  # of every beginning of a command
+    ends = {"": 0}  # of every beginning of a command
     for before, word, after in _steps(commands):
-        if after in ends:
-            continue
-        ends[after], spelled[after] = next(state), next(state)
-        arcs.append((ends[before], ends[after], 1.0, word))
-        for phones in spellings[word]:
-            inside = [next(state) for _ in phones[1:]]
-            path = pairwise([spelled[before], *inside, spelled[after]])
-            arcs += [(*pair, 1.0, phone_word(p)) for pair, p in zip(path, phones, strict=True)]
+        if after not in ends:
+            ends[after] = next(state)
+            arcs.append((ends[before], ends[after], 1.0, word))
     any_phones = next(state)
     arcs.append((0, any_phones, 1.0))
     arcs += [(any_phones, any_phones, 1 / len(loop), phone_word(phone)) for phone in loop]
-    pauses = {*ends.values(), *spelled.values(), any_phones}
-    arcs += [(at, at, SILENCE_WEIGHT, SILENCE) for at in sorted(pauses)]
-    return Graph(arcs, _of(commands, ends), _of(commands, spelled), any_phones)
+    arcs += [(at, at, SILENCE_WEIGHT, SILENCE) for at in (*ends.values(), any_phones)]
+    return Graph(arcs, {command: ends[command] for command in commands}, any_phones)
 
 
 def _steps(commands: Iterable[str]) -> Iterator[tuple[str, str, str]]:
@@ -77,7 +66,3 @@ def _steps(commands: Iterable[str]) -> Iterator[tuple[str, str, str]]:
         words = command.split()
         for number, word in enumerate(words):
             yield " ".join(words[:number]), word, " ".join(words[: number + 1])
-
-
-def _of(commands: Iterable[str], states: Mapping[str, int]) -> dict[str, int]:
-    return {command: states[command] for command in commands}

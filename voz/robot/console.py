@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, why_not
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, in_ears, why_not
 from voz.printable import printable
 from voz.robot.base import Robot
 
@@ -12,8 +12,15 @@ from voz.robot.base import Robot
 class ConsoleRobot(Robot):
     """Prints a line when something happens or the velocity changes."""
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, verbose: bool = False) -> None:
+        """Start with a robot that stands still.
+
+        Args:
+            stream: where it prints.
+            verbose: whether it tells what each ear made of an utterance.
+        """
         self._stream = stream
+        self._verbose = verbose
         self._velocity = (0.0, 0.0)
 
     def receive(self, event: Event) -> None:
@@ -23,8 +30,11 @@ class ConsoleRobot(Robot):
             if velocity == self._velocity:
                 return
             self._velocity = velocity
+        told = in_words(event)
+        if self._verbose and isinstance(event, Utterance) and event.ears:
+            told = f"{told} [{in_ears(event.ears)}]"
         # In one piece: a signal ends the run between two calls, and zero velocity still follows.
-        self._stream.write(f"{event.t:7.1f} s  {printable(in_words(event))}\n")
+        self._stream.write(f"{event.t:7.1f} s  {printable(told)}\n")
         self._stream.flush()
 
 

@@ -29,18 +29,20 @@ class Setup(NamedTuple):
         warn: takes the warnings of one that has some, on any thread.
         watchdog: whether the robots that are really there get a process besides this one, which
             stops them if this one cannot.
+        verbose: whether one that prints tells what each ear made of an utterance.
     """
 
     settings: Config
     stream: TextIO
     warn: Callable[[Warning], None]
     watchdog: bool = False
+    verbose: bool = False
 
 
 def _console(setup: Setup) -> Robot:
     from voz.robot.console import ConsoleRobot
 
-    return ConsoleRobot(setup.stream)
+    return ConsoleRobot(setup.stream, setup.verbose)
 
 
 def _simulator(setup: Setup) -> Robot:

@@ -105,6 +105,7 @@ def run_live(
         if seat.terminal:
             display = Display(
                 lambda: hearing.peak,
+                lambda: hearing.background,
                 lambda: drive.listening,
                 lambda: hearing.deaf,
                 lambda: line.text,

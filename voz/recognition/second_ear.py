@@ -1,0 +1,136 @@
+"""A second opinion on which command was said, by a network that knows no words."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from voz.audio import Samples
+from voz.language.files import LanguageFiles, read_pronunciations
+from voz.recognition.accents import spellings, with_accents
+from voz.recognition.ctc import Floats, Lattice, lattice, log_likelihoods
+from voz.recognition.phoneme_engine import load_network
+from voz.recognition.phoneme_network import BLANKS, UnknownNetworkError
+
+IPA = Path(__file__).with_name("ipa.tsv")
+"""The symbols that each phone of the dictionary may sound like; their probabilities add up."""
+
+LEAST = 1e-10
+"""A probability; the network is never surer than that of what it does not hear."""
+
+
+class Fit(NamedTuple):
+    """How a command fits what was heard.
+
+    Attributes:
+        score: the log-likelihood of the best of its pronunciations, nats.
+        phones: how many that has.
+    """
+
+    score: float
+    phones: int
+
+
+class Opinion(NamedTuple):
+    """What the second ear thinks of some commands.
+
+    Attributes:
+        fits: of each command.
+        best: the log-likelihood of whatever it hears, nats; no command is much better.
+    """
+
+    fits: Mapping[str, Fit]
+    best: float
+
+    def fit(self, command: str) -> float:
+        """How well a command explains what is heard, nats for each phone; about 0 is perfect."""
+        score, phones = self.fits[command]
+        return (score - self.best) / phones
+
+    def margin(self, command: str) -> float:
+        """How much better a command fits than any other, nats for each phone of it."""
+        score, phones = self.fits[command]
+        others = (fit.score for other, fit in self.fits.items() if other != command)
+        return (score - max(others, default=-np.inf)) / phones
+
+
+class SecondEar:
+    """Knows how the words of a language are pronounced; made once, used for many."""
+
+    def __init__(self, spellings: Mapping[str, Iterable[Sequence[str]]]) -> None:
+        """Load the network.
+
+        Args:
+            spellings: the phones of each word, in all the ways that it may be said.
+
+        Raises:
+            UnknownNetworkError: the network is not there, or is of no use for these words.
+        """
+        self._network = load_network()
+        self._spellings = {word: list(ways) for word, ways in spellings.items()}
+        sounds = _read_sounds()
+        unknown = {p for ways in self._spellings.values() for way in ways for p in way} - {*sounds}
+        if unknown:
+            raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
+        self._numbers = {phone: number for number, phone in enumerate(sounds)}
+        self._merged = _merged(self._network.symbols, sounds.values())
+        self._laid: tuple[list[str], list[str], Lattice] | None = None
+
+    def opinion(self, samples: Samples, commands: Collection[str]) -> Opinion:
+        """Tell how commands fit.
+
+        Args:
+            samples: an utterance, 16 kHz, as it was heard.
+            commands: at least one; their words have pronunciations.
+        """
+        heard = np.exp(self._network.log_probabilities(samples))
+        blank = heard[:, -BLANKS:].sum(axis=1)
+        best = np.maximum(heard[:, :-BLANKS].max(axis=1), blank)
+        probabilities = np.maximum(heard.astype(np.float64) @ self._merged, LEAST)
+        said, sequences = self._lattice(list(commands))
+        fits: dict[str, Fit] = {}
+        scores = log_likelihoods(probabilities, sequences)
+        for command, score, phones in zip(said, scores, sequences.lengths, strict=True):
+            if command not in fits or score > fits[command].score:
+                fits[command] = Fit(float(score), int(phones))
+        return Opinion(fits, float(np.log(best).sum()))
+
+    def _lattice(self, commands: list[str]) -> tuple[list[str], Lattice]:
+        """Lay out all pronunciations of the commands; most often they are those of before."""
+        if self._laid is None or self._laid[0] != commands:
+            ways = [(command, way) for command in commands for way in self._ways(command)]
+            sequences = [[self._numbers[phone] for phone in way] for _, way in ways]
+            blank = len(self._numbers)
+            self._laid = commands, [command for command, _ in ways], lattice(sequences, blank)
+        return self._laid[1:]
+
+    def _ways(self, command: str) -> Iterable[list[str]]:
+        words = (self._spellings[word] for word in command.split())
+        return ([phone for word in way for phone in word] for way in product(*words))
+
+
+def why_missing(language: LanguageFiles) -> str | None:
+    """Tell why there is no second ear for a language; None if there is one."""
+    try:
+        SecondEar(spellings(with_accents(read_pronunciations(language))))
+    except UnknownNetworkError as error:
+        return str(error)
+    return None
+
+
+def _read_sounds() -> dict[str, list[str]]:
+    lines = IPA.read_text(encoding="utf-8").splitlines()
+    return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}
+
+
+def _merged(symbols: Sequence[str], sounds: Collection[Sequence[str]]) -> Floats:
+    """A matrix that adds the probabilities of a phone's symbols, and last those of the blanks."""
+    merged = np.zeros((len(symbols), len(sounds) + 1))
+    for number, alike in enumerate(sounds):
+        merged[[symbols.index(symbol) for symbol in alike], number] = 1
+    merged[-BLANKS:, -1] = 1
+    return merged

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -50,11 +51,18 @@ SILENCE = 20.0
 DEEP = 20.0
 """By so much silence is below the background, dB, where that was taken from what was said."""
 
-STEADY_FOR, STEADY = 14, 7.0
-"""Frames, 0.4 s, and by how much a sound that goes on may change meanwhile, dB."""
+STEADY_FOR = 14
+"""Frames, 0.4 s, in which a sound that goes on is known by its level."""
 
 RISE = 6
 """Frames in which something comes up out of what was steady."""
+
+
+class Noise(NamedTuple):
+    """A sound that goes on: its usual levels in both bands, and the highest, dB."""
+
+    usual: Floats
+    highest: Floats
 
 
 class Background:
@@ -123,20 +131,22 @@ class Background:
         self._energies.extend(bands / (WINDOW * np.sum(self._window**2)))
         return np.asarray(10 * np.log10(np.mean(self._energies, axis=0) + 1))
 
-    def risen_from(self, by: float) -> Floats | None:
+    def risen_from(self, by: float, steady_within: float) -> Noise | None:
         """Tell how loud a sound is that goes on, if something rose out of it just now.
 
         Args:
             by: how far the last two frames are above it, dB.
+            steady_within: by how much it may change meanwhile, dB.
 
         Returns:
-            Its levels before that; None if it was not steady, or nothing rose.
+            Its usual levels before that, and the highest; None if it was not steady, or nothing
+            rose.
         """
         levels = np.array(self._levels)[-STEADY_FOR - RISE :]
         before, now = levels[:STEADY_FOR], levels[-2:]
         steady = _below(before, USUAL)
-        rose = np.ptp(before[:, 0]) < STEADY and now[:, 0].min() > steady[0] + by
-        return steady if rose else None
+        rose = np.ptp(before[:, 0]) < steady_within and now[:, 0].min() > steady[0] + by
+        return Noise(steady, before.max(axis=0)) if rose else None
 
 
 def _below(levels: Floats, share: float) -> Floats:

@@ -11,8 +11,9 @@ import numpy as np
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.background import FRAME, RISE, SILENT_SHARE, STEADY_FOR, Background, Floats
+from voz.audio.background import FRAME, RISE, SILENT_SHARE, STEADY_FOR, Background, Floats, Noise
 from voz.audio.pieces import pieces
+from voz.audio.voice import RUN_UP, voice_detector
 from voz.errors import AudioError
 
 VAD_MODE = 2
@@ -24,6 +25,15 @@ BEGINS = 6.0
 
 GOES_ON = 3.0
 """Above the background that it began in, dB: less is no longer part of it."""
+
+STEADY, UNSTEADY = 7.0, 16.0
+"""By how much a sound that goes on may change in 0.4 s, dB: whatever it is, and if it is no voice.
+
+Motors change by 5 to 12, vowels by as little as 3.
+"""
+
+NO_VOICE = 0.4
+"""Below it the voice detector is sure enough that there is none."""
 
 TO_BEGIN = 2
 """Frames of the VAD that must stand out to begin."""
@@ -234,8 +244,8 @@ class Segmenter:
         self._silent = 0 if voice and self._low <= HANGOVER else self._silent + 1
         if (noise := self._noise_under()) is not None:
             yield self._over(self._heard - RISE * FRAME)
-            self._background.settle(noise)
-            self._start_above(noise, RISE)
+            self._background.settle(noise.usual)
+            self._start_above(noise.highest, RISE)
         elif self._silent >= TO_END and self._loud < LEAST:
             self._start = None
         elif self._silent >= TO_END:
@@ -256,6 +266,8 @@ class Segmenter:
                 continue
             self._start = max(self._last_end, first + piece.start * FRAME - MARGIN)
             self._loudest = max(levels[slice(*piece)])
+            near = levels[max(0, piece.start - NEAR // FRAME) : piece.start]
+            self._before = max([self._before, *near])
             self._silent = self._low = len(levels) - piece.end
             self._loud = piece.end - piece.start
             self._levels = levels[piece.start :]
@@ -264,12 +276,21 @@ class Segmenter:
         if self._start is None:
             self._last_end, self._quiet_told = self._heard, False
 
-    def _noise_under(self) -> Floats | None:
-        """The level of a noise that began the segment, if something rises out of it now."""
+    def _noise_under(self) -> Noise | None:
+        """The levels of a noise that began the segment, if something rises out of it now."""
         assert self._start is not None
         if self._heard - self._start < (STEADY_FOR + RISE) * FRAME + MARGIN:
             return None
-        return self._background.risen_from(BEGINS)
+        steady = self._background.risen_from(BEGINS, STEADY)
+        if steady is not None:
+            return steady
+        noise = self._background.risen_from(BEGINS, UNSTEADY)
+        return None if noise is None or self._voice_before() > NO_VOICE else noise
+
+    def _voice_before(self) -> float:
+        """How sure it is that the segment is speech before what rises out of it now."""
+        end = self._heard - RISE * FRAME - self._kept_from
+        return voice_detector().probability(self._kept[end - STEADY_FOR * FRAME - RUN_UP : end])
 
     def _paused_at(self) -> int:
         return min(self._heard, self._heard - self._silent * FRAME + MARGIN)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from voz.audio import Samples
@@ -52,3 +54,9 @@ class VoiceDetector:
         length = min(LONGEST_VOICE, len(found))
         sums = np.convolve(found, np.ones(length), mode="valid")
         return float(np.max(sums)) / length
+
+
+@cache
+def voice_detector() -> VoiceDetector:
+    """The one that all share; it remembers nothing of what it heard."""
+    return VoiceDetector()

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned
 from voz.audio.endpoint import MARGIN, Segment
-from voz.audio.voice import RUN_UP, VoiceDetector
+from voz.audio.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
 from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
@@ -109,7 +109,7 @@ class Interpreter:
         most_words = max((len(command.split()) for command in self._commands), default=0)
         self.longest = PAUSES + LONGEST_WORD * most_words
         self._needed = thresholds(self.model, settings, self._commands)
-        self._voice = VoiceDetector()
+        self._voice = voice_detector()
 
     def understand(self, segment: Segment, learnt: StartVector | None = None) -> Heard:
         """Find the sentence of a segment, and how likely it is that it was said.

@@ -64,7 +64,9 @@ def test_looking_changes_nothing_of_the_run() -> None:
 @pytest.mark.parametrize(("width", "beside"), [(140, True), (80, False)])
 def test_in_a_wide_terminal_it_is_beside_the_display_else_below(width: int, beside: bool) -> None:
     room = RoomView(SimulatedRobot(Simulator()), Simulator())
-    display = Display(lambda: 0.1, lambda: True, lambda: False, lambda: "", "USB Audio", extra=room)
+    display = Display(
+        lambda: 0.1, lambda: -60, lambda: True, lambda: False, lambda: "", "USB Audio", extra=room
+    )
     lines = shown(display, width, 40)
     assert any(re.search("USB Audio.*[\u2801-\u28ff]", line) for line in lines) == beside
     assert any(re.search("[\u2801-\u28ff]", line) for line in lines)

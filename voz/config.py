@@ -46,7 +46,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     Attributes:
         search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
         false_alarms_per_hour: how many commands may be heard in an hour of people's talk near the
-            robot; fewer cost more commands that have to be said again. None is 0.5, and 5 where
+            robot; fewer cost more commands that have to be said again. None is 0.5, and 20 where
             there is no second ear.
         never_missed: commands that stop the robot, so that missing one is worse than obeying one
             that was not said. In doubt they are taken rather than another command.

@@ -99,7 +99,7 @@ class Recognising(Common):
         typer.Option(
             "--false-alarms-per-hour",
             metavar="X",
-            help="How many commands may be heard in an hour of talk; else 0.5, with one ear 5.",
+            help="How many commands may be heard in an hour of talk; else 0.5, with one ear 20.",
         ),
     ] = None
     threshold: Annotated[

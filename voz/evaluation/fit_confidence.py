@@ -51,7 +51,7 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 37 minutes is above .33.
 """
 
-USUAL_ALARMS_OF_ONE_EAR = 5.0
+USUAL_ALARMS_OF_ONE_EAR = 20.0
 """In an hour; so many single sentences of people it takes for commands where it obeys most."""
 
 COMMAND_SHARE = 1 / 2

@@ -11,7 +11,7 @@ from recordings import FIXTURES, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import read_blocks
-from voz.audio.level import LOWEST, Fault, dbfs, faults, measure
+from voz.audio.level import LOWEST, Fault, dbfs, faults, measure, obeyed_of_100
 from voz.evaluation.noise import mixed, stretch
 
 LENGTH = 3 * SAMPLE_RATE
@@ -170,3 +170,9 @@ def test_a_louder_recording_is_louder_and_as_far_above_its_background(decibels: 
     assert before.speech is not None
     assert after.speech == pytest.approx(before.speech + decibels, abs=0.5)
     assert after.above_background == pytest.approx(before.above_background, abs=0.5)
+
+
+def test_the_further_above_the_room_the_more_commands_are_obeyed() -> None:
+    shares = [obeyed_of_100(above) for above in (60.0, 20.0, 15.0, 10.0)]
+    assert shares == sorted((s for s in shares if s is not None), reverse=True)
+    assert obeyed_of_100(5.0) is None

@@ -33,6 +33,10 @@ NEAR = 18.0
 """Speech by less above the background is noisy, dB: of 100, 90 are obeyed between 18 and 22, 74
 between 14 and 18, 49 between 5 and 10."""
 
+OBEYED = ((25.0, 97), (18.0, 92), (13.0, 85), (8.0, 79))
+"""Above a sound that goes on by so much, dB, so many of 100 commands are obeyed: the means that
+`benchmarks/rooms.py` prints in quiet, and at 20, 15 and 10 dB."""
+
 TOP = 0.95
 """Of the highest sample: what is above it is at the top."""
 
@@ -101,6 +105,15 @@ class Level(NamedTuple):
     def above_background(self) -> float | None:
         """By how much the speech is louder than the background, dB."""
         return None if self.speech is None else self.speech - self.background
+
+
+def obeyed_of_100(above: float) -> int | None:
+    """Tell how many of 100 commands are obeyed by somebody who is so far above a room, dB.
+
+    Returns:
+        About so many; None if it was not measured, since few are.
+    """
+    return next((share for least, share in OBEYED if above >= least), None)
 
 
 def dbfs(samples: Samples | Floats) -> float:

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.devices import Device
-from voz.audio.level import Level, faults, measure
+from voz.audio.level import Level, faults, measure, obeyed_of_100
 from voz.audio.microphone import listening
 from voz.cli.terminal import show as show_line
 from voz.level_bar import level_bar, level_line
@@ -55,7 +55,17 @@ def report(level: Level) -> list[str]:
     }
     for name, (figure, unit) in figures.items():
         lines.append(f"{name:16}" + ("    -" if figure is None else f"{figure:5.0f} {unit}"))
+    if level.above_background is not None:
+        lines[-1] += f": {_meaning(level.above_background)}"
     return lines
+
+
+def _meaning(above: float) -> str:
+    """Say what it means to be so far above the background, dB."""
+    share = obeyed_of_100(above)
+    if share is None:
+        return "many commands will have to be said again"
+    return f"about {share} of 100 commands are obeyed in a sound like this that goes on"
 
 
 def _recorded(first: Samples, blocks: Iterator[Samples], console: Console) -> Samples:

@@ -17,6 +17,7 @@ from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence import load_models, with_odds
 from voz.recognition.interpreter import thresholds
+from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 
 
@@ -227,6 +228,44 @@ def test_every_refusal_has_a_reason(recognizer: Recognizer, recordings: list[Rec
         assert (utterance.reason is None) == utterance.accepted
         assert (utterance.between is None) == (utterance.reason != "unsure_between")
     assert {u.reason for u in heard} >= {"not_a_command", "part_of_a_command", None}
+
+
+def test_events_tell_what_each_ear_thinks_and_which_one_refused(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    heard = [u for r in recordings if r.kind == "near-miss" for u in utterances(recognizer, r)]
+    refused = [u for u in heard if u.ears and not u.accepted and u.confidence > 0]
+    assert len(refused) > 20
+    assert {u.refused_by for u in refused} <= {"first_ear", "second_ear", "both_ears"}
+    assert len({u.refused_by for u in refused}) > 1
+    assert all(u.refused_by is None for u in heard if u.accepted)
+    go_back = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", "go back"))
+    (utterance,) = utterances(recognizer, go_back)
+    assert utterance.ears
+    assert [ear.text for ear in utterance.ears] == ["go back", "go back"]
+    assert utterance.above
+    assert utterance.above > 25
+
+
+@pytest.mark.parametrize("missing", [True, False])
+def test_without_a_second_ear_pocketsphinx_decides_alone(
+    missing: bool,
+    language: LanguageFiles,
+    recordings: list[Recording],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail() -> None:
+        raise UnknownNetworkError("not installed")
+
+    if missing:
+        monkeypatch.setattr("voz.recognition.second_ear.load_network", fail)
+    alone = Recognizer(language, Recognition(second_ear=missing))
+    assert alone.model == load_models().one_ear
+    said = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
+    heard = [utterances(alone, r) for r in said]
+    assert [[u.text for u in us] for us in heard] == [[r.text] for r in said]
+    assert share([us[0].accepted for us in heard]) > 0.9
+    assert all(u.ears is None and u.refused_by is None for us in heard for u in us)
 
 
 def test_what_is_no_speech_is_said_to_be_none(recognizer: Recognizer) -> None:

@@ -74,3 +74,10 @@ def test_every_phone_of_the_acoustic_model_has_its_sounds() -> None:
 def test_it_knows_no_phones_of_other_languages() -> None:
     with pytest.raises(UnknownNetworkError, match="no phone rr"):
         SecondEar({"rojo": [["R", "rr", "R"]]})
+
+
+def test_a_sentence_of_many_ways_to_say_it_is_no_burden() -> None:
+    ways = [["AH", "S"], ["EY", "S"], ["IY", "S"]]
+    ear = SecondEar(dict.fromkeys("abcdefghijkl", ways))
+    opinion = ear.opinion(np.zeros(16000, np.int16), [" ".join("abcdefghijkl")])
+    assert opinion.fits["a b c d e f g h i j k l"].phones == 24

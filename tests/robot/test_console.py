@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import io
 
-from voz.events import Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Ear, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.robot.console import ConsoleRobot
 
 
-def printed(*events: object) -> list[str]:
+def printed(*events: object, verbose: bool = False) -> list[str]:
     stream = io.StringIO()
-    robot = ConsoleRobot(stream)
+    robot = ConsoleRobot(stream, verbose)
     for event in events:
         robot.receive(event)
     return [line.split(" s  ")[1].strip() for line in stream.getvalue().splitlines()]
@@ -47,3 +47,15 @@ def test_everything_else_is_told_in_words() -> None:
         'robot says "bep bep"',
         "warning: no loudspeaker",
     ]
+
+
+def test_it_tells_which_ear_refused_and_if_asked_what_each_thinks() -> None:
+    ears = (Ear("go back", -0.4), Ear("stop", -3.1))
+    refused = Utterance(
+        1.0, "go back", 0.1, False, 0.1, 0.9, "a.wav", "not_a_command", ears=ears,
+        refused_by="second_ear",
+    )  # fmt: skip
+    line = 'ignored  "go back" (0.10), not a command: the second ear doubts it'
+    assert printed(refused) == [line]
+    asked = f'{line} [first ear "go back" (-0.4), second ear "stop" (-3.1)]'
+    assert printed(refused, verbose=True) == [asked]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +21,10 @@ IPA = Path(__file__).with_name("ipa.tsv")
 
 LEAST = 1e-10
 """A probability; the network is never surer than that of what it does not hear."""
+
+
+MOST_WAYS = 32
+"""Pronunciations of a command; eight words that may each be said in three ways have thousands."""
 
 
 class Fit(NamedTuple):
@@ -110,7 +114,8 @@ class SecondEar:
 
     def _ways(self, command: str) -> Iterable[list[str]]:
         words = (self._spellings[word] for word in command.split())
-        return ([phone for word in way for phone in word] for way in product(*words))
+        ways = islice(product(*words), MOST_WAYS)
+        return ([phone for word in way for phone in word] for way in ways)
 
 
 def why_missing(language: LanguageFiles) -> str | None:

@@ -50,7 +50,8 @@ class Recognition(Section, frozen=True, kw_only=True):
             there is no second ear.
         never_missed: commands that stop the robot, so that missing one is worse than obeying one
             that was not said. In doubt they are taken rather than another command.
-        missed_cost: how many times worse it is; by so much lower odds are enough for them.
+        missed_cost: how many times worse it is; by so much lower odds are enough for them, and as
+            many times more often, at most, are they heard in talk.
         early_decision: a command is understood when its speaker pauses for so long, s; less is
             faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
@@ -61,7 +62,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     search: Search = "grammar"
     false_alarms_per_hour: Alarms | None = None
     never_missed: tuple[str, ...] = ("stop",)
-    missed_cost: AtLeastOne = 1.1
+    missed_cost: AtLeastOne = 2.0
     early_decision: Pause = 0.06
     threshold: Fraction | None = None
     second_ear: bool = True

@@ -31,7 +31,6 @@ from voz.recognition.confidence import (
     in_company,
     load_models,
     probability,
-    with_odds,
 )
 from voz.recognition.recognizer import Recognizer
 
@@ -187,13 +186,14 @@ def with_alarms(
     Raises:
         ConfigError: there is too little talk.
     """
-    usual = Recognition()
-    odds = []
-    for example, likely in zip(examples, probabilities, strict=True):
-        if example.clip.kind == "talk" and likely > 0 and not _is_in(example.text, example.clip):
-            factor = usual.missed_cost if example.text in usual.never_missed else 1.0
-            odds.append(math.log(with_odds(likely, factor) / (1 - with_odds(likely, factor))))
-    odds.sort(reverse=True)
+    odds = sorted(
+        (
+            math.log(likely / (1 - likely))
+            for example, likely in zip(examples, probabilities, strict=True)
+            if example.clip.kind == "talk" and likely > 0 and not _is_in(example.text, example.clip)
+        ),
+        reverse=True,
+    )
     if len(odds) <= LIKELIEST:
         raise ConfigError(
             "the manifests need more recordings of the kind talk, half an hour or so, to tell "

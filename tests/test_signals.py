@@ -123,6 +123,19 @@ def test_a_signal_in_a_callback_that_nothing_can_be_raised_from_comes_again() ->
     assert (done.returncode, done.stdout, done.stderr) == (130, "swallowed\n", "")
 
 
+def test_a_signal_that_comes_while_one_is_swallowed_waits_for_the_next_try() -> None:
+    done = program("""
+        def where_it_is_swallowed(number):
+            code = signals._swallowed.__code__
+            signals._received(number, type("Frame", (), {"f_code": code}))
+        where_it_is_swallowed(signal.SIGINT)
+        print("noted", signals.ended_by())
+        try: signals._received(signal.SIGTERM, sys._getframe())
+        finally: print("ended")
+    """)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "noted 2\nended\n", "")
+
+
 def test_while_python_ends_a_signal_is_silent() -> None:
     done = program("""
         class Late:

@@ -99,9 +99,11 @@ def let_signals_wake(wake: Callable[[], None]) -> Iterator[None]:
         _State.wake = None
 
 
-def _received(number: int, _frame: FrameType | None) -> None:
+def _received(number: int, frame: FrameType | None) -> None:
     if _State.first is None:
         _State.first = number
+    if frame is not None and frame.f_code is _swallowed.__code__:
+        return  # what it raised there would be printed; the next try is on its way
     if _State.wake:
         _State.wake()
     elif not _State.only_noted:
@@ -117,9 +119,9 @@ def _swallowed(unraisable: sys.UnraisableHookArgs) -> None:
     """Take an exception that nobody can catch: ours, in a callback of an import, is tried again."""
     if not (isinstance(unraisable.exc_value, SystemExit) and _State.first is not None):
         sys.__unraisablehook__(unraisable)
-        return
-    # Raised here it would be swallowed again; such a thread keeps no program from its end.
-    _thread.start_new_thread(_signal_again, (_State.first,))
+    if _State.first is not None:
+        # Raised here it would be swallowed again; such a thread keeps no program from its end.
+        _thread.start_new_thread(_signal_again, (_State.first,))
 
 
 def _signal_again(number: int) -> None:

@@ -13,9 +13,9 @@ from voz.cli.try_microphone import report
     [(-70.0, "about 97 of 100 commands are obeyed"), (-23.0, "will have to be said again")],
 )
 def test_it_says_what_the_background_means_for_commands(background: float, said: str) -> None:
-    *_, last = report(Level(False, -3.0, -20.0, background, 0.0))
-    assert last.startswith("signal to noise")
-    assert said in last
+    *_, figure, meaning = report(Level(False, -3.0, -20.0, background, 0.0))
+    assert figure.startswith("signal to noise")
+    assert said in meaning
 
 
 def test_where_nobody_spoke_there_is_nothing_to_say_about_the_background() -> None:

@@ -56,7 +56,7 @@ def report(level: Level) -> list[str]:
     for name, (figure, unit) in figures.items():
         lines.append(f"{name:16}" + ("    -" if figure is None else f"{figure:5.0f} {unit}"))
     if level.above_background is not None:
-        lines[-1] += f": {_meaning(level.above_background)}"
+        lines.append(f"  {_meaning(level.above_background)}")
     return lines
 
 

@@ -27,7 +27,6 @@ A_BREATH = 5
 HURRIED = 0.3
 """In log durations: a word in less than three quarters of its usual time is said in haste."""
 
-
 VOICES_AROUND = "voices around"
 """The one feature of one ear whose weight is not fitted, but was found in rooms by hand."""
 
@@ -50,6 +49,8 @@ DROWNED = 2.0
 """Tens of dB under that, below which nothing changes."""
 
 MOST_DROWNED = 3.0
+"""The same for both ears."""
+
 WORST_FIT = -8.0
 """Of the second ear, nats for each phone; all that is worse is surely something else."""
 

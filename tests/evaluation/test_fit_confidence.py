@@ -162,8 +162,9 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     assert any(not e.right for e in found)
     assert all(set(e.values) == {*ONE_EAR, *TWO_EARS, VOICES_AROUND} for e in found)
     talk = [dataclasses.replace(e, clip=replace(e.clip, kind="talk")) for e in found if not e.right]
-    models = fit_models([*found, *talk], [description(clips, "audio_fixtures")], hours=1.0)
+    models, likely = fit_models([*found, *talk], [description(clips, "audio_fixtures")], hours=1.0)
     assert "command" in models.two_ears.fitted_on[0]
+    assert len(likely) == len(found) + len(talk)
     save_models(models, tmp_path / "models.json")
     assert load_models(tmp_path / "models.json") == models
 

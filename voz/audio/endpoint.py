@@ -136,7 +136,7 @@ class Segmenter:
         Args:
             early: a segment that has paused for so long is yielded before it is over, s; None
                 yields whole ones only.
-            longest: what goes on for longer is cut, s.
+            longest: what goes on for longer is looked through for what stands out within it, s.
         """
         self._longest = int(longest * SAMPLE_RATE)
         self._vad = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE)

@@ -154,7 +154,7 @@ def fit_confidence(
     from voz.evaluation import fit_confidence as fitting
     from voz.evaluation.manifest import read_manifests
     from voz.evaluation.recognise import tasks_for
-    from voz.recognition.confidence import MODEL, TWO_EARS, save_models, threshold_for
+    from voz.recognition.confidence import MODEL, save_models, threshold_for
 
     clips = read_manifests(manifests, streams=True)
     written = out or MODEL
@@ -164,12 +164,11 @@ def fit_confidence(
     found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
     fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
-    models = fitting.fit_models(examples, fitted_on, sum(f.talk for f in found) / 3600)
+    models, likely = fitting.fit_models(examples, fitted_on, sum(f.talk for f in found) / 3600)
     threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
     )
-    likely = fitting.cross_validated(examples, TWO_EARS)
     counts = fitting.acceptance(examples, likely, threshold)
     for name, (share, number) in counts.items():
         show(f"{share:8.3f} {number:5}  {name}")

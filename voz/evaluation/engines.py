@@ -24,7 +24,7 @@ from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.results import Understood
 from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
+from voz.language.files import LanguageFiles, read_sentences
 
 Engine: TypeAlias = Callable[[Samples], list[Understood]]
 """Samples of a recording, 16 kHz, to utterances in their order.
@@ -111,13 +111,12 @@ def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
         ConfigError: it cannot be had.
     """
     from voz.audio.endpoint import segments
-    from voz.recognition.accents import spellings, with_accents
     from voz.recognition.phoneme_network import UnknownNetworkError
-    from voz.recognition.second_ear import SecondEar
+    from voz.recognition.second_ear import second_ear_for
 
     commands = read_sentences(language)
     try:
-        ear = SecondEar(spellings(with_accents(read_pronunciations(language))))
+        ear = second_ear_for(language)
     except UnknownNetworkError as error:
         raise ConfigError(f"there is no second ear: {error}; use another engine") from error
 

@@ -110,7 +110,9 @@ def description(clips: Iterable[Clip], name: str) -> str:
     return f"{name}: {counts}; {len({clip.speaker for clip in chosen})} speakers"
 
 
-def fit_models(examples: Sequence[Example], fitted_on: list[str], hours: float) -> Models:
+def fit_models(
+    examples: Sequence[Example], fitted_on: list[str], hours: float
+) -> tuple[Models, list[float]]:
     """Fit the models of one ear and of both.
 
     Args:
@@ -118,20 +120,22 @@ def fit_models(examples: Sequence[Example], fitted_on: list[str], hours: float) 
         fitted_on: what to write into the models about them.
         hours: how long the talk is.
 
+    Returns:
+        The models, and how likely each example is by both ears, by models that never heard its
+        speaker.
+
     Raises:
         ConfigError: what `fit` and `with_alarms` raise.
     """
+    likely = {names: cross_validated(examples, names) for names in (TWO_EARS, ONE_EAR)}
     both, one = (
-        with_alarms(fit(examples, fitted_on, names), examples, likely, hours)
-        for names, likely in (
-            (names, cross_validated(examples, names)) for names in (TWO_EARS, ONE_EAR)
-        )
+        with_alarms(fit(examples, fitted_on, names), examples, found, hours)
+        for names, found in likely.items()
     )
     # What voices in the room are worth to one ear, recordings of one command do not tell.
     voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
-    return Models(
-        both, replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
-    )
+    alone = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
+    return Models(both, alone), likely[TWO_EARS]
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:

@@ -15,7 +15,7 @@ from voz.audio.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
 from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
-from voz.recognition.accents import Phones, spellings, with_accents
+from voz.recognition.accents import with_accents
 from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
     CONVINCED,
@@ -38,7 +38,7 @@ from voz.recognition.evidence import Comparison, Evidence
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.profiles import Profile
 from voz.recognition.refusal import why_refused
-from voz.recognition.second_ear import SecondEar
+from voz.recognition.second_ear import SecondEar, second_ear_for
 
 FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
@@ -102,7 +102,7 @@ class Interpreter:
         alone = settings.search == "grammar" and self._comparison.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = with_accents(read_pronunciations(language))
-        self._second = _second_ear(self._phones_of) if settings.second_ear else None
+        self._second = _second_ear(language) if settings.second_ear else None
         models = load_models()
         model = models.two_ears if self._second else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
@@ -231,10 +231,10 @@ def _ears(evidence: Evidence, worst_word: float) -> tuple[Ear, Ear] | None:
     return Ear(first[0], round(worst_word, 2)), Ear(second, round(opinion.fit(text), 2))
 
 
-def _second_ear(phones_of: Mapping[str, Phones]) -> SecondEar | None:
+def _second_ear(language: LanguageFiles) -> SecondEar | None:
     """Load the second ear, where it can be had."""
     try:
-        return SecondEar(spellings(phones_of))
+        return second_ear_for(language)
     except UnknownNetworkError:
         return None
 

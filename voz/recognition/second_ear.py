@@ -118,10 +118,15 @@ class SecondEar:
         return ([phone for word in way for phone in word] for way in ways)
 
 
+def second_ear_for(language: LanguageFiles) -> SecondEar:
+    """Load the second ear for the words of a language; errors are those of `SecondEar`."""
+    return SecondEar(spellings(with_accents(read_pronunciations(language))))
+
+
 def why_missing(language: LanguageFiles) -> str | None:
     """Tell why there is no second ear for a language; None if there is one."""
     try:
-        SecondEar(spellings(with_accents(read_pronunciations(language))))
+        second_ear_for(language)
     except UnknownNetworkError as error:
         return str(error)
     return None

@@ -48,8 +48,9 @@ def plain() -> Understand:
 def without_confidence() -> Understand:
     """End-pointing and decoding of voz, without asking how sure it is."""
     from voz.audio.denoise import cleaned
-    from voz.audio.endpoint import Segment, Segmenter
+    from voz.audio.endpoint import Segmenter
     from voz.audio.files import read_blocks
+    from voz.audio.segment import Segment
     from voz.language.files import find_language
     from voz.recognition.decoder import Decoder, mean_start
 

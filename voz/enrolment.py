@@ -11,9 +11,10 @@ import numpy as np
 from rich.console import Console
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import Segment, Segmenter
+from voz.audio.endpoint import Segmenter
 from voz.audio.files import read_blocks
 from voz.audio.keeping import MANIFEST, keep
+from voz.audio.segment import Segment
 from voz.audio.voice import VoiceDetector
 from voz.errors import ConfigError
 from voz.evaluation.manifest import read_manifest

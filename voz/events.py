@@ -84,12 +84,13 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
 
 
 class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
-    """A command that seems to have been said; an utterance that settles it follows.
+    """A command that seems to have been said; an utterance that settles what it was follows.
 
     Attributes:
         t: when it was noticed, s.
         text: the command.
-        confidence: how sure it is, if nothing else was said around it, 0 to 1.
+        confidence: how sure it is, if nothing else was said around it, 0 to 1; while the sound
+            around it goes on, only how well it fits.
     """
 
     t: float

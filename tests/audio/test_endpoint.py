@@ -12,15 +12,8 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import (
-    LONGEST,
-    Quiet,
-    Segment,
-    Segmenter,
-    Sound,
-    follow_closely,
-    sounds,
-)
+from voz.audio.endpoint import LONGEST, Segmenter, sounds
+from voz.audio.segment import Quiet, Segment, Sound, follow_closely
 
 
 def sounds_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Sound]:

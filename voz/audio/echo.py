@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.one_thread import on_one_thread
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Spectrum: TypeAlias = npt.NDArray[np.complex128]
@@ -39,6 +40,7 @@ MOST_DELAY = int(0.4 * SAMPLE_RATE)
 SLOPE = np.sqrt(np.hanning(WINDOW + 1)[:-1])
 
 
+@on_one_thread
 def without_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
     """Take the echo out.
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from pocketsphinx import Vad
@@ -13,8 +11,8 @@ from pocketsphinx import Vad
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.background import FRAME, RISE, SILENT_SHARE, STEADY_FOR, Background, Floats, Noise
 from voz.audio.pieces import pieces
+from voz.audio.segment import PAUSE, Ongoing, Quiet, Segment, Sound, through
 from voz.audio.voice import RUN_UP, voice_detector
-from voz.errors import AudioError
 
 VAD_MODE = 2
 """Of WebRTC's detector. Of 239 commands by 35 voices and 78 by people, all but 2 are speech
@@ -40,6 +38,9 @@ TO_BEGIN = 2
 
 LEAST = 4
 """Frames of a segment that stand out: 0.12 s. Less is a click."""
+
+TOLD = 4
+"""Frames, 0.12 s, after which it is told again what there is of a segment."""
 
 TO_END = 8
 """Frames of the VAD that must not stand out to end."""
@@ -68,63 +69,14 @@ LONGEST = 10.0
 LOOK_BACK = ONSET * FRAME + MARGIN
 """What begins now may have begun so long ago."""
 
-PAUSE = int(0.6 * SAMPLE_RATE)
-"""Between two segments, with their margins: in a sentence people pause for less."""
+RECENT = int(0.7 * SAMPLE_RATE)
+"""Kept at least: a word may have begun before what was taken for the beginning."""
 
 FIRST_SIGN = PAUSE + MARGIN + 2 * FRAME
 """After a segment, until what began within the pause has made a frame stand out."""
 
 QUIET_KNOWN = PAUSE + LOOK_BACK
 """After a segment, until what began within the pause is a segment."""
-
-
-class Segment(NamedTuple):
-    """A stretch of speech.
-
-    Attributes:
-        start: where it begins in the stream, s.
-        end: where it ends in the stream, s.
-        decided: how much of the stream had been heard when its end was known, s.
-        samples: the sound, with a margin on either side.
-        over: whether it is known to be over; if not, it has paused and may go on.
-        above: how far the loudest of it stands out of the room, dB.
-        voices: the share of the time before it, 0 to 1, that a voice may be in.
-        amid: whether something as loud was heard just before, in a room that is never quiet.
-    """
-
-    start: float
-    end: float
-    decided: float
-    samples: Samples
-    over: bool = True
-    above: float = math.inf
-    voices: float = 0.0
-    amid: bool = False
-
-
-class Quiet(NamedTuple):
-    """After a segment there was no other for a while.
-
-    Attributes:
-        decided: how much of the stream had been heard when that was known, s.
-    """
-
-    decided: float
-
-
-Sound = Segment | Quiet
-
-Found = TypeVar("Found", covariant=True)
-
-
-class Feedable(Protocol[Found]):
-    """What takes a recording block by block."""
-
-    def feed(self, block: Samples) -> Iterator[Found]:
-        """Take the next samples, 16 kHz; yields what is known by them."""
-
-    def finish(self) -> Iterator[Found]:
-        """End the stream; yields what was still open."""
 
 
 class Segmenter:
@@ -134,8 +86,8 @@ class Segmenter:
         """Start with nothing heard.
 
         Args:
-            early: a segment that has paused for so long is yielded before it is over, s; None
-                yields whole ones only.
+            early: a segment that has paused for so long is yielded before it is over, s, and
+                meanwhile what there is of it; None yields whole ones only.
             longest: what goes on for longer is looked through for what stands out within it, s.
         """
         self._longest = int(longest * SAMPLE_RATE)
@@ -210,6 +162,9 @@ class Segmenter:
             yield from self._begin(voice, level, background)
         else:
             yield from self._go_on(voice, float(level[0]))
+            if self._pause and self._start is not None and self._heard // FRAME % TOLD == 0:
+                so_far = self._kept[: self._heard - self._kept_from]
+                yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
     def _begin(self, voice: bool, level: Floats, background: Floats) -> Iterator[Sound]:
         above = level > background + BEGINS
@@ -321,16 +276,11 @@ class Segmenter:
         )
 
     def _forget(self) -> None:
-        needed = self._heard - LOOK_BACK if self._start is None else self._start
-        surplus = needed - self._kept_from
+        needed = self._heard - RECENT if self._start is None else self._start
+        surplus = min(needed, self._heard - RECENT) - self._kept_from
         if surplus > 0:
             self._kept = self._kept[surplus:]
-            self._kept_from = needed
-
-
-def follow_closely(one: Segment, other: Segment) -> bool:
-    """Tell whether the second segment belongs to the same speech as the first."""
-    return other.start - one.end < PAUSE / SAMPLE_RATE
+            self._kept_from += surplus
 
 
 def segments(blocks: Iterable[Samples]) -> Iterator[Segment]:
@@ -351,16 +301,3 @@ def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
         AudioError: the blocks end in one; what was heard up to there is yielded first.
     """
     return through(Segmenter(), blocks)
-
-
-def through(stream: Feedable[Found], blocks: Iterable[Samples]) -> Iterator[Found]:
-    """Feed a whole recording to a stream and end it; an AudioError of the blocks comes last."""
-    failure = None
-    try:
-        for block in blocks:
-            yield from stream.feed(block)
-    except AudioError as error:
-        failure = error
-    yield from stream.finish()
-    if failure:
-        raise failure

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from voz.audio import Samples
 from voz.errors import AudioError
+from voz.one_thread import on_one_thread
 
 Floats = npt.NDArray[np.float32]
 
@@ -67,6 +68,7 @@ class Silero:
         self._recurrent = _layer(found, RECURRENT, "_hh")
         self._output = _layer(found, OUTPUT)
 
+    @on_one_thread
     def probabilities(self, samples: Samples) -> Floats:
         """Tell how likely each block is speech.
 

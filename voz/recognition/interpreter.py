@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned
-from voz.audio.endpoint import MARGIN, Segment
+from voz.audio.endpoint import MARGIN
+from voz.audio.segment import Segment
 from voz.audio.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
@@ -34,11 +35,12 @@ from voz.recognition.confidence import (
     with_odds,
 )
 from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.evidence import MOST_RIVALS, Comparison, Evidence
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.profiles import Profile
 from voz.recognition.refusal import why_refused
 from voz.recognition.second_ear import SecondEar, second_ear_for
+from voz.recognition.spotting import Spotted, Spotter
 
 FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
@@ -103,6 +105,7 @@ class Interpreter:
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = with_accents(read_pronunciations(language))
         self._second = _second_ear(language) if settings.second_ear else None
+        self._spotter = _spotter(self._second, self._commands, settings.never_missed)
         models = load_models()
         model = models.two_ears if self._second else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
@@ -138,6 +141,14 @@ class Interpreter:
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
         sure = trust * probability(self.model, values)
         return Heard(segment, evidence.text, evidence, trust, sure, values)
+
+    def spot(self, so_far: Samples) -> Spotted | None:
+        """Tell which command that must not be missed may have been said just now, if any.
+
+        Args:
+            so_far: what stands out of the room, up to now, 16 kHz.
+        """
+        return self._spotter.spot(so_far) if self._spotter else None
 
     def learn(self, heard: Heard) -> None:
         """Learn from an utterance, or doubt what was learnt if it is understood only without.
@@ -237,6 +248,15 @@ def _second_ear(language: LanguageFiles) -> SecondEar | None:
         return second_ear_for(language)
     except UnknownNetworkError:
         return None
+
+
+def _spotter(
+    ear: SecondEar | None, commands: Sequence[str], never_missed: Collection[str]
+) -> Spotter | None:
+    """Look for the commands that must not be missed, where there is a second ear."""
+    watched = [command for command in commands if command in never_missed]
+    others = commands if len(commands) <= MOST_RIVALS else []
+    return Spotter(ear, watched, others) if ear and watched else None
 
 
 def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import Samples
+from voz.one_thread import on_one_thread
 
 Floats = npt.NDArray[np.float32]
 
@@ -115,6 +116,7 @@ class PhonemeNetwork:
         if self._last.bias.shape != (len(self.symbols),):
             raise UnknownNetworkError("its network has other symbols")
 
+    @on_one_thread
     def log_probabilities(self, samples: Samples) -> Floats:
         """Tell what is heard at each moment.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from fcntl import LOCK_SH
 from itertools import pairwise
@@ -9,7 +10,8 @@ from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.background import FRAME
-from voz.audio.endpoint import Segment, Segmenter, Sound, follow_closely, through
+from voz.audio.endpoint import Segmenter
+from voz.audio.segment import Ongoing, Segment, Sound, follow_closely, through
 from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
@@ -24,6 +26,9 @@ MICROPHONE = "microphone"
 
 SAME_END = 2 * FRAME / SAMPLE_RATE
 """By so much the ends of a segment may differ between its last pause and when it is over, s."""
+
+TOLD_FOR = 1.0
+"""What may have been said is told once in so long, s."""
 
 
 class Observation(NamedTuple):
@@ -130,7 +135,7 @@ class Stream:
 
     A stretch of speech is understood when it pauses for a moment. If it is surely a command, and
     no longer one begins with it, it is told at once; else when it is over; and if it is so unsure
-    that it hangs on what follows, when that is known.
+    that it hangs on what follows, when that is known. What may be a `stop` is told in its midst.
     """
 
     def __init__(self, interpreter: Interpreter, source: str, early: float) -> None:
@@ -140,6 +145,7 @@ class Stream:
         self._paused: Heard | None = None  # of the segment under way, up to its last pause
         self._waiting: Heard | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
+        self._told, self._told_until = "", 0.0  # what may have been said, and until when it is new
 
     @property
     def background(self) -> float:
@@ -157,6 +163,9 @@ class Stream:
             yield from self._take(sound)
 
     def _take(self, sound: Sound) -> Iterator[Utterance | Partial]:
+        if isinstance(sound, Ongoing):
+            yield from self._spot(sound)
+            return
         if self._waiting:
             waiting, self._waiting = self._waiting, None
             yield from self._tell(waiting, _between(waiting.segment, sound), sound.decided)
@@ -165,6 +174,18 @@ class Stream:
             around = Around.SPEECH if sound.amid else _between(self._other, sound)
             yield from follow(sound, around)
 
+    def _spot(self, sound: Ongoing) -> Iterator[Partial]:
+        """Tell of a command that must not be missed before the sound around it pauses."""
+        if spotted := self._interpreter.spot(sound.samples):
+            sure = min(1.0, math.exp(spotted.fit))
+            yield from self._perhaps(spotted.text, sure, sound.decided)
+
+    def _perhaps(self, text: str, sure: float, decided: float) -> Iterator[Partial]:
+        """Tell what may have been said, unless that was told just now."""
+        if text != self._told or decided >= self._told_until:
+            self._told, self._told_until = text, decided + TOLD_FOR
+            yield Partial(round(decided, 3), text, round(sure, 3))
+
     def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
         heard = self._paused = self._interpreter.understand(segment)
         if self._surely(heard, around) and not self._interpreter.may_go_on(heard.text):
@@ -172,7 +193,7 @@ class Stream:
             self._paused = None
             yield from self._tell(heard, around, segment.decided)
         elif self._interpreter.accepts(heard, around):
-            yield Partial(round(segment.decided, 3), heard.text, round(heard.sure, 3))
+            yield from self._perhaps(heard.text, heard.sure, segment.decided)
 
     def _over(self, segment: Segment, around: Around) -> Iterator[Utterance]:
         paused, self._paused = self._paused, None

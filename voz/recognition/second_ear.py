@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import lru_cache
 from itertools import islice, product
 from pathlib import Path
 from typing import NamedTuple
@@ -22,6 +23,8 @@ IPA = Path(__file__).with_name("ipa.tsv")
 LEAST = 1e-10
 """A probability; the network is never surer than that of what it does not hear."""
 
+LISTS = 4
+"""Lists of commands that are laid out; most often it is asked about one of the last."""
 
 MOST_WAYS = 32
 """Pronunciations of a command; eight words that may each be said in three ways have thousands."""
@@ -82,7 +85,7 @@ class SecondEar:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
         self._numbers = {phone: number for number, phone in enumerate(sounds)}
         self._merged = _merged(self._network.symbols, sounds.values())
-        self._laid: tuple[list[str], list[str], Lattice] | None = None
+        self._laid_out = lru_cache(LISTS)(self._lay_out)
 
     def opinion(self, samples: Samples, commands: Collection[str]) -> Opinion:
         """Tell how commands fit.
@@ -95,7 +98,7 @@ class SecondEar:
         blank = heard[:, -BLANKS:].sum(axis=1)
         best = np.maximum(heard[:, :-BLANKS].max(axis=1), blank)
         probabilities = np.maximum(heard.astype(np.float64) @ self._merged, LEAST)
-        said, sequences = self._lattice(list(commands))
+        said, sequences = self._laid_out(tuple(commands))
         fits: dict[str, Fit] = {}
         scores = log_likelihoods(probabilities, sequences)
         for command, score, phones in zip(said, scores, sequences.lengths, strict=True):
@@ -103,14 +106,11 @@ class SecondEar:
                 fits[command] = Fit(float(score), int(phones))
         return Opinion(fits, float(np.log(best).sum()))
 
-    def _lattice(self, commands: list[str]) -> tuple[list[str], Lattice]:
-        """Lay out all pronunciations of the commands; most often they are those of before."""
-        if self._laid is None or self._laid[0] != commands:
-            ways = [(command, way) for command in commands for way in self._ways(command)]
-            sequences = [[self._numbers[phone] for phone in way] for _, way in ways]
-            blank = len(self._numbers)
-            self._laid = commands, [command for command, _ in ways], lattice(sequences, blank)
-        return self._laid[1:]
+    def _lay_out(self, commands: tuple[str, ...]) -> tuple[list[str], Lattice]:
+        """Lay out all pronunciations of the commands, and tell whose they are."""
+        ways = [(command, way) for command in commands for way in self._ways(command)]
+        sequences = [[self._numbers[phone] for phone in way] for _, way in ways]
+        return [command for command, _ in ways], lattice(sequences, len(self._numbers))
 
     def _ways(self, command: str) -> Iterable[list[str]]:
         words = (self._spellings[word] for word in command.split())

@@ -1,0 +1,96 @@
+"""A command that stops is found in the midst of sound that goes on, and others are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from recordings import Recording
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.events import Partial
+from voz.language.files import LanguageFiles, read_sentences
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.second_ear import SecondEar, second_ear_for
+from voz.recognition.spotting import Spotter
+
+
+@pytest.fixture(scope="module")
+def ear(language: LanguageFiles) -> SecondEar:
+    return second_ear_for(language)
+
+
+@pytest.fixture(scope="module")
+def commands(language: LanguageFiles) -> list[str]:
+    return read_sentences(language)
+
+
+def clips(recordings: list[Recording]) -> list[Recording]:
+    close = ("festival_", "flite_", "kokoro")
+    return [r for r in recordings if r.kind == "command" and r.voice.startswith(close)]
+
+
+def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
+    ear: SecondEar, commands: list[str], recordings: list[Recording]
+) -> None:
+    spotter = Spotter(ear, ["stop"], commands)
+    hiss = np.random.default_rng(0).normal(0, 60, SAMPLE_RATE).astype(np.int16)
+    found = {True: 0, False: 0}
+    for clip in clips(recordings):
+        samples = np.concatenate([hiss, clip.samples()])
+        ends = range(len(hiss), len(samples), SAMPLE_RATE // 8)
+        found[clip.text == "stop"] += any(spotter.spot(samples[:end]) for end in ends)
+    stops = sum(clip.text == "stop" for clip in clips(recordings))
+    others = sum("stop" not in clip.text for clip in clips(recordings))
+    assert found[True] == stops > 3
+    assert found[False] <= 0.1 * others + sum(c.text == "stop speech" for c in clips(recordings))
+
+
+def test_the_best_of_several_commands_is_given(
+    ear: SecondEar, commands: list[str], recordings: list[Recording]
+) -> None:
+    spotter = Spotter(ear, ["stop", "turn left"], commands)
+    for text in ("stop", "turn left"):
+        clip = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", text))
+        spotted = spotter.spot(clip.samples())
+        assert spotted
+        assert spotted.text == text
+        assert -1 < spotted.fit < 0.1
+
+
+def in_machines(samples: Samples) -> Samples:
+    """Let a machine begin to sound a second before, that goes on long after."""
+    rng = np.random.default_rng(0)
+    seconds = np.arange(len(samples) + 5 * SAMPLE_RATE) / SAMPLE_RATE
+    loud = 300 * (1 + 0.5 * np.sin(2 * np.pi * 3 * seconds)) * (seconds > 1)
+    sound = loud * rng.normal(0, 1, len(seconds)) + rng.normal(0, 4, len(seconds))
+    sound[2 * SAMPLE_RATE : 2 * SAMPLE_RATE + len(samples)] += samples
+    return np.clip(np.rint(sound), -32768, 32767).astype(np.int16)
+
+
+def test_among_machines_a_stop_is_told_before_it_pauses(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    told = []
+    for clip in clips(recordings):
+        if clip.text != "stop":
+            continue
+        samples = clip.samples()
+        said = np.flatnonzero(np.abs(samples) > np.abs(samples).max() / 20)[-1]
+        until = 2 + said / SAMPLE_RATE
+        events = recognizer.events([in_machines(samples)], "")
+        first = next(e for e in events if e.text == "stop")
+        told += [isinstance(first, Partial) and until - 0.5 < first.t < until + 0.14]
+        assert 0 <= first.confidence <= 1
+    assert len(told) > 3
+    assert sum(told) >= len(told) - 1
+
+
+def test_the_size_of_the_blocks_does_not_matter(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    clip = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", "stop"))
+    samples = in_machines(clip.samples())
+    whole = list(recognizer.events([samples], ""))
+    for size in (333, 4801):
+        cut = (samples[at : at + size] for at in range(0, len(samples), size))
+        assert list(recognizer.events(cut, "")) == whole

@@ -5,6 +5,10 @@ microphone without hardware; the clips, with the silence after the last word cut
 into it, and `voz run` listens. The time runs from the end of the playback to the event that the
 command causes: a changed `cmd_vel`, or `selected_object`. Each clip is heard twice, by a robot that
 decides early and by one that waits for the end of the speech.
+
+`--noise FILE --snr DB` lets a sound go on all the time, so far below the speakers, and
+`--under "systemd-run --user --scope -p CPUQuota=25%"` holds the robot's program, and that alone, to
+a quarter of a core.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import random
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -28,11 +33,12 @@ from machine import machine
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from pulseaudio import sound_server
+from pulseaudio import playing_on, sound_server
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.files import read_blocks
 from voz.evaluation.manifest import read_manifests
+from voz.evaluation.noise import speech_power
 from voz.evaluation.results import Clip
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
@@ -46,6 +52,9 @@ UNSEEN = ("start speech",)
 EARLY = "early_decision = 0.06"
 LATE = "early_decision = 1.0"
 
+LOUDNESS = 1600.0
+"""Of the speech, where 32768 is full scale."""
+
 GIVEN_UP = 2.5
 """Seconds after which a command was not obeyed."""
 
@@ -53,13 +62,13 @@ GIVEN_UP = 2.5
 class Robot:
     """A `voz run` and its events, each with when it came."""
 
-    def __init__(self, environment: dict[str, str], setting: str) -> None:
+    def __init__(self, environment: dict[str, str], setting: str, under: str) -> None:
         self._folder = tempfile.TemporaryDirectory()
         config = Path(self._folder.name) / "voz.toml"
         config.write_text(f"[recognition]\n{setting}\n")
         command = f"-m voz run --no-sound --listening --events - --config {config}"
         self._process = subprocess.Popen(
-            [sys.executable, *command.split()],
+            [*shlex.split(under), sys.executable, *command.split()],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -106,8 +115,8 @@ def velocity(event: dict[str, Any]) -> tuple[float, float] | None:
 
 
 @contextmanager
-def robots(environment: dict[str, str], setting: str) -> Iterator[Robot]:
-    robot = Robot(environment, setting)
+def robots(environment: dict[str, str], setting: str, under: str) -> Iterator[Robot]:
+    robot = Robot(environment, setting, under)
     try:
         while len(robot.events) < 10:
             robot.check()
@@ -118,10 +127,30 @@ def robots(environment: dict[str, str], setting: str) -> Iterator[Robot]:
 
 
 def spoken(path: Path) -> Samples:
-    """A clip up to its last word."""
+    """A clip up to its last word, all as loud."""
     samples = np.concatenate(list(read_blocks(path)))
     loud = np.flatnonzero(np.abs(samples) > 0.03 * np.abs(samples).max())
-    return samples[: loud[-1] + 1]
+    return as_loud(samples[: loud[-1] + 1], LOUDNESS / speech_power(samples) ** 0.5)
+
+
+def as_loud(samples: Samples, times: float) -> Samples:
+    louder: Samples = np.clip(np.rint(samples * times), -32768, 32767).astype(np.int16)
+    return louder
+
+
+@contextmanager
+def going_on(environment: dict[str, str], noise: Path | None, snr: float) -> Iterator[None]:
+    """Let the microphone hear a sound all the time, so many dB below the speakers."""
+    if noise is None:
+        yield
+        return
+    samples = np.concatenate(list(read_blocks(noise)))
+    mean = float(np.mean(samples.astype(float) ** 2)) ** 0.5
+    raw = Path(environment["HOME"]) / "noise.raw"
+    raw.write_bytes(as_loud(samples, LOUDNESS / 10 ** (snr / 20) / mean).tobytes())
+    with playing_on(environment, raw):
+        time.sleep(5)  # until it is known
+        yield
 
 
 def measure(robot: Robot, environment: dict[str, str], path: Path, text: str) -> float | None:
@@ -173,6 +202,9 @@ def main() -> None:
     parser.add_argument("manifests", nargs="*", type=Path, default=[FIXTURES])
     parser.add_argument("--most", type=int, default=60, help="how many clips, drawn at random")
     parser.add_argument("--conditions", nargs="*", help="only these, as us gb accent")
+    parser.add_argument("--noise", type=Path, help="a sound that goes on all the time")
+    parser.add_argument("--snr", type=float, default=15.0, help="of the speech to it, dB")
+    parser.add_argument("--under", default="", help="a command that runs the robot's program")
     arguments = parser.parse_args()
     clips = [c for c in read_manifests(arguments.manifests) if c.kind == "command"]
     clips = [c for c in clips if c.text not in UNSEEN and not c.speaker.startswith("espeak")]
@@ -183,7 +215,10 @@ def main() -> None:
     with sound_server() as (environment, _), tempfile.TemporaryDirectory() as folder:
         for name, setting in (("early", EARLY), ("at the end", LATE)):
             found: list[tuple[Clip, float | None]] = []
-            with robots(environment, setting) as robot:
+            with (
+                going_on(environment, arguments.noise, arguments.snr),
+                robots(environment, setting, arguments.under) as robot,
+            ):
                 for clip in clips:
                     wav = Path(folder) / "clip.wav"
                     soundfile.write(wav, spoken(clip.path), SAMPLE_RATE)

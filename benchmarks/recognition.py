@@ -2,7 +2,8 @@
 
 Run `python benchmarks/recognition.py DEV_MANIFEST PEOPLE_MANIFEST`. The first lists synthetic
 voices in the conditions `us`, `gb` and `accent`, and noise, of which one recording is a kitchen;
-the second lists people. `voz eval --help` tells what a manifest is.
+the second lists people. `voz eval --help` tells what a manifest is. With
+`--engine voz --engine whisper` it is Whisper that voz is beside (`whisper.py`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
+import whisper  # noqa: F401  # adds itself to the engines
 from machine import machine, peak_megabytes
 from msgspec.structs import replace
 from rich.console import Console

@@ -98,10 +98,17 @@ def room_noise(environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]
     if not room.exists():
         quiet = np.random.default_rng(0).integers(-2, 3, 60 * 16_000)
         room.write_bytes(quiet.astype("<i2").tobytes())
+    with playing_on(environment, room) as noise:
+        yield noise
+
+
+@contextmanager
+def playing_on(environment: dict[str, str], raw: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Let the microphone hear a file of 16-bit samples over and over again."""
     playing = "pacat --device=mic --latency-msec=100 --rate=16000 --channels=1 --format=s16le --raw"
     with subprocess.Popen(
-        ["sh", "-c", f"while cat room.raw; do :; done | {playing}"],
-        cwd=room.parent,
+        ["sh", "-c", f"while cat {raw.name}; do :; done | {playing}"],
+        cwd=raw.parent,
         env=environment,
         stderr=subprocess.DEVNULL,
         start_new_session=True,  # a group of its own, to be ended with all its children

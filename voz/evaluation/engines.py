@@ -253,7 +253,7 @@ def program_engine(command: str, commands: frozenset[str]) -> Engine:
     arguments = _arguments(command)
 
     def recognise(samples: Samples) -> list[Understood]:
-        text = _words(_transcript(arguments, samples))
+        text = words(_transcript(arguments, samples))
         return _the_whole(samples, text, accepted=text in commands)
 
     return recognise
@@ -301,6 +301,6 @@ def _because(lines: list[str]) -> str:
     return f" ({lines[0]})" if lines else ""
 
 
-def _words(transcript: str) -> str:
-    """The words of a transcript as commands are written: lower case, no punctuation."""
+def words(transcript: str) -> str:
+    """Take the words of a transcript as commands are written: lower case, no punctuation."""
     return " ".join(re.findall(r"[^\W_]+(?:'[^\W_]+)*", transcript.lower()))

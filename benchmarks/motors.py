@@ -1,7 +1,7 @@
 """Whether a robot hears its commands above its own motors, and above all `stop`.
 
-Run `python benchmarks/motors.py MANIFEST... --noise FILE [--snr DB] [--most N]`. For each command
-of the manifests a simulated robot is told to drive by a typed `go forward`. From then on its motors
+Run `python benchmarks/motors.py MANIFEST... --noise FILE [--snr DB]`. For each command of the
+manifests a simulated robot is told to drive by a typed `go forward`. From then on its motors
 sound, as loud as the ratio says beside the speaker, for as long as it moves, and stop when it does:
 what is recognised decides what the microphone hears. Some seconds later the command is said. It
 counts as heard in time if it takes effect, or for `stop` if the robot has halted, no later than
@@ -42,7 +42,7 @@ BLOCK = 480
 DRIVES_AT = 1.0
 """When the robot is told to drive, s."""
 
-SAID_AFTER = (1.5, 3.0)
+SAID_AFTER = [1.5, 3.0]
 """How long after that the command is said, at least and at most, s."""
 
 LISTENED = 2.0
@@ -79,11 +79,12 @@ class Heard(NamedTuple):
     obeyed: list[Utterance]
 
 
-def said(clip: Path, rng: np.random.Generator) -> Said:
+def said(clip: Path, after: list[float], rng: np.random.Generator) -> Said:
     """Put a command somewhere behind the robot's start."""
     samples = np.concatenate(list(read_blocks(clip)))
     speech = samples / np.sqrt(speech_power(samples)) * LOUDNESS
-    begin = round((DRIVES_AT + rng.uniform(*SAID_AFTER)) * SAMPLE_RATE)
+    soonest, latest = after
+    begin = round((DRIVES_AT + rng.uniform(soonest, latest)) * SAMPLE_RATE)
     room = rng.standard_normal(begin + len(speech) + round(LISTENED * SAMPLE_RATE)) * 1e-4
     room[begin : begin + len(speech)] += speech
     loud = np.flatnonzero(np.abs(speech) > 0.05 * np.abs(speech).max())
@@ -137,6 +138,7 @@ def main() -> None:
     parser.add_argument("--noise", type=Path, required=True, help="of motors, going on")
     parser.add_argument("--snr", type=float, default=10.0, help="of the speech to it, dB")
     parser.add_argument("--most", type=int, default=100, help="of `stop`, and of the others")
+    parser.add_argument("--after", nargs=2, type=float, default=SAID_AFTER, help="from, to, s")
     asked = parser.parse_args()
     noise = np.concatenate(list(read_blocks(asked.noise))).astype(float)
     noise *= LOUDNESS / 10 ** (asked.snr / 20) / np.sqrt(np.mean(noise**2))
@@ -144,14 +146,15 @@ def main() -> None:
     rng = np.random.default_rng(0)
     found: dict[str, list[tuple[str, bool]]] = defaultdict(list)
     for clip in chosen(read_manifests(asked.manifests), asked.most):
-        room = said(clip.path, rng)
+        room = said(clip.path, asked.after, rng)
         motors = tiled(noise, len(room.speech), rng)
         heard = drive(recognizer.stream("microphone"), room.speech, motors)
         name = "`stop`" if clip.text == "stop" else "other commands"
         found[f"{name} in time"].append((clip.speaker, in_time(clip.text, heard, room.end)))
         too_soon = heard.halted is not None and heard.halted < room.end - 1
         found["halted before anything was said"].append((clip.speaker, too_soon))
-    print(f"{machine()}; {asked.noise.name} {asked.snr:g} dB below the speech\n")
+    when = f"said {asked.after[0]:g} to {asked.after[1]:g} s after it began to drive"
+    print(f"{machine()}; {asked.noise.name} {asked.snr:g} dB below the speech, {when}\n")
     print("| | commands | share |\n|---|---|---|")
     for name, each in sorted(found.items()):
         speakers, hits = zip(*each, strict=True)

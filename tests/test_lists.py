@@ -17,7 +17,7 @@ from voz.evaluation.manifest import read_manifest
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import GUESS
-from voz.recognition.batch import Heard, decode_recordings
+from voz.recognition.batch import Decoded, decode_recordings
 from voz.recognition.recognizer import Recognizer
 
 CLEAR_VOICES = ("flite_slt", "flite_rms")
@@ -81,7 +81,7 @@ def test_spoken_commands_of_a_list_are_understood(name: str, tmp_path: Path) -> 
     recognizer = Recognizer(LanguageFiles(tmp_path), Recognition())
     recordings = read_manifest(tmp_path / "manifest.tsv")
     heard = list(decode_recordings(recognizer, [recording.path for recording in recordings]))
-    assert [utterance.text for utterance in heard if isinstance(utterance, Heard)] == [
+    assert [utterance.text for utterance in heard if isinstance(utterance, Decoded)] == [
         r.text for r in recordings
     ]
     assert len(recordings) == len(clips) >= 6

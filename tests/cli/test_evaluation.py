@@ -55,7 +55,7 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     assert first["scores"]["commands"][0]["clips"] == 7
     assert first["scores"]["commands"][0]["right"]["value"] > 0.9
     assert first["settings"]["false alarms per hour"] == "the usual"
-    rates = [position["false_alarms_per_hour"] for position in first["knob"]]
+    rates = [position["false_alarms_per_hour"] for position in first["operating_points"]]
     assert rates == sorted(rates)
     assert 0.5 in rates
     assert "bad.wav" in page.read_text()

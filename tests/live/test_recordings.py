@@ -20,13 +20,13 @@ from voz.evaluation.manifest import read_manifest
 from voz.events import Utterance
 from voz.live.recorder import GIGABYTE
 from voz.live.recordings import HEADER, MANIFEST, Folder
-from voz.live.tape import Piece
+from voz.live.tape import Excerpt
 
 
-def piece(text: str = "stop", accepted: bool = True, seconds: float = 0.1) -> Piece:
+def piece(text: str = "stop", accepted: bool = True, seconds: float = 0.1) -> Excerpt:
     samples = np.random.default_rng(0).normal(0, 3000, int(seconds * SAMPLE_RATE))
     utterance = Utterance(2, text, 0.9, accepted, 1, 2, "microphone")
-    return Piece(utterance, samples.astype(np.int16))
+    return Excerpt(utterance, samples.astype(np.int16))
 
 
 def texts(path: Path) -> list[str]:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from voz.audio import SAMPLE_RATE
 from voz.events import Utterance
-from voz.live.tape import KEPT, MARGIN, Piece, Tape
+from voz.live.tape import KEPT, MARGIN, Excerpt, Tape
 
 STREAM = np.arange(3 * SAMPLE_RATE, dtype=np.int16)
 
@@ -32,7 +32,7 @@ def test_the_sound_comes_with_its_margins_as_soon_as_it_is_there(
 ) -> None:
     start, end = sorted((one, other))
     tape = Tape()
-    pieces: list[Piece] = []
+    pieces: list[Excerpt] = []
     fed = 0
     for number, block in enumerate(blocks_of(STREAM, cuts)):
         if number == marked:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from recordings import Recording
 
-from voz.recognition.batch import Heard, Unreadable, decode_recordings
+from voz.recognition.batch import Decoded, Unreadable, decode_recordings
 from voz.recognition.recognizer import Recognizer
 
 
@@ -17,7 +17,7 @@ def test_an_unreadable_recording_does_not_end_the_rest(
     bad = tmp_path / "bad.wav"
     bad.write_text("no recording")
     results = list(decode_recordings(recognizer, [good[0], bad, good[1]]))
-    assert [type(r) for r in results] == [Heard, Unreadable, Heard]
+    assert [type(r) for r in results] == [Decoded, Unreadable, Decoded]
     assert results[1].file == str(bad)
 
 

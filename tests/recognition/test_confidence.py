@@ -30,15 +30,17 @@ from voz.recognition.confidence import (
     voices_around,
     with_odds,
 )
-from voz.recognition.evidence import Evidence, Path, Span
+from voz.recognition.evidence import Alignment, Evidence, Span
 from voz.recognition.second_ear import Fit, Opinion
 
 PHONES_OF = {"go": ("G", "OW"), "back(2)": ("B", "AE", "K")}
 SAID = Evidence(
     "go back",
-    Path(-30.0, (Span("go", 10, 19, -8.0), Span("back(2)", 20, 49, -20.0))),
+    Alignment(-30.0, (Span("go", 10, 19, -8.0), Span("back(2)", 20, 49, -20.0))),
     {"go forward": -70.0, "stop": -90.0},
-    Path(-25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 59, -4.0))),
+    Alignment(
+        -25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 59, -4.0))
+    ),
 )
 
 

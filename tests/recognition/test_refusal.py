@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from voz.audio import Samples
-from voz.recognition.evidence import Evidence, Path, Span
+from voz.recognition.evidence import Alignment, Evidence, Span
 from voz.recognition.refusal import ALIKE, why_refused
 
 SPEECH: Samples = np.random.default_rng(0).normal(0, 2000, 16000).astype(np.int16)
@@ -18,8 +18,8 @@ def evidence(*word_scores: float, behind: float = 5.0) -> Evidence:
     phones = [Span("_AA", w.start, w.end, 0.0) for w in words]
     score = sum(w.score for w in words)
     rivals = {"turn left": score - behind * 20 * len(words), "stop": score - 1e4}
-    path = Path(score, tuple(words))
-    return Evidence("go go", path, rivals, Path(0.0, tuple(phones)))
+    path = Alignment(score, tuple(words))
+    return Evidence("go go", path, rivals, Alignment(0.0, tuple(phones)))
 
 
 @pytest.mark.parametrize(

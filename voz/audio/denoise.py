@@ -9,7 +9,7 @@ from voz.audio import SAMPLE_RATE, Samples
 
 Floats = npt.NDArray[np.float64]
 
-FRAME = SAMPLE_RATE // 100
+ENERGY_FRAME = SAMPLE_RATE // 100
 """Samples of 10 ms, over which the energy is taken."""
 
 NOISY = 25.0
@@ -36,7 +36,8 @@ def energies(samples: Samples | Floats) -> Floats:
     Returns:
         The mean squares, dB over one unit of the 16 bits; a rest at the end is left out.
     """
-    frames = samples[: len(samples) // FRAME * FRAME].astype(np.float64).reshape(-1, FRAME)
+    whole = samples[: len(samples) // ENERGY_FRAME * ENERGY_FRAME]
+    frames = whole.astype(np.float64).reshape(-1, ENERGY_FRAME)
     return np.asarray(10 * np.log10((frames**2).mean(axis=1) + 1))
 
 

@@ -25,7 +25,7 @@ HOP = 256
 EDGE = WINDOW - HOP
 """At either end so many samples are not whole: some of their windows lie outside."""
 
-MOMENTS = 12
+TAPS = 12
 """Hops of the past that the room gives back, 0.2 s."""
 
 AHEAD = 1
@@ -37,7 +37,7 @@ RIDGE = 1e-3
 MOST_DELAY = int(0.4 * SAMPLE_RATE)
 """Samples between what the loudspeaker is said to give out and its arrival."""
 
-SLOPE = np.sqrt(np.hanning(WINDOW + 1)[:-1])
+ANALYSIS_WINDOW = np.sqrt(np.hanning(WINDOW + 1)[:-1])
 
 
 @on_one_thread
@@ -81,12 +81,12 @@ def _delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
 def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:
     whole = np.pad(samples.astype(np.float64), (-len(samples) % HOP, 0))  # the end counts
     frames = np.lib.stride_tricks.sliding_window_view(whole, WINDOW)[::HOP]
-    return np.fft.rfft(frames * SLOPE, axis=1)
+    return np.fft.rfft(frames * ANALYSIS_WINDOW, axis=1)
 
 
 def _samples(spectrum: Spectrum) -> Floats:
     """Back to samples by overlap and add."""
-    frames = np.fft.irfft(spectrum, axis=1) * SLOPE
+    frames = np.fft.irfft(spectrum, axis=1) * ANALYSIS_WINDOW
     samples = np.zeros((len(frames) - 1) * HOP + WINDOW)
     for number, frame in enumerate(frames):
         samples[number * HOP : number * HOP + WINDOW] += frame
@@ -96,8 +96,8 @@ def _samples(spectrum: Spectrum) -> Floats:
 def _moments(source: Spectrum) -> Spectrum:
     """What was played around each frame: bands, frames, moments."""
     frames, bands = source.shape
-    moments = np.zeros((bands, frames, AHEAD + MOMENTS), complex)
-    for number, shift in enumerate(range(-AHEAD, MOMENTS)):
+    moments = np.zeros((bands, frames, AHEAD + TAPS), complex)
+    for number, shift in enumerate(range(-AHEAD, TAPS)):
         begin, end = max(0, shift), min(frames, frames + shift)
         moments[:, begin:end, number] = source[begin - shift : end - shift].T
     return moments

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import Samples
-from voz.audio.denoise import FRAME, Floats, energies
+from voz.audio.denoise import ENERGY_FRAME, Floats, energies
 from voz.audio.silero import BLOCK, Silero
 
 FULL_SCALE = 20 * math.log10(32768)
@@ -177,7 +177,7 @@ def _background(frames: Floats, voice: Floats) -> float:
     """
     if not len(frames):
         return LOWEST
-    blocks = (np.arange(len(frames)) * FRAME + FRAME // 2) // BLOCK
+    blocks = (np.arange(len(frames)) * ENERGY_FRAME + ENERGY_FRAME // 2) // BLOCK
     inside = blocks < len(voice)
     quiet = frames[inside][voice[blocks[inside]] < NO_SPEECH]
     if len(quiet) < FEWEST:

@@ -16,7 +16,7 @@ from voz.printable import printable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
-    from voz.evaluation.knob import Position
+    from voz.evaluation.operating_points import OperatingPoint
     from voz.evaluation.results import Result
 
 ManifestsArgument = Annotated[
@@ -119,8 +119,8 @@ def evaluate(
     }
     heard_in = with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks))
     results = [result for of_recording in heard_in for result in of_recording]
-    knob = _knob(results, choice) if engine == "voz" else []
-    evaluation = report.evaluate(results, asked, others, knob)
+    points = _operating_points(results, choice) if engine == "voz" else []
+    evaluation = report.evaluate(results, asked, others, points)
     if html:
         write_text(html, report.to_html(evaluation))
     if as_json:
@@ -176,13 +176,13 @@ def fit_confidence(
     show(f"written: {written}")
 
 
-def _knob(results: Iterable[Result], choice: EngineChoice) -> list[Position]:
-    from voz.evaluation.knob import positions
+def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
+    from voz.evaluation.operating_points import operating_points
     from voz.language.files import read_sentences
     from voz.recognition.recognizer import Recognizer
 
     model = Recognizer(choice.language, choice.settings).model
-    return positions(results, model, choice.settings, read_sentences(choice.language))
+    return operating_points(results, model, choice.settings, read_sentences(choice.language))
 
 
 def _number(value: float | None) -> str:

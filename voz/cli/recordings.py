@@ -15,7 +15,7 @@ from voz.cli.options import ProfileOption, Recognising, with_options
 from voz.cli.terminal import put, show, with_bar
 
 if TYPE_CHECKING:
-    from voz.recognition.batch import Heard, Unreadable
+    from voz.recognition.batch import Decoded, Unreadable
 
 
 @with_options
@@ -58,13 +58,13 @@ def _with_progress(files: list[Path]) -> Iterable[Path]:
     return files if sys.stdout.isatty() else with_bar(files, "Decoding")
 
 
-def _show_json(result: Heard | Unreadable) -> None:
+def _show_json(result: Decoded | Unreadable) -> None:
     from voz.events import to_json
 
     put(to_json(result))
 
 
-def _show_row(result: Heard | Unreadable, ears: bool) -> None:
+def _show_row(result: Decoded | Unreadable, ears: bool) -> None:
     from voz.events import explain, in_ears
     from voz.recognition.batch import Unreadable
 

@@ -21,7 +21,7 @@ Floats = npt.NDArray[np.float64]
 SEED = 1
 """The one seed of everything random here; another would only give another average."""
 
-FRAME = SAMPLE_RATE // 50
+POWER_FRAME = SAMPLE_RATE // 50
 """Samples of 20 ms, in which speech is either there or not."""
 
 ACTIVE_RANGE = 30.0
@@ -60,8 +60,8 @@ def speech_power(samples: Samples) -> float:
         The mean square of the active frames: those of 20 ms within 30 dB of the loudest; 0 for
         digital silence. What does not fill a frame at the end is left out.
     """
-    whole = samples[: max(len(samples) // FRAME, 1) * FRAME].astype(np.float64)
-    powers = (whole.reshape(-1, min(FRAME, len(whole))) ** 2).mean(axis=1)
+    whole = samples[: max(len(samples) // POWER_FRAME, 1) * POWER_FRAME].astype(np.float64)
+    powers = (whole.reshape(-1, min(POWER_FRAME, len(whole))) ** 2).mean(axis=1)
     active = powers >= np.max(powers) * 10 ** (-ACTIVE_RANGE / 10)
     return float(powers[active].mean())
 

@@ -13,7 +13,7 @@ from voz import __version__, events
 from voz.errors import ConfigError
 from voz.evaluation.comparison import AlarmDifference, Difference, compare, compare_alarms
 from voz.evaluation.curves import Curves, curves
-from voz.evaluation.knob import Position
+from voz.evaluation.operating_points import OperatingPoint
 from voz.evaluation.results import Result
 from voz.evaluation.scores import Scores, score
 from voz.evaluation.tables import Table, as_text, main_tables, speaker_tables
@@ -47,7 +47,7 @@ class Evaluation(msgspec.Struct, frozen=True):
         curves: of all sets together.
         comparison: with another evaluation; empty if there is none.
         alarm_comparison: the same of false alarms.
-        knob: what other false alarm rates would cost; empty for other engines.
+        operating_points: what other false alarm rates would cost; empty for other engines.
         results: of each clip.
     """
 
@@ -57,7 +57,7 @@ class Evaluation(msgspec.Struct, frozen=True):
     curves: Curves
     comparison: list[Difference]
     alarm_comparison: list[AlarmDifference]
-    knob: list[Position]
+    operating_points: list[OperatingPoint]
     results: list[Result]
 
 
@@ -104,7 +104,7 @@ def evaluate(
     results: Sequence[Result],
     settings: dict[str, str],
     others: Sequence[Result] | None = None,
-    knob: Sequence[Position] = (),
+    operating_points: Sequence[OperatingPoint] = (),
 ) -> Evaluation:
     """Count everything.
 
@@ -112,7 +112,7 @@ def evaluate(
         results: of each clip.
         settings: what was asked for, for the reader.
         others: an earlier evaluation of the same clips.
-        knob: what other false alarm rates would cost.
+        operating_points: what other false alarm rates would cost.
 
     Raises:
         ConfigError: the two have nothing in common that is compared.
@@ -131,7 +131,7 @@ def evaluate(
         curves=curves(results),
         comparison=differences,
         alarm_comparison=alarms,
-        knob=list(knob),
+        operating_points=list(operating_points),
         results=list(results),
     )
 
@@ -178,7 +178,9 @@ def to_html(evaluation: Evaluation) -> str:
 
 def _tables(evaluation: Evaluation) -> list[Table]:
     found = evaluation
-    return main_tables(found.scores, found.comparison, found.knob, found.alarm_comparison)
+    return main_tables(
+        found.scores, found.comparison, found.operating_points, found.alarm_comparison
+    )
 
 
 def _table(table: Table) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from voz.evaluation.comparison import AlarmDifference, Difference
-from voz.evaluation.knob import Position
+from voz.evaluation.operating_points import OperatingPoint
 from voz.evaluation.scores import AlarmScores, CommandScores, Group, NearMissScores, Scores
 from voz.evaluation.statistics import AlarmRate, Estimate
 
@@ -30,17 +30,17 @@ class Table:
 def main_tables(
     scores: Scores,
     differences: Sequence[Difference],
-    knob: Sequence[Position] = (),
+    operating_points: Sequence[OperatingPoint] = (),
     alarms: Sequence[AlarmDifference] = (),
 ) -> list[Table]:
-    """Make the tables of what matters most: each set, its conditions, the noise, the knob."""
+    """Make the tables of what matters most: each set, its conditions, noise, rates of alarms."""
     noises = {score.group.noise for score in scores.commands if score.group.noise}
     by = ("all", "condition", "snr", *(["noise"] if len(noises) > 1 else []))
     tables = [
         commands_table([s for s in scores.commands if s.group.by in by]),
         near_miss_table([s for s in scores.near_misses if s.group.by in by]),
         alarm_table([s for s in scores.alarms if s.group.by in by]),
-        knob_table(knob),
+        operating_point_table(operating_points),
         comparison_table(differences),
         alarm_comparison_table(alarms),
     ]
@@ -99,7 +99,7 @@ def alarm_table(scores: Sequence[AlarmScores]) -> Table:
     return Table(("talk and noise", "false alarms"), rows)
 
 
-def knob_table(knob: Sequence[Position]) -> Table:
+def operating_point_table(operating_points: Sequence[OperatingPoint]) -> Table:
     """Show what fewer or more false alarms would cost."""
     header = ("false_alarms_per_hour", "threshold", "missed", "near-misses", "alarms in talk")
     rows = [
@@ -109,7 +109,7 @@ def knob_table(knob: Sequence[Position]) -> Table:
             *("" if v is None else f"{v:.3f}" for v in (p.missed, p.let_through)),
             "" if p.talk is None else shown_alarms(p.talk),
         )
-        for p in knob
+        for p in operating_points
     ]
     return Table(header, rows)
 

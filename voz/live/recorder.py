@@ -11,7 +11,7 @@ from voz.audio import Samples
 from voz.errors import AudioError
 from voz.events import Utterance
 from voz.live.recordings import Folder
-from voz.live.tape import Piece, Tape
+from voz.live.tape import Excerpt, Tape
 
 GIGABYTE = 1_000_000_000
 
@@ -41,7 +41,7 @@ class Recorder:
         self._limit = gigabytes * GIGABYTE
         self._warn = warn
         self._tape = Tape()
-        self._waiting: queue.Queue[Piece | None] = queue.Queue(MOST_WAITING)
+        self._waiting: queue.Queue[Excerpt | None] = queue.Queue(MOST_WAITING)
         self._late = False
         self._thread = threading.Thread(target=self._work, name="voz-recorder", daemon=True)
 
@@ -84,7 +84,7 @@ class Recorder:
             return
         self._thread.join(CLOSING_TIME)
 
-    def _put(self, piece: Piece) -> None:
+    def _put(self, piece: Excerpt) -> None:
         try:
             self._waiting.put_nowait(piece)
         except queue.Full:

@@ -8,7 +8,7 @@ from voz.audio.keeping import MANIFEST, keep
 from voz.errors import AudioError
 from voz.events import to_json
 from voz.files import replaced
-from voz.live.tape import Piece
+from voz.live.tape import Excerpt
 
 HEADER = ("file", "text", "speaker", "kind", "event")
 SPEAKER = "user"
@@ -42,7 +42,7 @@ class Folder:
         self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
         self._write(rows)
 
-    def add(self, piece: Piece) -> None:
+    def add(self, piece: Excerpt) -> None:
         """Keep a recording; raises OSError if it cannot be written."""
         utterance = piece.utterance
         kind = "command" if utterance.accepted else "near-miss"

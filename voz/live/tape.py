@@ -18,7 +18,7 @@ KEPT = 30 * SAMPLE_RATE
 """An utterance of 10 s may be settled only after the next, of another 10 s."""
 
 
-class Piece(NamedTuple):
+class Excerpt(NamedTuple):
     """What was heard, and its sound."""
 
     utterance: Utterance
@@ -34,7 +34,7 @@ class Tape:
         self._end = 0
         self._open: list[tuple[int, int, Utterance]] = []  # the sound after them is to come
 
-    def feed(self, block: Samples) -> Iterator[Piece]:
+    def feed(self, block: Samples) -> Iterator[Excerpt]:
         """Take the next samples, 16 kHz.
 
         Yields:
@@ -57,15 +57,15 @@ class Tape:
         first, last = round(start * SAMPLE_RATE), round(end * SAMPLE_RATE)
         self._open.append((first - MARGIN, last + MARGIN, utterance))
 
-    def finish(self) -> Iterator[Piece]:
+    def finish(self) -> Iterator[Excerpt]:
         """End the stream; yields what is still open, with the sound that there is."""
         yield from self._cut(list(self._open))
 
-    def _cut(self, pieces: list[tuple[int, int, Utterance]]) -> Iterator[Piece]:
+    def _cut(self, pieces: list[tuple[int, int, Utterance]]) -> Iterator[Excerpt]:
         for piece in pieces:
             self._open.remove(piece)
             first, last, utterance = piece
             samples = np.concatenate(self._blocks) if self._blocks else np.empty(0, np.int16)
             begin, end = max(0, first - self._begin), max(0, last - self._begin)
             if len(samples[begin:end]):
-                yield Piece(utterance, samples[begin:end].copy())
+                yield Excerpt(utterance, samples[begin:end].copy())

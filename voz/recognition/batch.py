@@ -14,7 +14,7 @@ from voz.files import shown_path
 from voz.recognition.recognizer import Recognizer
 
 
-class Heard(msgspec.Struct, frozen=True, omit_defaults=True):
+class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
     """An utterance in a recording.
 
     Attributes:
@@ -50,7 +50,7 @@ class Unreadable(msgspec.Struct, frozen=True):
 
 def decode_recordings(
     recognizer: Recognizer, paths: Iterable[Path]
-) -> Iterator[Heard | Unreadable]:
+) -> Iterator[Decoded | Unreadable]:
     """Decode recordings, each as if it were alone.
 
     Args:
@@ -70,8 +70,8 @@ def decode_recordings(
             yield Unreadable(file, str(error))
 
 
-def _in_file(heard: Utterance, file: str) -> Heard:
-    return Heard(
+def _in_file(heard: Utterance, file: str) -> Decoded:
+    return Decoded(
         file,
         heard.start,
         heard.end,

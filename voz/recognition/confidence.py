@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from voz.events import RefusedBy
 from voz.files import replaced, told
 from voz.language.phone_distances import read_distances
-from voz.recognition.evidence import Evidence, Path, Span, covered, overlap
+from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
 
 MODEL = FilePath(__file__).with_name("confidence.json")
 
@@ -189,7 +189,7 @@ def voices_around(above: float, voices: float) -> float:
     return (2 * voices - 1) * min(DROWNED, max(0.0, (CLEAR - above) / 10))
 
 
-def word_ratio(word: Span, phones: Path) -> float:
+def word_ratio(word: Span, phones: Alignment) -> float:
     """A word's log-likelihood ratio to the phones in its frames, nats for each frame."""
     against = sum(overlap(word, span) * span.score / span.frames for span in phones.spans)
     return (word.score - against) / word.frames

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import NamedTuple
 
 from voz.audio import Samples
@@ -13,7 +13,7 @@ from voz.recognition.decoder import load_decoder, process
 from voz.recognition.search_graph import SILENCE, search_graph
 from voz.recognition.second_ear import Opinion
 
-FILLERS = FilePath(__file__).with_name("phone_loop.fillers")
+FILLERS = Path(__file__).with_name("phone_loop.fillers")
 """The phones of the acoustic model as words of their own; no command has an underscore."""
 
 UNPRUNED = 1e-300
@@ -71,7 +71,7 @@ class Span(NamedTuple):
         return self.end - self.start + 1
 
 
-class Path(NamedTuple):
+class Alignment(NamedTuple):
     """The best way through one part of the search: its score in nats, and all but its silences."""
 
     score: float
@@ -95,9 +95,9 @@ class Evidence(NamedTuple):
     """
 
     text: str
-    command: Path
+    command: Alignment
     rivals: dict[str, float]
-    phones: Path
+    phones: Alignment
     opinion: Opinion | None = None
 
 
@@ -184,7 +184,7 @@ class Comparison:
         command = self._path(self._graph.ends[best])
         return Evidence(best, command, found, phones, opinion)
 
-    def _in_doubt(self, best: str, scores: Mapping[str, float], phones: Path) -> str:
+    def _in_doubt(self, best: str, scores: Mapping[str, float], phones: Alignment) -> str:
         """Rather a command that must not be missed than one that is hardly better."""
         least = scores[best] - IN_DOUBT * phones.frames
         close = [c for c in self._never_missed if scores.get(c, -math.inf) > least]
@@ -213,17 +213,17 @@ class Comparison:
         hypothesis = self._decoder.hyp()
         return _nats(hypothesis.score) if hypothesis else None
 
-    def _path(self, end: int) -> Path:
+    def _path(self, end: int) -> Alignment:
         score = self._score(end)
         spans = (
             Span(s.word, s.start_frame, s.end_frame, _nats(s.ascore))
             for s in self._decoder.seg() or ()
             if s.word not in (SILENCE, "(NULL)")
         )
-        return Path(-math.inf if score is None else score, tuple(spans))
+        return Alignment(-math.inf if score is None else score, tuple(spans))
 
 
-def covered(command: Path, phones: Path) -> int:
+def covered(command: Alignment, phones: Alignment) -> int:
     """Count the frames of speech, as the phone loop has it, in which a command has a word too."""
     return sum(overlap(word, span) for word in command.spans for span in phones.spans)
 

@@ -42,7 +42,7 @@ from voz.recognition.refusal import why_refused
 from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.spotting import Spotted, Spotter
 
-FRAME = 160
+DECODER_FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
 
 LONGEST_WORD = 0.7
@@ -52,7 +52,7 @@ PAUSES = 2.0
 """Seconds that a command takes besides its words: silence, hesitation, noise before and after."""
 
 
-class Heard(NamedTuple):
+class Hypothesis(NamedTuple):
     """What was understood of a segment, before it is known what follows.
 
     Attributes:
@@ -77,7 +77,7 @@ class Heard(NamedTuple):
         if self.evidence is None:
             return self.segment.end - MARGIN / SAMPLE_RATE
         last = self.evidence.command.spans[-1]
-        return self.segment.start + (last.end + 1) * FRAME / SAMPLE_RATE
+        return self.segment.start + (last.end + 1) * DECODER_FRAME / SAMPLE_RATE
 
 
 class Interpreter:
@@ -114,7 +114,7 @@ class Interpreter:
         self._needed = thresholds(self.model, settings, self._commands)
         self._voice = voice_detector()
 
-    def understand(self, segment: Segment, learnt: StartVector | None = None) -> Heard:
+    def understand(self, segment: Segment, learnt: StartVector | None = None) -> Hypothesis:
         """Find the sentence of a segment, and how likely it is that it was said.
 
         Args:
@@ -122,25 +122,25 @@ class Interpreter:
             learnt: in place of what is known of the microphone and the speaker.
         """
         if segment.end - segment.start > self.longest:
-            return Heard(segment, "")  # no command, and it would take long to find that out
+            return Hypothesis(segment, "")  # no command, and it would take long to find that out
         learnt = self.learnt if learnt is None else learnt
         sound = cleaned(segment.samples)
         start = learnt.moved(mean_start(sound))
         text = self._decoder.decode(sound, start) if self._decoder else ""
         if text and text not in self._commands:  # words of the trigram model that are no command
-            return Heard(segment, text)
+            return Hypothesis(segment, text)
         second, samples = self._second, segment.samples
         ask = partial(second.opinion, samples) if second else None
         evidence = self._comparison.compare(sound, text, start, ask)
         if evidence is None:
-            return Heard(segment, text)
+            return Hypothesis(segment, text)
         trust = trust_in_speech(self._voice_in(samples, evidence))
         # What goes on and is as loud as the command is no noise that the command drowns in.
         above = math.inf if segment.amid else segment.above
         values = features(evidence, self._phones_of) | two_ears(evidence, above)
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
         sure = trust * probability(self.model, values)
-        return Heard(segment, evidence.text, evidence, trust, sure, values)
+        return Hypothesis(segment, evidence.text, evidence, trust, sure, values)
 
     def spot(self, so_far: Samples) -> Spotted | None:
         """Tell which command that must not be missed may have been said just now, if any.
@@ -150,7 +150,7 @@ class Interpreter:
         """
         return self._spotter.spot(so_far) if self._spotter else None
 
-    def learn(self, heard: Heard) -> None:
+    def learn(self, heard: Hypothesis) -> None:
         """Learn from an utterance, or doubt what was learnt if it is understood only without.
 
         Nothing happens unless it was made to learn.
@@ -176,10 +176,10 @@ class Interpreter:
     def _voice_in(self, samples: Samples, evidence: Evidence) -> float:
         """How sure it is that what was taken for the words is speech."""
         words = evidence.command.spans
-        begin = max(0, words[0].start * FRAME - RUN_UP)
-        return self._voice.probability(samples[begin : words[-1].end * FRAME])
+        begin = max(0, words[0].start * DECODER_FRAME - RUN_UP)
+        return self._voice.probability(samples[begin : words[-1].end * DECODER_FRAME])
 
-    def accepts(self, heard: Heard, around: Around) -> bool:
+    def accepts(self, heard: Hypothesis, around: Around) -> bool:
         """Tell whether a command is sure enough to be obeyed, by what is around it."""
         return self._accepts(heard.text, in_company(heard.sure, around))
 
@@ -190,7 +190,7 @@ class Interpreter:
     def _accepts(self, text: str, sure: float) -> bool:
         return text in self._needed and sure >= self._needed[text]
 
-    def judge(self, heard: Heard, around: Around, decided: float, source: str) -> Utterance:
+    def judge(self, heard: Hypothesis, around: Around, decided: float, source: str) -> Utterance:
         """Decide whether what was heard is obeyed.
 
         Args:
@@ -221,7 +221,7 @@ class Interpreter:
             refused_by=self._refused_by(heard, around) if refusal and ears and trust else None,
         )
 
-    def _refused_by(self, heard: Heard, around: Around) -> RefusedBy:
+    def _refused_by(self, heard: Hypothesis, around: Around) -> RefusedBy:
         """Tell which ear stands against a command: if it were convinced, it would be obeyed."""
         would: dict[RefusedBy, bool] = {}
         for ear, convinced in CONVINCED.items():

@@ -28,7 +28,7 @@ WINDOW = 400
 HOP = 160
 """Samples between spectra, 10 ms; the network halves their number."""
 
-FRAME = 2 * HOP
+MOMENT = 2 * HOP
 """Samples between the moments that it tells of, 20 ms."""
 
 SHORTEST = 6400
@@ -70,7 +70,7 @@ class UnknownNetworkError(Exception):
     """The package is not there, or brings a network that is none of those known here."""
 
 
-class Layer(NamedTuple):
+class Linear(NamedTuple):
     """Weights that are multiplied, inputs x outputs, and what is added."""
 
     weight: Floats
@@ -80,8 +80,8 @@ class Layer(NamedTuple):
 class Block(NamedTuple):
     """A Conformer block: its layers, and the scale and shift of the normalisations before them."""
 
-    norms: Mapping[str, Layer]
-    layers: Mapping[str, Layer]
+    norms: Mapping[str, Linear]
+    layers: Mapping[str, Linear]
 
 
 class PhonemeNetwork:
@@ -108,7 +108,7 @@ class PhonemeNetwork:
             self._bands = found["mel_fb"]
             weight, bias = (found[name] for name in FIRST)
             channels = len(bias)
-            self._first = Layer(weight.transpose(2, 1, 0).reshape(-1, channels), bias)
+            self._first = Linear(weight.transpose(2, 1, 0).reshape(-1, channels), bias)
             self._blocks = [_block(found, number) for number in range(BLOCKS)]
             self._last = _pointwise(found, f"{MODEL}.proj")
         except (KeyError, ValueError) as error:
@@ -193,13 +193,13 @@ def _neighbours(bands: Floats) -> Floats:
     return np.concatenate([padded[place : place + len(bands) : 2] for place in range(3)], axis=1)
 
 
-def _applied(layer: Layer, x: Floats) -> Floats:
+def _applied(layer: Linear, x: Floats) -> Floats:
     found: Floats = x @ layer.weight
     found += layer.bias
     return found
 
 
-def _normalised(x: Floats, scale: Layer) -> Floats:
+def _normalised(x: Floats, scale: Linear) -> Floats:
     centred: Floats = x - x.mean(axis=1, keepdims=True)
     variance = np.einsum("ij,ij->i", centred, centred) / x.shape[1]
     centred /= np.sqrt(variance + np.float32(TINY))[:, np.newaxis]
@@ -229,7 +229,7 @@ def _block(found: Mapping[str, Floats], number: int) -> Block:
     # A block's six products are numbered 829, 830, 831, 835, 836, 837, and 9 on for the next.
     products = iter([829, 830, 831, 835, 836, 837])
     layers = {
-        part: Layer(found[PRODUCT.format(next(products) + 9 * number)], found[f"{name}.{bias}"])
+        part: Linear(found[PRODUCT.format(next(products) + 9 * number)], found[f"{name}.{bias}"])
         for part, bias in (
             ("ffn1.fc1", "ffn1.fc1.bias"),
             ("ffn1.fc2", "ffn1.fc2.bias"),
@@ -244,20 +244,20 @@ def _block(found: Mapping[str, Floats], number: int) -> Block:
     deep = found[DEEP.format(804 + 3 * number)][:, 0]
     if deep.shape[1] != DEPTHWISE:
         raise UnknownNetworkError("its convolutions have another length")
-    layers["conv.depthwise"] = Layer(
+    layers["conv.depthwise"] = Linear(
         np.ascontiguousarray(deep.T), found[DEEP.format(805 + 3 * number)]
     )
     norms = {
-        part: Layer(found[f"{name}.{part}.weight"], found[f"{name}.{part}.bias"])
+        part: Linear(found[f"{name}.{part}.weight"], found[f"{name}.{part}.bias"])
         for part in ("ffn1.norm", "attn_norm", "conv.norm", "ffn2.norm", "norm")
     }
     return Block(norms, layers)
 
 
-def _pointwise(found: Mapping[str, Floats], name: str) -> Layer:
+def _pointwise(found: Mapping[str, Floats], name: str) -> Linear:
     """A convolution that looks at one moment is a product."""
     weight = found[f"{name}.weight"][:, :, 0].T
-    return Layer(np.ascontiguousarray(weight), found[f"{name}.bias"])
+    return Linear(np.ascontiguousarray(weight), found[f"{name}.bias"])
 
 
 def _assets() -> Path:

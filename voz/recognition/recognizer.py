@@ -18,7 +18,7 @@ from voz.language.checks import locked
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
 from voz.recognition.confidence import Around, Model
-from voz.recognition.interpreter import Heard, Interpreter
+from voz.recognition.interpreter import Hypothesis, Interpreter
 from voz.recognition.profiles import Profile
 
 MICROPHONE = "microphone"
@@ -31,7 +31,7 @@ TOLD_FOR = 1.0
 """What may have been said is told once in so long, s."""
 
 
-class Observation(NamedTuple):
+class Candidate(NamedTuple):
     """What the confidence of an utterance is computed from.
 
     Attributes:
@@ -109,7 +109,7 @@ class Recognizer:
         """The same, with what is likely in between, before it is settled."""
         return through(self.stream(source), blocks)
 
-    def observations(self, blocks: Iterable[Samples]) -> Iterator[Observation]:
+    def observations(self, blocks: Iterable[Samples]) -> Iterator[Candidate]:
         """Find what the confidence is computed from, for those who fit it.
 
         Args:
@@ -127,7 +127,7 @@ class Recognizer:
                 among = segment.amid or any(after[max(0, number - 1) : number + 1])
                 around = Around.SPEECH if among else Around.QUIET
                 values, trust = dict(heard.values), heard.trust
-                yield Observation(heard.text, values, trust, around, segment.start, segment.end)
+                yield Candidate(heard.text, values, trust, around, segment.start, segment.end)
 
 
 class Stream:
@@ -142,8 +142,8 @@ class Stream:
         self._interpreter = interpreter
         self._source = source
         self._segmenter = Segmenter(early, interpreter.longest)
-        self._paused: Heard | None = None  # of the segment under way, up to its last pause
-        self._waiting: Heard | None = None  # hangs on what follows
+        self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
+        self._waiting: Hypothesis | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
         self._told, self._told_until = "", 0.0  # what may have been said, and until when it is new
 
@@ -206,12 +206,12 @@ class Stream:
         else:
             yield from self._tell(heard, around, segment.decided)
 
-    def _surely(self, heard: Heard, around: Around) -> bool:
+    def _surely(self, heard: Hypothesis, around: Around) -> bool:
         """Tell whether a command is obeyed whatever follows."""
         so_far = Around.QUIET_SO_FAR if around is Around.QUIET else around
         return self._interpreter.accepts(heard, so_far)
 
-    def _tell(self, heard: Heard, around: Around, decided: float) -> Iterator[Utterance]:
+    def _tell(self, heard: Hypothesis, around: Around, decided: float) -> Iterator[Utterance]:
         utterance = self._interpreter.judge(heard, around, decided, self._source)
         # What is too long for any command has not been asked about; it is hardly noise.
         is_speech = heard.evidence is None or heard.trust > 0

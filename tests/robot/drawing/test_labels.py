@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from voz.robot.drawing.labels import NEAR_DISTANCES, Box, Points, Wish, place
+from voz.robot.drawing.labels import NEAR_DISTANCES, Points, Rectangle, Wish, place
 
-AREA = Box(0, 0, 500, 300)
+AREA = Rectangle(0, 0, 500, 300)
 NOTHING: Points = np.empty((0, 2))
 
 wishes = st.builds(
@@ -25,7 +25,7 @@ wishes = st.builds(
 def test_labels_never_cover_each_other_or_what_is_taken(
     wishes: list[Wish], points: list[tuple[float, float]]
 ) -> None:
-    taken, avoid = Box(200, 100, 260, 140), np.reshape(points, (-1, 2))
+    taken, avoid = Rectangle(200, 100, 260, 140), np.reshape(points, (-1, 2))
     boxes = place(wishes, avoid, [taken], AREA)
     assert len(boxes) == len(wishes)
     placed = [(wish, box) for wish, box in zip(wishes, boxes, strict=True) if box]

@@ -37,7 +37,7 @@ HOOK = 20
 """How far from its corner a leader meets a label at most."""
 
 
-class Box(NamedTuple):
+class Rectangle(NamedTuple):
     """A rectangle: where it begins and ends."""
 
     left: float
@@ -53,7 +53,7 @@ class Box(NamedTuple):
         )
         return inside
 
-    def meets(self, other: Box) -> bool:
+    def meets(self, other: Rectangle) -> bool:
         """Whether they overlap."""
         return (
             self.left < other.right
@@ -62,7 +62,7 @@ class Box(NamedTuple):
             and other.bottom < self.top
         )
 
-    def is_within(self, other: Box) -> bool:
+    def is_within(self, other: Rectangle) -> bool:
         """Whether nothing of it is outside another."""
         return (
             other.left <= self.left
@@ -71,9 +71,9 @@ class Box(NamedTuple):
             and self.top <= other.top
         )
 
-    def grown(self, by: float) -> Box:
+    def grown(self, by: float) -> Rectangle:
         """The same with more on all sides."""
-        return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
+        return Rectangle(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def hook(self) -> Place:
         """Where its leader ends: at the first line, near the beginning."""
@@ -106,9 +106,9 @@ class Option(NamedTuple):
     """
 
     cost: float
-    box: Box
+    box: Rectangle
     leader: Points
-    around: Box
+    around: Rectangle
 
     def excludes(self, other: Option) -> bool:
         """Whether one of them would cover the other, or the line that leads to it."""
@@ -120,8 +120,8 @@ class Option(NamedTuple):
 
 
 def place(
-    wishes: Sequence[Wish], avoid: Points, taken: Sequence[Box], area: Box
-) -> list[Box | None]:
+    wishes: Sequence[Wish], avoid: Points, taken: Sequence[Rectangle], area: Rectangle
+) -> list[Rectangle | None]:
     """Find a place for each label near what it names.
 
     Args:
@@ -150,7 +150,7 @@ def place(
     return [option and option.box for option in min(layouts, key=_total)]
 
 
-def _options(wish: Wish, anchors: Points, avoid: Points, area: Box) -> list[Option]:
+def _options(wish: Wish, anchors: Points, avoid: Points, area: Rectangle) -> list[Option]:
     """The places that a label may have while there are no others, the best first."""
     strange = anchors[np.abs(anchors - wish.anchor).max(axis=1) > OWN]
     options = [
@@ -162,27 +162,27 @@ def _options(wish: Wish, anchors: Points, avoid: Points, area: Box) -> list[Opti
     return sorted((o for o in options if o.cost < allowed), key=lambda option: option.cost)
 
 
-def _option(wish: Wish, box: Box, cost: float) -> Option:
+def _option(wish: Wish, box: Rectangle, cost: float) -> Option:
     """A place and its cost, with what both the label and its leader take up."""
     leader = _leader(wish, box)
     (left, bottom), (right, top) = leader.min(axis=0, initial=inf), leader.max(axis=0, initial=-inf)
-    around = Box(
+    around = Rectangle(
         min(left, box.left), min(bottom, box.bottom), max(right, box.right), max(top, box.top)
     )
     return Option(cost, box, leader, around)
 
 
-def _around(wish: Wish) -> Iterator[tuple[float, Box]]:
+def _around(wish: Wish) -> Iterator[tuple[float, Rectangle]]:
     """Boxes around an anchor, with their distances from it."""
     (x, y), (width, height) = wish.anchor, wish.size
     for distance in DISTANCES if wish.leader else NEAR_DISTANCES:
         for angle in (2 * pi * direction / DIRECTIONS for direction in range(DIRECTIONS)):
             left = x + cos(angle) * (distance + width / 2) - width / 2
             bottom = y + sin(angle) * (distance + height / 2) - height / 2
-            yield distance, Box(left, bottom, left + width, bottom + height)
+            yield distance, Rectangle(left, bottom, left + width, bottom + height)
 
 
-def _harm(wish: Wish, box: Box, strange: Points, avoid: Points) -> float:
+def _harm(wish: Wish, box: Rectangle, strange: Points, avoid: Points) -> float:
     """How bad it is what a label and its leader would cover: anchors of others, and points."""
     with_air, leader = box.grown(NEAR if wish.leader else 0), _leader(wish, box)
     near = np.abs(leader - wish.anchor).max(axis=1, initial=0) < OWN
@@ -191,7 +191,7 @@ def _harm(wish: Wish, box: Box, strange: Points, avoid: Points) -> float:
     return COVERED * covered + CROSSED * crossed
 
 
-def _leader(wish: Wish, box: Box) -> Points:
+def _leader(wish: Wish, box: Rectangle) -> Points:
     """Points on the line from an anchor to its label, if there is one."""
     if not wish.leader:
         return np.empty((0, 2))
@@ -203,7 +203,7 @@ def _touched(leader: Points, places: Points) -> int:
     if not (len(leader) and len(places)):
         return 0
     low, high = leader.min(axis=0), leader.max(axis=0)
-    near = places[Box(*low, *high).grown(NEAR).holds(places)]
+    near = places[Rectangle(*low, *high).grown(NEAR).holds(places)]
     away = np.abs(leader[:, np.newaxis] - near).max(axis=2)
     return int((away < NEAR).any(axis=1).sum())
 

@@ -12,7 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from voz.robot.drawing import shapes
-from voz.robot.drawing.labels import Box, Points, Wish, place
+from voz.robot.drawing.labels import Points, Rectangle, Wish, place
 from voz.robot.drawing.milestones import TimeMark, pointings, same_place
 from voz.robot.simulator import Mark, Trip
 from voz.simulation.world import place_of
@@ -128,12 +128,12 @@ def write_along(
 
     (left, bottom), (right, top) = on_paper([(0, 0), trip.settings.room])
     right = max(right, canvas.figure.bbox.width / point - BESIDE)  # beside a narrow room is space
-    boxes = [Box(*artist.get_window_extent().extents / point) for artist in taken]
+    boxes = [Rectangle(*artist.get_window_extent().extents / point) for artist in taken]
     wishes = [
         Wish(tuple(on_paper(label.place)), label.size(canvas), label.commands > 0)
         for label in labels
     ]
-    area = Box(left + WALL, bottom + WALL, right - WALL, top - WALL)
+    area = Rectangle(left + WALL, bottom + WALL, right - WALL, top - WALL)
     places = place(wishes, on_paper(_busy(trip)), boxes, area)
     for label, box in zip(labels, places, strict=True):
         if box is None:

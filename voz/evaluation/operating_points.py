@@ -14,12 +14,12 @@ from voz.evaluation.statistics import AlarmRate
 from voz.recognition.confidence import Model
 from voz.recognition.interpreter import thresholds
 
-POSITIONS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
+RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
 """False alarms in an hour of talk."""
 
 
-class Position(msgspec.Struct, frozen=True):
-    """One setting of the knob.
+class OperatingPoint(msgspec.Struct, frozen=True):
+    """One rate of false alarms that may be asked for, and what it costs.
 
     Attributes:
         false_alarms_per_hour: what is asked for.
@@ -36,10 +36,10 @@ class Position(msgspec.Struct, frozen=True):
     talk: AlarmRate | None
 
 
-def positions(
+def operating_points(
     results: Iterable[Result], model: Model, settings: Recognition, commands: Sequence[str]
-) -> list[Position]:
-    """Tell what would be obeyed at several settings of the knob.
+) -> list[OperatingPoint]:
+    """Tell what would be obeyed at several rates of false alarms.
 
     Args:
         results: what voz itself made of clips; those in added noise do not count.
@@ -49,11 +49,11 @@ def positions(
     """
     clean = [r for r in results if r.snr is None and r.error is None]
     found = []
-    for alarms in POSITIONS:
+    for alarms in RATES:
         asked = replace(settings, threshold=None, false_alarms_per_hour=alarms)
         needed = thresholds(model, asked, commands)
         judged = [replace(r, heard=tuple(_judged(u, needed) for u in r.heard)) for r in clean]
-        found.append(_position(alarms, max(needed.values()), judged))
+        found.append(_operating_point(alarms, max(needed.values()), judged))
     return found
 
 
@@ -62,11 +62,11 @@ def _judged(heard: Understood, needed: Mapping[str, float]) -> Understood:
     return replace(heard, accepted=accepted)
 
 
-def _position(alarms: float, threshold: float, results: Sequence[Result]) -> Position:
+def _operating_point(alarms: float, threshold: float, results: Sequence[Result]) -> OperatingPoint:
     commands = [not r.is_right_and_accepted for r in results if r.kind == "command"]
     near_misses = [bool(r.obeyed) for r in results if r.kind == "near-miss"]
     talk = [r for r in results if r.kind == "talk"]
-    return Position(
+    return OperatingPoint(
         alarms,
         round(threshold, 3),
         _mean(commands),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from voz.config import Recognition
-from voz.evaluation.knob import POSITIONS, positions
+from voz.evaluation.operating_points import RATES, operating_points
 from voz.evaluation.results import Kind, Result, Understood
 from voz.evaluation.statistics import alarm_rate
 from voz.recognition.confidence import Model
@@ -25,13 +25,13 @@ def test_a_lower_rate_misses_more_and_lets_less_through() -> None:
         *(result("near-miss", c / 20) for c in range(21)),
         *(result("talk", c / 20) for c in range(21)),
     ]
-    found = positions(results, MODEL, Recognition(), COMMANDS)
-    assert [p.false_alarms_per_hour for p in found] == list(POSITIONS)
+    found = operating_points(results, MODEL, Recognition(), COMMANDS)
+    assert [p.false_alarms_per_hour for p in found] == list(RATES)
     missed = [p.missed for p in found]
     through = [p.let_through for p in found]
     assert missed == sorted(missed, reverse=True)
     assert through == sorted(through)
-    even = found[POSITIONS.index(1.0)]
+    even = found[RATES.index(1.0)]
     assert (even.threshold, even.missed, even.let_through) == (0.5, 0.4762, 0.5238)
     assert even.talk == alarm_rate(11, hours=2.1)
 
@@ -39,10 +39,12 @@ def test_a_lower_rate_misses_more_and_lets_less_through() -> None:
 def test_what_must_not_be_missed_needs_less() -> None:
     results = [result("command", 0.45), result("command", 0.45, "stop")]
     settings = Recognition(missed_cost=2)
-    even = positions(results, MODEL, settings, COMMANDS)[POSITIONS.index(1.0)]
+    even = operating_points(results, MODEL, settings, COMMANDS)[RATES.index(1.0)]
     assert even.missed == 0.5
 
 
 def test_clips_in_noise_do_not_count_and_what_is_not_there_is_not_told() -> None:
-    (first, *_) = positions([result("command", 1.0, snr=10.0)], MODEL, Recognition(), COMMANDS)
+    (first, *_) = operating_points(
+        [result("command", 1.0, snr=10.0)], MODEL, Recognition(), COMMANDS
+    )
     assert (first.missed, first.let_through, first.talk) == (None, None, None)

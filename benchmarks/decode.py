@@ -53,8 +53,9 @@ def without_confidence() -> Understand:
     from voz.audio.segment import Segment
     from voz.language.files import find_language
     from voz.recognition.decoder import Decoder, mean_start
+    from voz.recognition.language import load_language
 
-    decoder = Decoder(find_language(None))
+    decoder = Decoder(load_language(find_language(None)))
 
     def understand(path: Path) -> str:
         segmenter = Segmenter()

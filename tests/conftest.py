@@ -10,6 +10,7 @@ from recordings import ROOT, Recording, read_manifest
 
 from voz.config import Recognition
 from voz.language.files import LanguageFiles
+from voz.recognition.language import Language, load_language
 from voz.recognition.recognizer import Recognizer
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
@@ -32,6 +33,11 @@ def session(recordings: list[Recording]) -> Recording:
 @pytest.fixture(scope="session")
 def language() -> LanguageFiles:
     return LanguageFiles(ROOT / "lm")
+
+
+@pytest.fixture(scope="session")
+def loaded(language: LanguageFiles) -> Language:
+    return load_language(language)
 
 
 @pytest.fixture(scope="session")

@@ -26,6 +26,7 @@ from voz.language.build import build
 from voz.language.files import PACKAGED, LanguageFiles
 from voz.recognition.adaptation import StartVector
 from voz.recognition.decoder import Decoder
+from voz.recognition.language import load_language
 from voz.recognition.mllr import Transform, as_text, is_transforms
 from voz.recognition.profiles import Profile, load_profile, save_profile
 
@@ -156,7 +157,7 @@ def test_a_transform_that_is_taken_does_not_make_pocketsphinx_crash(tmp_path: Pa
         text = numbers.replace("1.000000", changed)
         assert is_transforms(text)
         path.write_text(text)
-        Decoder(LanguageFiles(PACKAGED), mllr=str(path)).decode(
+        Decoder(load_language(LanguageFiles(PACKAGED)), mllr=str(path)).decode(
             soundfile.read(GO_BACK, dtype="int16")[0], MEAN
         )
     for changed in ("nan", "inf", "1e9", "1", "0x1p3"):

@@ -23,6 +23,7 @@ from voz.recognition.adaptation import (
     Observation,
     StartVector,
 )
+from voz.recognition.language import Language
 from voz.recognition.profiles import Profile
 from voz.recognition.recognizer import Recognizer
 
@@ -45,8 +46,8 @@ def moved(vector: StartVector) -> npt.NDArray[np.float64]:
 
 
 @pytest.fixture(scope="module")
-def aligner(language: LanguageFiles) -> Aligner:
-    return Aligner(language)
+def aligner(loaded: Language) -> Aligner:
+    return Aligner(loaded)
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,14 @@ from recordings import Recording
 from voz.errors import LanguageError
 from voz.language.files import LanguageFiles
 from voz.recognition.decoder import Decoder, mean_start
+from voz.recognition.language import Language, load_language
 
 NOTHING = np.zeros(0, np.int16)
 
 
 @pytest.fixture(scope="module")
-def decoder(language: LanguageFiles) -> Decoder:
-    return Decoder(language)
+def decoder(loaded: Language) -> Decoder:
+    return Decoder(loaded)
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +33,9 @@ def test_a_command_is_understood(decoder: Decoder, commands: list[Recording]) ->
 
 
 def test_the_trigram_model_understands_commands_too(
-    language: LanguageFiles, commands: list[Recording]
+    loaded: Language, commands: list[Recording]
 ) -> None:
-    trigrams = Decoder(language, "lm")
+    trigrams = Decoder(loaded, "lm")
     right = [trigrams.decode(r.samples(), mean_start(r.samples())) == r.text for r in commands]
     assert np.mean(right) >= 0.8
 
@@ -44,10 +45,10 @@ def test_no_sound_is_no_sentence(decoder: Decoder) -> None:
 
 
 def test_the_same_audio_gives_the_same_answer_whatever_came_before(
-    language: LanguageFiles, recordings: list[Recording]
+    loaded: Language, recordings: list[Recording]
 ) -> None:
     clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::4]
-    there, back = Decoder(language), Decoder(language)
+    there, back = Decoder(loaded), Decoder(loaded)
     forward = [there.decode(c, mean_start(c)) for c in clips]
     assert forward == [back.decode(c, mean_start(c)) for c in clips[::-1]][::-1]
 
@@ -68,10 +69,10 @@ def test_missing_and_broken_language_files_are_one_clear_line(
     language: LanguageFiles, tmp_path: Path
 ) -> None:
     with pytest.raises(LanguageError, match="voz build-lm"):
-        Decoder(LanguageFiles(tmp_path))
+        load_language(LanguageFiles(tmp_path))
     for path in language.generated:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     broken = LanguageFiles(tmp_path)
     broken.lm.write_text("no model")
     with pytest.raises(LanguageError, match=r"comandos_voz\.lm: cannot be used"):
-        Decoder(broken, "lm")
+        load_language(broken)

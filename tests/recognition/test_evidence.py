@@ -13,17 +13,18 @@ import pytest
 from recordings import Recording
 
 from voz.language.build import build
-from voz.language.files import LanguageFiles, read_sentences
+from voz.language.files import LanguageFiles
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import IN_DOUBT, MOST_RIVALS, Comparison, Evidence
+from voz.recognition.language import Language, load_language
 from voz.recognition.second_ear import Fit, Opinion
 
 START = "45,3,-1"
 
 
 @pytest.fixture(scope="module")
-def comparison(language: LanguageFiles) -> Comparison:
-    return Comparison(language, read_sentences(language))
+def comparison(loaded: Language) -> Comparison:
+    return Comparison(loaded)
 
 
 @pytest.fixture(scope="module")
@@ -69,20 +70,18 @@ def test_no_sound_is_no_evidence(comparison: Comparison) -> None:
 
 
 def test_the_same_audio_gives_the_same_evidence_whatever_came_before(
-    language: LanguageFiles, recordings: list[Recording]
+    loaded: Language, recordings: list[Recording]
 ) -> None:
     clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::9]
-    sentences = read_sentences(language)
-    there, back = Comparison(language, sentences), Comparison(language, sentences)
+    there, back = Comparison(loaded), Comparison(loaded)
     forward = [there.compare(clip, "stop", START) for clip in clips]
     assert forward == [back.compare(clip, "stop", START) for clip in clips[::-1]][::-1]
 
 
 def test_in_doubt_a_command_that_must_not_be_missed_is_taken(
-    language: LanguageFiles, commands: list[Recording]
+    loaded: Language, commands: list[Recording]
 ) -> None:
-    sentences = read_sentences(language)
-    plain, careful = Comparison(language, sentences), Comparison(language, sentences, ["stop"])
+    plain, careful = Comparison(loaded), Comparison(loaded, ["stop"])
     for recording in commands:
         evidence = evidence_of(plain, recording)
         taken = evidence_of(careful, recording).text
@@ -93,22 +92,22 @@ def test_in_doubt_a_command_that_must_not_be_missed_is_taken(
 
 
 def test_a_command_that_is_hardly_better_gives_way_to_stop(
-    language: LanguageFiles, commands: list[Recording]
+    loaded: Language, commands: list[Recording]
 ) -> None:
-    both = ["stop speech", "stop"]
+    both = loaded._replace(sentences=["stop speech", "stop"])
     said = next(r for r in commands if r.text == "stop")
-    plain = evidence_of(Comparison(language, both), said, "stop speech")
+    plain = evidence_of(Comparison(both), said, "stop speech")
     assert plain.text == "stop speech"
-    assert evidence_of(Comparison(language, both, ["stop"]), said, "stop speech").text == "stop"
+    assert evidence_of(Comparison(both, ["stop"]), said, "stop speech").text == "stop"
 
 
 def test_stop_does_not_take_what_it_leaves_unexplained(
-    language: LanguageFiles, commands: list[Recording], monkeypatch: pytest.MonkeyPatch
+    loaded: Language, commands: list[Recording], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("voz.recognition.evidence.IN_DOUBT", 100.0)
-    both = ["stop speech", "stop"]
-    careful = Comparison(language, both, ["stop"])
-    for text in both:
+    both = loaded._replace(sentences=["stop speech", "stop"])
+    careful = Comparison(both, ["stop"])
+    for text in both.sentences:
         said = next(r for r in commands if r.text == text)
         assert evidence_of(careful, said, "stop speech").text == text
 
@@ -120,7 +119,7 @@ def test_of_a_long_list_only_those_that_share_a_word_are_rivals(
     sentences = [f"{a} {b}" for a in words for b in words] + ["go back", "go forward", "stop"]
     (tmp_path / "comandos_voz.txt").write_text("\n".join(sentences))
     build(tmp_path / "comandos_voz.txt", tmp_path)
-    comparison = Comparison(LanguageFiles(tmp_path), sentences)
+    comparison = Comparison(load_language(LanguageFiles(tmp_path)))
     assert len(sentences) > MOST_RIVALS
     go_back = next(r for r in commands if r.text == "go back")
     evidence = evidence_of(comparison, go_back, "go back")

@@ -9,10 +9,10 @@ import pocketsphinx
 import pytest
 from recordings import Recording
 
-from voz.language.files import LanguageFiles
 from voz.recognition.acoustic_model import CEPSTRA, AcousticModel
 from voz.recognition.adaptation import Aligned
 from voz.recognition.decoder import ACOUSTIC_MODEL, Decoder, mean_start
+from voz.recognition.language import Language
 from voz.recognition.mllr import as_text, fit_transforms, is_transforms
 
 
@@ -46,14 +46,14 @@ def test_a_speaker_who_is_moved_is_found(model: AcousticModel) -> None:
 
 
 def test_pocketsphinx_reads_it_and_what_changes_nothing_changes_nothing(
-    model: AcousticModel, language: LanguageFiles, recordings: list[Recording], tmp_path: Path
+    model: AcousticModel, loaded: Language, recordings: list[Recording], tmp_path: Path
 ) -> None:
     text = as_text(fit_transforms([], model))
     assert is_transforms(text)
     (tmp_path / "mllr.txt").write_text(text)
-    plain, same = Decoder(language), Decoder(language, mllr=str(tmp_path / "mllr.txt"))
+    plain, same = Decoder(loaded), Decoder(loaded, mllr=str(tmp_path / "mllr.txt"))
     (tmp_path / "upside_down.txt").write_text(text.replace("1.000000", "-1.000000"))
-    wrong = Decoder(language, mllr=str(tmp_path / "upside_down.txt"))
+    wrong = Decoder(loaded, mllr=str(tmp_path / "upside_down.txt"))
     clips = [r for r in recordings if r.kind == "command"][::9]
 
     def decoded(decoder: Decoder) -> list[str]:

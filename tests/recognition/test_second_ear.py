@@ -8,21 +8,20 @@ import numpy as np
 import pytest
 from recordings import Recording
 
-from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
 from voz.language.phone_distances import read_distances
-from voz.recognition.accents import spellings, with_accents
+from voz.recognition.language import Language
 from voz.recognition.phoneme_network import UnknownNetworkError
-from voz.recognition.second_ear import Fit, Opinion, SecondEar
+from voz.recognition.second_ear import Fit, Opinion, SecondEar, second_ear_for
 
 
 @pytest.fixture(scope="module")
-def ear(language: LanguageFiles) -> SecondEar:
-    return SecondEar(spellings(with_accents(read_pronunciations(language))))
+def ear(loaded: Language) -> SecondEar:
+    return second_ear_for(loaded)
 
 
 @pytest.fixture(scope="module")
-def commands(language: LanguageFiles) -> list[str]:
-    return read_sentences(language)
+def commands(loaded: Language) -> list[str]:
+    return loaded.sentences
 
 
 def best_of(opinion: Opinion) -> str:

@@ -8,20 +8,20 @@ from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Partial
-from voz.language.files import LanguageFiles, read_sentences
+from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.spotting import Spotter
 
 
 @pytest.fixture(scope="module")
-def ear(language: LanguageFiles) -> SecondEar:
-    return second_ear_for(language)
+def ear(loaded: Language) -> SecondEar:
+    return second_ear_for(loaded)
 
 
 @pytest.fixture(scope="module")
-def commands(language: LanguageFiles) -> list[str]:
-    return read_sentences(language)
+def commands(loaded: Language) -> list[str]:
+    return loaded.sentences
 
 
 def clips(recordings: list[Recording]) -> list[Recording]:

@@ -111,12 +111,13 @@ def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
         ConfigError: it cannot be had.
     """
     from voz.audio.endpoint import segments
+    from voz.recognition.language import load_language
     from voz.recognition.phoneme_network import UnknownNetworkError
     from voz.recognition.second_ear import second_ear_for
 
     commands = read_sentences(language)
     try:
-        ear = second_ear_for(language)
+        ear = second_ear_for(load_language(language))
     except UnknownNetworkError as error:
         raise ConfigError(f"there is no second ear: {error}; use another engine") from error
 

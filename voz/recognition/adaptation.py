@@ -24,9 +24,9 @@ import pocketsphinx
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.language.files import LanguageFiles
 from voz.recognition.acoustic_model import CEPSTRA, AcousticModel, Floats, Indices
 from voz.recognition.decoder import ACOUSTIC_MODEL, load_decoder, process
+from voz.recognition.language import Language
 
 LIKE_THE_MODEL = -1.5
 """What is learnt from fits its command almost as well as any phones: nats for each frame of speech.
@@ -169,7 +169,7 @@ class Aligner:
         model: the acoustic model.
     """
 
-    def __init__(self, language: LanguageFiles) -> None:
+    def __init__(self, language: Language) -> None:
         """Load the models; raises LanguageError as `Decoder` does."""
         # pocketsphinx hands out the cepstra as files alone.
         folder = tempfile.mkdtemp(prefix="voz-")

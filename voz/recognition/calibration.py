@@ -16,6 +16,7 @@ from voz.config import Recognition
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import Aligner, StartVector
 from voz.recognition.decoder import mean_start
+from voz.recognition.language import load_language
 from voz.recognition.mllr import as_text, fit_transforms
 from voz.recognition.profiles import Profile
 from voz.recognition.recognizer import Recognizer
@@ -113,7 +114,7 @@ def calibrate(
     Raises:
         LanguageError: the language files cannot be used.
     """
-    aligner = Aligner(language)
+    aligner = Aligner(load_language(language))
     parts = _parts(said)
     training = [[s for other in parts if other is not part for s in other] for part in parts]
     *fitted, final = (

@@ -10,9 +10,8 @@ from voz.audio import Samples
 from voz.audio.denoise import energies
 from voz.config import Search
 from voz.errors import LanguageError
-from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_pronunciations
-from voz.recognition.accents import added, with_accents
+from voz.recognition.accents import added
+from voz.recognition.language import Language
 
 CMN_START = (45.0, 3.0, -1.0)
 """Where the cepstral mean starts for speech of the usual level; further coefficients are 0.
@@ -41,12 +40,12 @@ class Decoder:
     """Finds the sentence in a stretch of speech; made once, used for many."""
 
     def __init__(
-        self, language: LanguageFiles, search: Search = "grammar", mllr: str | None = None
+        self, language: Language, search: Search = "grammar", mllr: str | None = None
     ) -> None:
         """Load the model.
 
         Args:
-            language: the dictionary, and the grammar or the trigram model.
+            language: whose commands it finds.
             search: "grammar" gives whole commands only, "lm" any sequence of their words.
             mllr: a file with the transform of the acoustic model for a speaker.
 
@@ -55,7 +54,8 @@ class Decoder:
         """
         # The lattice search that `bestpath` turns on loses a grammar's end, and with it the result.
         self._decoder = load_decoder(language, bestpath=search == "lm", mllr=mllr)
-        source = language.lm if search == "lm" else language.grammar
+        files = language.files
+        source = files.lm if search == "lm" else files.grammar
         add = self._decoder.add_lm_file if search == "lm" else self._decoder.add_jsgf_file
         try:
             add("commands", str(source))
@@ -78,31 +78,29 @@ class Decoder:
         return str(hypothesis.hypstr) if hypothesis else ""
 
 
-def load_decoder(language: LanguageFiles, **settings: Any) -> Any:
+def load_decoder(language: Language, **settings: Any) -> Any:
     """Load the acoustic model with the dictionary of a language, accents too, and no search yet.
 
     Args:
-        language: the language files.
+        language: whose commands it finds.
         settings: what differs from pocketsphinx's defaults.
 
     Raises:
-        LanguageError: the language files, or pocketsphinx's, cannot be used.
+        LanguageError: its files, or pocketsphinx's, cannot be used.
     """
-    check_files(language)
     config = pocketsphinx.Config(
         hmm=pocketsphinx.get_model_path(ACOUSTIC_MODEL),
-        dict=str(language.dictionary),
+        dict=str(language.files.dictionary),
         lm=None,
         loglevel="FATAL",  # its own messages are about its insides; ours say what to do
         **settings,
     )
-    words = read_pronunciations(language)
     try:
         decoder = pocketsphinx.Decoder(config)
-        for word, phones in added(words, with_accents(words)).items():
+        for word, phones in added(language.dictionary, language.pronunciations).items():
             decoder.add_word(word, " ".join(phones), False)
     except (RuntimeError, ValueError) as error:
-        raise LanguageError(_unusable(language.dictionary)) from error
+        raise LanguageError(_unusable(language.files.dictionary)) from error
     return decoder
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from voz.audio import Samples
-from voz.language.files import LanguageFiles
 from voz.recognition.decoder import load_decoder, process
+from voz.recognition.language import Language
 from voz.recognition.search_graph import SILENCE, search_graph
 from voz.recognition.second_ear import Opinion
 
@@ -112,16 +112,14 @@ class Comparison:
 
     def __init__(
         self,
-        language: LanguageFiles,
-        commands: Iterable[str],
+        language: Language,
         never_missed: Collection[str] = (),
         mllr: str | None = None,
     ) -> None:
         """Load the model.
 
         Args:
-            language: its dictionary has the words of the commands.
-            commands: all sentences of the language.
+            language: whose commands it compares.
             never_missed: those that are taken when in doubt.
             mllr: a file with the transform of the acoustic model for a speaker.
 
@@ -142,7 +140,7 @@ class Comparison:
         )
         lines = FILLERS.read_text(encoding="ascii").splitlines()
         self._phones = [line.split()[1] for line in lines if line.startswith("_")]
-        self._commands = list(commands)
+        self._commands = language.sentences
         self._never_missed = [command for command in self._commands if command in never_missed]
         if self.finds_alone:
             self._search_for(self._commands)

@@ -15,8 +15,6 @@ from voz.audio.segment import Segment
 from voz.audio.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
-from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
-from voz.recognition.accents import with_accents
 from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
     CONVINCED,
@@ -36,6 +34,7 @@ from voz.recognition.confidence import (
 )
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import MOST_RIVALS, Comparison, Evidence
+from voz.recognition.language import Language
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.profiles import Profile
 from voz.recognition.refusal import why_refused
@@ -91,7 +90,7 @@ class Interpreter:
 
     def __init__(
         self,
-        language: LanguageFiles,
+        language: Language,
         settings: Recognition,
         profile: Profile,
         learning: bool,
@@ -99,11 +98,11 @@ class Interpreter:
         """Load the models; arguments and errors are those of `Recognizer`."""
         self.learnt = profile.start
         self._aligner = Aligner(language) if learning else None
-        self._commands = read_sentences(language)
-        self._comparison = Comparison(language, self._commands, settings.never_missed, profile.mllr)
+        self._commands = language.sentences
+        self._comparison = Comparison(language, settings.never_missed, profile.mllr)
         alone = settings.search == "grammar" and self._comparison.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
-        self._phones_of = with_accents(read_pronunciations(language))
+        self._phones_of = language.pronunciations
         self._second = _second_ear(language) if settings.second_ear else None
         self._spotter = _spotter(self._second, self._commands, settings.never_missed)
         models = load_models()
@@ -242,7 +241,7 @@ def _ears(evidence: Evidence, worst_word: float) -> tuple[Ear, Ear] | None:
     return Ear(first[0], round(worst_word, 2)), Ear(second, round(opinion.fit(text), 2))
 
 
-def _second_ear(language: LanguageFiles) -> SecondEar | None:
+def _second_ear(language: Language) -> SecondEar | None:
     """Load the second ear, where it can be had."""
     try:
         return second_ear_for(language)

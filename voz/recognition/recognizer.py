@@ -19,6 +19,7 @@ from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
 from voz.recognition.confidence import Around, Model
 from voz.recognition.interpreter import Hypothesis, Interpreter
+from voz.recognition.language import load_language
 from voz.recognition.profiles import Profile
 
 MICROPHONE = "microphone"
@@ -73,7 +74,8 @@ class Recognizer:
             LanguageError: the language files cannot be used.
         """
         with locked(language.folder, LOCK_SH):  # all of one `voz build-lm`
-            self._interpreter = Interpreter(language, settings, profile or Profile(), learning)
+            loaded = load_language(language)
+            self._interpreter = Interpreter(loaded, settings, profile or Profile(), learning)
         self._early = settings.early_decision
 
     @property

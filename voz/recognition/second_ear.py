@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import Samples
-from voz.language.files import LanguageFiles, read_pronunciations
-from voz.recognition.accents import spellings, with_accents
+from voz.language.files import LanguageFiles
+from voz.recognition.accents import spellings
 from voz.recognition.ctc import Floats, Lattice, lattice, log_likelihoods
+from voz.recognition.language import Language, load_language
 from voz.recognition.phoneme_engine import load_network
 from voz.recognition.phoneme_network import BLANKS, UnknownNetworkError
 
@@ -118,15 +119,15 @@ class SecondEar:
         return ([phone for word in way for phone in word] for way in ways)
 
 
-def second_ear_for(language: LanguageFiles) -> SecondEar:
+def second_ear_for(language: Language) -> SecondEar:
     """Load the second ear for the words of a language; errors are those of `SecondEar`."""
-    return SecondEar(spellings(with_accents(read_pronunciations(language))))
+    return SecondEar(spellings(language.pronunciations))
 
 
-def why_missing(language: LanguageFiles) -> str | None:
+def why_missing(files: LanguageFiles) -> str | None:
     """Tell why there is no second ear for a language; None if there is one."""
     try:
-        second_ear_for(language)
+        second_ear_for(load_language(files))
     except UnknownNetworkError as error:
         return str(error)
     return None

@@ -39,6 +39,12 @@ def test_a_wrong_call_is_one_line(arguments: list[object], said: str, voz: Any) 
     assert said in voz(*arguments).complaint
 
 
+def test_the_bare_command_shows_the_help(voz: Any) -> None:
+    bare, asked = voz(), voz("--help")
+    assert (bare.code, bare.out, bare.err) == (0, asked.out, "")
+    assert bare.out.startswith("Usage: voz ")
+
+
 @pytest.mark.parametrize(
     "command",
     ["build-lm", "calibrate", "decode", "devices", "eval", "fit-confidence", "run", "say", "sound"],

@@ -27,7 +27,6 @@ UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as it
 
 app = typer.Typer(
     add_completion=False,
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # the plain help takes half the time
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -56,8 +55,10 @@ def call(arguments: Sequence[str] | None = None) -> int:
         The exit code, one of those in `exit_codes.py` or 0.
     """
     logging.lastResort = logging.NullHandler()  # what libraries note is no matter of users
+    given = sys.argv[1:] if arguments is None else arguments
     try:
-        code = app(args=arguments, prog_name="voz", standalone_mode=False)
+        # Not typer's no_args_is_help, which is an error in one version of it and none in another.
+        code = app(args=given or ["--help"], prog_name="voz", standalone_mode=False)
         with writing_results():
             sys.stdout.flush()
     except (BrokenPipeError, SystemExit) as end:  # as in `voz decode ... | head -1`
@@ -66,7 +67,6 @@ def call(arguments: Sequence[str] | None = None) -> int:
             raise
         return BY_SIGNAL + signal.SIGPIPE
     except (VozError, OSError) as error:
-        given = sys.argv[1:] if arguments is None else arguments
         if isinstance(error, RobotMistake) and {"-v", "--verbose"} & set(given):
             traceback.print_exception(error.__cause__)
         return _wrong_call(str(error))

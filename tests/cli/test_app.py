@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from recordings import GO_BACK
 
+from voz import __version__
+
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
@@ -45,6 +47,11 @@ def test_the_bare_command_shows_the_help(voz: Any) -> None:
     assert bare.out.startswith("Usage: voz ")
 
 
+def test_the_version_is_told(voz: Any) -> None:
+    told = voz("--version")
+    assert (told.code, told.out, told.err) == (0, f"voz {__version__}\n", "")
+
+
 @pytest.mark.parametrize(
     "command",
     ["build-lm", "calibrate", "decode", "devices", "eval", "fit-confidence", "run", "say", "sound"],
@@ -55,10 +62,11 @@ def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     assert re.search(f"Examples?: voz {command} ", " ".join(result.out.split()))
 
 
-def test_help_and_the_package_load_none_of_the_heavy_parts() -> None:
+@pytest.mark.parametrize("asked", ["--help", "--version"])
+def test_help_and_the_package_load_none_of_the_heavy_parts(asked: str) -> None:
     code = (
         "import sys, voz.cli\n"
-        "try: voz.cli.main(['--help'])\n"
+        f"try: voz.cli.main([{asked!r}])\n"
         "except SystemExit: pass\n"
         "print([m for m in ('numpy', 'pocketsphinx', 'rich', 'soundfile', 'sounddevice', 'soxr')"
         " if m in sys.modules])"

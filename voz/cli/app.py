@@ -7,10 +7,11 @@ import signal
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
+from voz import __version__
 from voz.cli.calibrate import calibrate
 from voz.cli.devices import devices
 from voz.cli.evaluation import evaluate, fit_confidence
@@ -19,7 +20,7 @@ from voz.cli.language import build_lm
 from voz.cli.recordings import decode
 from voz.cli.run import run
 from voz.cli.speech import say, sound
-from voz.cli.terminal import tell, writing_results
+from voz.cli.terminal import show, tell, writing_results
 from voz.errors import RobotMistake, VozError
 from voz.signals import BY_SIGNAL
 
@@ -32,6 +33,25 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Offline voice control for robots: speak a command, the robot moves and answers.",
 )
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        show(f"voz {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _before_all(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Take the options that are no subcommand's."""
+
 
 # The help shows them in this order.
 app.command("build-lm")(build_lm)

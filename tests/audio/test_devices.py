@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -21,6 +22,8 @@ for wanted in json.loads(sys.argv[1]):
     except AudioError as error:
         print(json.dumps(str(error)))
 """
+
+ALIKE = ("usb_desk_left", "usb_desk_right", "headset")
 
 NO_DEFAULT = """
 import sounddevice
@@ -55,11 +58,27 @@ def test_what_is_none_or_several_is_one_line_with_those_that_there_are(
     pulse: dict[str, str],
 ) -> None:
     names = 'take the number of one of: 0 "pulse", 1 "default"'
-    wanted = ["nobody", "ul", "", "2", "-1", "9" * 30]
+    wanted = ["nobody", "2", "-1", "9" * 5000]
     _, errors = choose(pulse, *wanted)
-    assert errors == [f'there is not exactly one microphone "{w}"; {names}' for w in wanted]
+    assert errors == [f'there is no microphone "{w}"; {names}' for w in wanted]
+    _, errors = choose(pulse, "ul", "", "alsa")
+    assert errors == [f'there are several microphones "{w}"; {names}' for w in ("ul", "", "alsa")]
     _, errors = choose(pulse, None, before=NO_DEFAULT)
     assert errors == [f"there is no default microphone; {names}"]
+
+
+@pytest.mark.slow
+def test_of_several_only_those_that_match_are_listed(pulse: dict[str, str], tmp_path: Path) -> None:
+    config = tmp_path / "alsa.conf"
+    config.write_text("".join(f"pcm.{name} {{ type pulse }}\n" for name in ALIKE))
+    environment = pulse | {"ALSA_CONFIG_PATH": f"/usr/share/alsa/alsa.conf:{config}"}
+    there, errors = choose(environment, "usb", "desk")
+    print(there)
+    both = ", ".join(f'{d.number} "{d.name}"' for d in there if d.name.startswith("usb"))
+    assert errors == [
+        f'there are several microphones "usb"; take the number of one of: {both}',
+        f'there are several microphones "desk"; take the number of one of: {both}',
+    ]
 
 
 def test_a_computer_without_microphone_has_none_by_any_name(no_sound: dict[str, str]) -> None:

@@ -81,7 +81,7 @@ def test_an_unknown_microphone_is_one_line_with_those_that_there_are(
     pulse: dict[str, str], tmp_path: Path
 ) -> None:
     message = error_of(listen(pulse, tmp_path / "heard.raw", device="nobody has this"))
-    assert message.startswith('there is not exactly one microphone "nobody has this"; take ')
+    assert message.startswith('there is no microphone "nobody has this"; take ')
     assert message.count("\n") == 1
     assert "pulse" in message
 

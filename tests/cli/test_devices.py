@@ -35,9 +35,9 @@ def test_the_microphones_are_listed_and_the_one_that_is_used_is_marked(
 def test_an_unknown_microphone_is_one_line(pulse: dict[str, str]) -> None:
     for option in ([], ["--test"]):
         result = in_process("devices", "-d", "nobody", *option, env=pulse)
-        assert 'not exactly one microphone "nobody"' in result.complaint
+        assert 'there is no microphone "nobody"; take' in result.complaint
     result = in_process("devices", "-d", "9" * 5000, env=pulse)  # more digits than Python reads
-    assert "not exactly one microphone" in result.complaint
+    assert 'there is no microphone "999' in result.complaint
 
 
 @pytest.mark.parametrize("option", [[], ["--test"], ["--device", "3"]])

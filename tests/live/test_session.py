@@ -131,7 +131,7 @@ def test_the_time_is_that_since_the_start(robot: LiveRobot) -> None:
 def test_an_unknown_microphone_is_one_line(pulse: dict[str, str]) -> None:
     result = in_process("run", "--no-sound", "--device", "nobody has this", env=pulse)
     assert result.complaint.startswith(
-        'voz: there is not exactly one microphone "nobody has this"; take the number of one of: '
+        'voz: there is no microphone "nobody has this"; take the number of one of: '
     )
 
 

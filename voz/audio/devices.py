@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+import re
 from typing import NamedTuple
 
 from voz.audio.portaudio import load_sounddevice
@@ -60,22 +60,33 @@ def choose(wanted: str | None = None) -> Device:
     there = microphones()
     if not there:
         raise AudioError("there is no microphone; connect one and start again")
-    number = _number(load_sounddevice(), wanted)
-    for device in there:
-        if device.number == number:
-            return device
-    names = ", ".join(f'{device.number} "{device.name}"' for device in there)
-    lacking = (
-        "no default microphone" if wanted is None else f'not exactly one microphone "{wanted}"'
-    )
-    raise AudioError(f"there is {lacking}; take the number of one of: {names}")
+    meant = _default(there) if wanted is None else _matching(wanted, there)
+    if len(meant) == 1:
+        return meant[0]
+    names = ", ".join(f'{device.number} "{device.name}"' for device in meant or there)
+    lacking = "there are several microphones" if meant else "there is no microphone"
+    named = "there is no default microphone" if wanted is None else f'{lacking} "{wanted}"'
+    raise AudioError(f"{named}; take the number of one of: {names}")
 
 
-def _number(sounddevice: ModuleType, wanted: str | None) -> int | None:
-    """Ask sounddevice, whose users know how it finds a name; None if it finds not one."""
+def _default(there: list[Device]) -> list[Device]:
+    """Ask sounddevice for the default microphone; none if it has none."""
+    sounddevice = load_sounddevice()
     try:
-        if wanted is not None and wanted.isdecimal():
-            return int(wanted)
-        return int(sounddevice.query_devices(wanted, "input")["index"])
+        number = sounddevice.query_devices(None, "input")["index"]
     except (sounddevice.PortAudioError, ValueError):
-        return None
+        return []
+    return [device for device in there if device.number == number]
+
+
+def _matching(wanted: str, there: list[Device]) -> list[Device]:
+    """Find what may be meant as sounddevice does, whose users know its way: words in their order.
+
+    sounddevice itself does not say which they are where there are several.
+    """
+    if wanted.isdecimal():
+        return [device for device in there if str(device.number) == wanted]
+    words = re.compile(".*".join(map(re.escape, wanted.lower().split())))
+    full = {device: f"{device.name}, {device.system}".lower() for device in there}
+    exact = [d for d in there if wanted.lower() in (d.name.lower(), full[d])]
+    return exact if len(exact) == 1 else [d for d in there if words.search(full[d])]

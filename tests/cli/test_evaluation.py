@@ -48,8 +48,11 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     data, page = tmp_path / "first.json", tmp_path / "first.html"
     code, out, err = voz(manifest, "--json", data, "--html", page, "--jobs", 2)
     assert (code, out) == (3, "")
-    assert err.startswith("error: ")
-    assert "bad.wav: is no recording that can be read" in err
+    of_page, of_data, error = err.splitlines()
+    assert of_page == f"written: {page}, a page with tables and pictures"
+    assert of_data == f"written: {data}, all figures and each clip's result"
+    assert error.startswith("error: ")
+    assert "bad.wav: is no recording that can be read" in error
     first = json.loads(data.read_text())
     assert len(first["results"]) == 21
     assert first["scores"]["commands"][0]["clips"] == 7

@@ -122,9 +122,10 @@ def evaluate(
     points = _operating_points(results, choice) if engine == "voz" else []
     evaluation = report.evaluate(results, asked, others, points)
     if html:
-        write_text(html, report.to_html(evaluation))
+        write_text(html, report.to_html(evaluation), "a page with tables and pictures")
     if as_json:
-        write_text(as_json, f"{report.to_json(evaluation)}\n")
+        data = f"{report.to_json(evaluation)}\n"
+        write_text(as_json, data, "all figures and each clip's result")
     if not (html or as_json):
         show(*report.to_text(evaluation).split("\n"))
     failed = dict.fromkeys(result.error for result in results if result.error is not None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from calls import in_process
+from calls import VOZ, in_process
 from live_robot import LiveRobot, live_robot, moves, rests, speak, velocity
 from recordings import FIXTURES
 
@@ -117,6 +118,38 @@ def test_without_the_option_it_waits_for_start_speech(pulse: dict[str, str]) -> 
         assert not any(map(moves, robot.of("cmd_vel")))
         robot.type("go forward")
         robot.wait_for(moves)
+
+
+@pytest.mark.parametrize(
+    ("options", "input_", "told"),
+    [
+        (
+            [],
+            subprocess.PIPE,
+            'the microphone default and typed commands; say "start speech" first',
+        ),
+        (["--listening", "-d", "puls"], subprocess.PIPE, "the microphone pulse and typed commands"),
+        ([], subprocess.DEVNULL, 'the microphone default; say "start speech" first'),
+    ],
+)
+def test_without_a_terminal_it_says_when_it_hears_and_whom(
+    options: list[str], input_: int, told: str, pulse: dict[str, str], tmp_path: Path
+) -> None:
+    events = tmp_path / "events.jsonl"
+    with subprocess.Popen(
+        [*VOZ, "run", "--no-sound", *options, "--events", str(events)],
+        env=pulse,
+        stdin=input_,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        while not (events.exists() and events.read_text()):
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.terminate()
+        _, said = process.communicate(timeout=60)
+    assert said == f"listening to {told}\n"
 
 
 def test_the_time_is_that_since_the_start(robot: LiveRobot) -> None:

@@ -14,7 +14,7 @@ from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
 from voz.cli.robots import Plan, Robots, robots_of
 from voz.cli.run_options import Running
-from voz.cli.terminal import open_text, warn
+from voz.cli.terminal import open_text, tell, warn
 from voz.errors import AudioError
 
 if TYPE_CHECKING:
@@ -103,6 +103,7 @@ def _run_live(
         options.device,
         options.listening,
         plan.terminal,
+        tell,
         options.record,
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,

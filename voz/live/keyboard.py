@@ -89,7 +89,7 @@ def keys(inbox: Inbox, typed: Callable[[str], None], warn: Callable[[str], None]
     """
     line = Line()
     stream = sys.stdin
-    if stream is None or stream.closed or _in_background(stream):
+    if not somebody_types():
         yield line
         return
     ended = threading.Event()
@@ -112,6 +112,14 @@ def keys(inbox: Inbox, typed: Callable[[str], None], warn: Callable[[str], None]
             yield line
         finally:
             ended.set()
+
+
+def somebody_types() -> bool:
+    """Whether standard input is there to be read; a program in the background may not."""
+    stream = sys.stdin
+    if stream is None or stream.closed or _in_background(stream):
+        return False
+    return not os.path.samefile(stream.fileno(), os.devnull)  # noqa: PTH121
 
 
 def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:

@@ -15,7 +15,7 @@ from voz.events import Receiver
 from voz.language.commands import normalise
 from voz.live.display import Display
 from voz.live.hearing import Hearing
-from voz.live.keyboard import keys
+from voz.live.keyboard import keys, somebody_types
 from voz.live.recorder import Recorder
 from voz.recognition.recognizer import Recognizer
 from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
@@ -38,6 +38,7 @@ class Seat(NamedTuple):
         device: the microphone's number or a part of its name; None is the default one.
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
+        tell: where there is no display, takes the line that it listens.
         record: the folder in which what is heard is kept.
         extra: what the terminal shows besides.
         also: another recogniser, which is given what obeys a sentence from a source.
@@ -46,6 +47,7 @@ class Seat(NamedTuple):
     device: str | None = None
     listening: bool = False
     terminal: Console | None = None
+    tell: Callable[[str], None] = lambda _: None
     record: Path | None = None
     extra: RenderableType | None = None
     also: Callable[[Typist], AbstractContextManager[None]] | None = None
@@ -117,7 +119,18 @@ def run_live(
         drive = Drive(told, settings.safety, seat.listening)
         if seat.terminal:
             parts.enter_context(drawn(display, seat.terminal))
+        else:
+            seat.tell(_ready(hearing.device, seat))
         drive_by_clock(drive, inbox, clock, robots, hearing)
+
+
+def _ready(microphone: str, seat: Seat) -> str:
+    """Say that it listens, to whom, and what to do first."""
+    sources = [f"the microphone {microphone}"]
+    sources += ["typed commands"] if somebody_types() else []
+    sources += ["another recogniser"] if seat.also else []
+    first = "" if seat.listening else '; say "start speech" first'
+    return f"listening to {' and '.join(sources)}{first}"
 
 
 @contextmanager

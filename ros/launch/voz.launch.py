@@ -6,6 +6,8 @@ stand in a virtual environment of its own: `voz:=$HOME/voz/.venv/bin/voz`.
 
 from __future__ import annotations
 
+import os
+
 OPTIONS = {
     "device": "number of the microphone, or a part of its name",
     "lm": "folder of the language files",
@@ -25,6 +27,8 @@ def command(arguments: dict[str, str]) -> list[str]:
     Args:
         arguments: those of the launch file; one that is empty is left out.
     """
+    # Else the settings would be those of the folder that `ros2 launch` is called in.
+    arguments = arguments | {"config": arguments.get("config") or os.devnull}
     chosen = [f"--{name}={arguments[name]}" for name in OPTIONS if arguments.get(name)]
     switched = [f"--{name}" for name in SWITCHES if arguments.get(name) == "true"]
     return [arguments["voz"], "run", "--robot", "ros2", *chosen, *switched]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from pathlib import Path
 
 import pytest
 from recordings import ROOT
@@ -11,6 +12,13 @@ from ros1.ros import Ros
 from voz.ros1.master import check_namespace
 
 NODES = ["recognizer", "control_voz", "voz", "simulator", "soundplay"]
+
+
+def test_a_node_reads_no_settings_of_the_folder_that_it_starts_in(ros: Ros, tmp_path: Path) -> None:
+    (tmp_path / "voz.toml").write_text("nonsense")
+    done = ros.call(str(ROOT / "ros" / "scripts" / "voz"), "_safety:=perhaps", cwd=tmp_path)
+    (line,) = done.stderr.splitlines()
+    assert "~safety: perhaps" in line
 
 
 @pytest.mark.parametrize("name", NODES)

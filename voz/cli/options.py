@@ -18,6 +18,9 @@ from voz.files import check_not_read
 if TYPE_CHECKING:
     from voz.language.files import LanguageFiles
 
+HERE = Path("voz.toml")
+"""The settings where none are named: those of the folder that the user is in."""
+
 LmOption = Annotated[
     str | None,
     typer.Option("--lm", metavar="DIR", help="Language files; else lm/ here, else voz's own."),
@@ -37,7 +40,8 @@ class Common:
 
     lm: LmOption = None
     config: Annotated[
-        Path | None, typer.Option("--config", metavar="FILE", help="Settings, a voz.toml.")
+        Path | None,
+        typer.Option("--config", metavar="FILE", help="Settings; else a voz.toml here."),
     ] = None
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Tell what is used.")] = False
 
@@ -47,8 +51,16 @@ class Common:
         Args:
             others: options of the subcommand's own, as `overridden` takes them.
         """
-        settings = load_config(self.config) if self.config else Config()
+        settings = load_config(self._file) if self._file else Config()
         return overridden(settings, {"lm": self.lm, **others})
+
+    @functools.cached_property
+    def _file(self) -> Path | None:
+        """Which settings are read; those that nobody named are told, once."""
+        if self.config or not HERE.is_file():
+            return self.config
+        tell(f"settings: {HERE}")
+        return HERE
 
     def language(self, settings: Config) -> LanguageFiles:
         """Find language files that can be used; tell which, and whether their list has changed."""
@@ -75,7 +87,7 @@ class Common:
         from voz.language.files import STEM, find_language
 
         language = find_language(self.settings().lm).folder.glob(f"{STEM}.*")
-        check_not_read(filter(None, written), filter(None, (*read, self.config, *language)))
+        check_not_read(filter(None, written), filter(None, (*read, self._file, *language)))
 
 
 def _second_ear(settings: Config, language: LanguageFiles) -> str:

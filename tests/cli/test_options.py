@@ -1,0 +1,78 @@
+"""The options that several subcommands take: which settings are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from recordings import FIXTURES, GO_BACK
+
+
+@pytest.fixture
+def here(tmp_path: Path, voz: Any, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder in which the command is called, after the fixture that goes to another."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "typed.txt").write_text("start speech\ngo forward\n")
+    return tmp_path
+
+
+SLOW = "[safety]\nmax_linear = 0.05\n"
+TYPED = ("run", "--no-sound", "--text", "typed.txt")
+
+
+def test_a_voz_toml_here_is_read_and_told_once(here: Path, voz: Any) -> None:
+    (here / "voz.toml").write_text(SLOW)
+    result = voz(*TYPED)
+    assert (result.code, result.err) == (0, "settings: voz.toml\n")
+    assert "drives forward at 0.05 m/s" in result.out
+
+
+def test_another_that_is_named_takes_its_place(here: Path, voz: Any) -> None:
+    (here / "voz.toml").write_text(SLOW)
+    (here / "mine.toml").write_text("")
+    for name in ("mine.toml", "/dev/null"):
+        result = voz(*TYPED, "--config", name)
+        assert (result.code, result.err) == (0, "")
+        assert "drives forward at 0.10 m/s" in result.out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        TYPED,
+        ("decode", GO_BACK),
+        ("eval", FIXTURES / "manifest.tsv"),
+        ("calibrate", "--wav", "none"),
+    ],
+)
+def test_a_mistake_in_it_is_told_as_in_one_that_is_named(
+    arguments: tuple[object, ...], here: Path, voz: Any
+) -> None:
+    (here / "voz.toml").write_text("[safety]\nmax_speed = 1\n")
+    result = voz(*arguments)
+    assert result.code == 2
+    told, complaint = result.err.splitlines()
+    assert told == "settings: voz.toml"
+    assert complaint.startswith("voz: voz.toml: Object contains unknown field `max_speed`")
+
+
+def test_it_is_not_written_over(here: Path, voz: Any) -> None:
+    (here / "voz.toml").write_text(SLOW)
+    result = voz(*TYPED, "--events", "voz.toml")
+    assert result.code == 2
+    assert "voz: voz.toml: is read or written already" in result.err
+    assert (here / "voz.toml").read_text() == SLOW
+
+
+def test_what_is_no_file_is_none(here: Path, voz: Any) -> None:
+    (here / "voz.toml").mkdir()
+    result = voz(*TYPED)
+    assert (result.code, result.err) == (0, "")
+
+
+def test_what_reads_no_settings_tells_of_none(here: Path, voz: Any) -> None:
+    (here / "voz.toml").write_text("nonsense")
+    for arguments in (["calibrate", "--list"], ["say", "--list-voices"], ["--help"]):
+        result = voz(*arguments)
+        assert (result.code, result.err) == (0, "")

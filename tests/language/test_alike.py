@@ -73,6 +73,15 @@ def test_building_warns_of_alike_commands(tmp_path: Path):
     assert line.startswith('"go right" and "go write" sound alike (1.00')
 
 
+def test_building_the_list_that_comes_with_voz_warns_of_nothing(tmp_path: Path):
+    assert build(COMMANDS, tmp_path).warnings == ()
+
+
+def test_the_same_pairs_in_a_list_of_ones_own_are_warned_of(tmp_path: Path):
+    (tmp_path / "list.txt").write_text(f"{COMMANDS.read_text()}open gripper\n")
+    assert len(build(tmp_path / "list.txt", tmp_path).warnings) == 4
+
+
 def test_a_long_list_is_not_compared_and_that_is_said_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

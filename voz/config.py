@@ -57,6 +57,8 @@ class Recognition(Section, frozen=True, kw_only=True):
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
         second_ear: whether a network that hears phonemes has a say too; False leaves it all to
             pocketsphinx.
+        confidence: a model of `voz fit-confidence`, from the folder you are in; None and "" take
+            the one that comes with voz.
     """
 
     search: Search = "grammar"
@@ -66,6 +68,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     early_decision: Pause = 0.06
     threshold: Fraction | None = None
     second_ear: bool = True
+    confidence: str | None = None
 
 
 class Safety(Section, frozen=True, kw_only=True):

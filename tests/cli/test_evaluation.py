@@ -14,7 +14,10 @@ from pathlib import Path
 
 import pytest
 from calls import VOZ, Result, in_process
+from msgspec.structs import replace
 from recordings import FIXTURES, GO_BACK, read_manifest
+
+from voz.recognition.confidence import load_models, save_models
 
 Call = Callable[..., tuple[int, str, str]]
 
@@ -169,6 +172,64 @@ def test_no_model_takes_the_place_of_what_it_is_made_from(tmp_path: Path) -> Non
     assert (result.code, result.out) == (2, "")
     assert result.complaint.startswith(f"voz: {lists}: is read ")
     assert lists.read_bytes() == before
+
+
+def test_a_model_is_written_where_it_is_said_alone(tmp_path: Path) -> None:
+    lists = tmp_path / "list.tsv"
+    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
+    assert "--out" in in_process("fit-confidence", lists).complaint
+
+
+@pytest.fixture
+def own_model(tmp_path: Path) -> Path:
+    """The package's, which now believes nothing; voz.toml beside it names it."""
+    models = load_models()
+    doubting = replace(models.two_ears, intercept=-99.0)
+    save_models(replace(models, two_ears=doubting), tmp_path / "mine.json")
+    (tmp_path / "voz.toml").write_text('[recognition]\nconfidence = "mine.json"\n')
+    return tmp_path / "mine.json"
+
+
+def test_the_settings_name_the_model_that_judges(own_model: Path) -> None:
+    decode = ("decode", "--json", GO_BACK, "--config", "voz.toml")
+    (heard,) = in_process(*decode, cwd=own_model.parent).json
+    assert (heard["text"], heard["accepted"], heard["confidence"]) == ("go back", False, 0.0)
+    (own_model.parent / "voz.toml").write_text('[recognition]\nconfidence = ""\n')
+    (heard,) = in_process(*decode, cwd=own_model.parent).json
+    assert heard["accepted"]
+
+
+def test_no_result_takes_the_place_of_the_model(own_model: Path) -> None:
+    before = own_model.read_bytes()
+    arguments = ("run", "--config", "voz.toml", "--wav", GO_BACK, "--events", "mine.json")
+    complaint = in_process(*arguments, cwd=own_model.parent).complaint
+    assert complaint.startswith("voz: mine.json: is read ")
+    assert own_model.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (None, "cannot be read"),
+        (lambda text: text[:200], "cannot be used"),
+        (lambda text: text.replace('"phones"', '"phone"'), '"phone" is no feature of this voz'),
+        (lambda text: text.replace('"alarms": 1', '"alarms": -1'), "cannot be used"),
+    ],
+)
+def test_a_model_that_cannot_be_used_is_one_line(
+    damage: Callable[[str], str] | None, said: str, own_model: Path
+) -> None:
+    if damage:
+        own_model.write_text(damage(own_model.read_text()))
+    else:
+        own_model.unlink()
+    calls = [("decode", GO_BACK), ("eval", FIXTURES / "manifest.tsv", "--jobs", "1")]
+    for call in calls:
+        result = in_process(*call, "--config", "voz.toml", cwd=own_model.parent)
+        assert result.out == ""
+        assert result.complaint.startswith("voz: mine.json: ")
+        assert said in result.complaint
+        assert "`voz fit-confidence`" in result.complaint
 
 
 def test_the_results_of_a_full_disk_are_one_line(voz: Call, manifest: Path, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ CALLS = [
     (["sound", "--list"], 0),
     (["say"], 2),
     (["eval", "none.tsv", "--json", "-"], 2),
-    (["fit-confidence", "none.tsv"], 2),
+    (["fit-confidence", "none.tsv", "--out", "none.json"], 2),
 ]
 
 

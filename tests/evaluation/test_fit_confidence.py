@@ -166,7 +166,7 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     assert "command" in models.two_ears.fitted_on[0]
     assert len(likely) == len(found) + len(talk)
     save_models(models, tmp_path / "models.json")
-    assert load_models(tmp_path / "models.json") == models
+    assert load_models(str(tmp_path / "models.json")) == models
 
 
 def test_in_a_stream_everything_belongs_to_what_was_said_there(tmp_path: Path) -> None:

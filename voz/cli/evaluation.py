@@ -137,10 +137,7 @@ def evaluate(
 
 def fit_confidence(
     manifests: ManifestsArgument,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.json", help="Where to write; else the package's own model."),
-    ] = None,
+    out: Annotated[Path, typer.Option(metavar="FILE.json", help="Where to write the models.")],
     jobs: JobsOption = None,
     lm: LmOption = None,
 ) -> None:
@@ -148,19 +145,19 @@ def fit_confidence(
 
     One is for pocketsphinx alone, one for both ears. Prints what would be accepted by both, judged
     by models that never heard the speaker. There must be half an hour of talk among the
-    recordings, to tell how often it sounds like a command.
+    recordings, to tell how often it sounds like a command. `confidence = "FILE.json"` in the table
+    [recognition] of a voz.toml makes voz judge by them.
 
     Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
     """
     from voz.evaluation import fit_confidence as fitting
     from voz.evaluation.manifest import read_manifests
     from voz.evaluation.recognise import tasks_for
-    from voz.recognition.confidence import MODEL, save_models, threshold_for
+    from voz.recognition.confidence import save_models, threshold_for
 
     clips = read_manifests(manifests, streams=True)
-    written = out or MODEL
-    check_writable(written)
-    check_not_read([written], [*manifests, *(clip.path for clip in clips)])
+    check_writable(out)
+    check_not_read([out], [*manifests, *(clip.path for clip in clips)])
     recordings = len(tasks_for(clips, [], [], room=False))
     found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
@@ -173,8 +170,8 @@ def fit_confidence(
     counts = fitting.acceptance(examples, likely, threshold)
     for name, (share, number) in counts.items():
         show(f"{share:8.3f} {number:5}  {name}")
-    save_models(models, written)
-    show(f"written: {written}")
+    save_models(models, out)
+    show(f"written: {out}")
 
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:

@@ -86,8 +86,10 @@ class Common:
         """
         from voz.language.files import STEM, find_language
 
-        language = find_language(self.settings().lm).folder.glob(f"{STEM}.*")
-        check_not_read(filter(None, written), filter(None, (*read, self._file, *language)))
+        settings = self.settings()
+        language = find_language(settings.lm).folder.glob(f"{STEM}.*")
+        named = (self._file, settings.recognition.confidence)
+        check_not_read(filter(None, written), filter(None, (*read, *named, *language)))
 
 
 def _second_ear(settings: Config, language: LanguageFiles) -> str:

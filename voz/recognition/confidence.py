@@ -6,12 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from pathlib import Path as FilePath
+from typing import Annotated
 
 import msgspec
 from msgspec.structs import replace
 
+from voz.errors import ConfigError
 from voz.events import RefusedBy
-from voz.files import replaced, told
+from voz.files import FEW_BYTES, read_json, replaced, shown_path, told
 from voz.language.phone_distances import read_distances
 from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
 
@@ -69,6 +71,9 @@ class Around(Enum):
     SPEECH = 12.0
 
 
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+
+
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A logistic model.
 
@@ -85,9 +90,9 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     fitted_on: list[str]
     intercept: float
     weights: dict[str, float]
-    alarms: float
-    alarms_fall: float
-    usual_alarms: float = 0.5
+    alarms: Positive
+    alarms_fall: Positive
+    usual_alarms: Positive = 0.5
 
 
 class Models(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -97,9 +102,26 @@ class Models(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     one_ear: Model
 
 
-def load_models(path: FilePath = MODEL) -> Models:
-    """Read what `voz fit-confidence` wrote; without a path, the models of the package."""
-    return msgspec.json.decode(path.read_bytes(), type=Models)
+def load_models(file: str | None = None) -> Models:
+    """Read what `voz fit-confidence` wrote.
+
+    Args:
+        file: its name; without one, the models of the package.
+
+    Raises:
+        ConfigError: it cannot be read, is damaged or knows other features than voz does.
+    """
+    path, advice = FilePath(file or MODEL), "name what `voz fit-confidence` wrote"
+    models = read_json(path, Models, ConfigError, advice, FEW_BYTES)
+    one_ear = {*ONE_EAR, VOICES_AROUND}
+    for weights, known in (
+        (models.one_ear.weights, one_ear),
+        (models.two_ears.weights, one_ear.union(TWO_EARS)),
+    ):
+        if strange := sorted(weights.keys() - known):
+            what = f'"{strange[0]}" is no feature of this voz'
+            raise ConfigError(f"{shown_path(path)}: cannot be used ({what}); {advice}")
+    return models
 
 
 def save_models(models: Models, path: FilePath) -> None:

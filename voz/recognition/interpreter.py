@@ -105,7 +105,7 @@ class Interpreter:
         self._phones_of = language.pronunciations
         self._second = _second_ear(language) if settings.second_ear else None
         self._spotter = _spotter(self._second, self._commands, settings.never_missed)
-        models = load_models()
+        models = load_models(settings.confidence)
         model = models.two_ears if self._second else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
         most_words = max((len(command.split()) for command in self._commands), default=0)

@@ -72,6 +72,7 @@ class Recognizer:
 
         Raises:
             LanguageError: the language files cannot be used.
+            ConfigError: the model of the confidence that the settings name cannot be used.
         """
         with locked(language.folder, LOCK_SH):  # all of one `voz build-lm`
             loaded = load_language(language)

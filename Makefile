@@ -1,6 +1,6 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo install ros1 test fixtures benchmark clean
+.PHONY: help demo install bags report ros1 ros2 test fixtures benchmark clean
 
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -11,6 +11,15 @@ demo: ## Install what is missing, then drive a console and a simulated robot by 
 
 install: ## Install voz into .venv, with the system packages it needs
 	@sh tools/install.sh
+
+bags: ## Install what --bag and --replay need
+	@sh tools/install.sh bags
+
+report: ## Install what `voz eval` and pictures need
+	@sh tools/install.sh report
+
+ros2: ## Install what --robot ros2 needs; no ROS
+	@sh tools/install.sh ros2
 
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1

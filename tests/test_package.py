@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import sysconfig
 import zipfile
 from pathlib import Path
 
@@ -40,6 +42,28 @@ def voz(installed: Path, *arguments: object) -> subprocess.CompletedProcess[str]
 def test_the_language_files_travel_in_the_package(installed: Path) -> None:
     there = {path.name for path in (installed / "voz" / "lm").iterdir()}
     assert there == {path.name for path in (ROOT / "lm").iterdir()}
+
+
+@pytest.mark.slow
+def test_an_older_voz_is_gone_once_it_is_installed_again(tmp_path: Path) -> None:
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, tmp_path)
+    for name in ("lm", "tools", "voz"):
+        shutil.copytree(ROOT / name, tmp_path / name, symlinks=True)
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / ".venv"], check=True)
+    (packages,) = (tmp_path / ".venv" / "lib").glob("python*/site-packages")
+    (packages / "others.pth").write_text(f"{sysconfig.get_path('purelib')}\n")  # all but voz
+    old = packages / "voz-0.1.0.dist-info"
+    old.mkdir()
+    (old / "METADATA").write_text("Metadata-Version: 2.1\nName: voz\nVersion: 0.1.0\n")
+    (old / "INSTALLER").write_text("pip\n")
+    (old / "RECORD").write_text("".join(f"{old.name}/{file.name},,\n" for file in old.iterdir()))
+    subprocess.run(["sh", tmp_path / "tools" / "install.sh"], check=True, capture_output=True)
+    command = [tmp_path / ".venv/bin/python", "-m", "pip", "list", "--format=freeze"]
+    done = subprocess.run([*command, "--path", packages], check=True, capture_output=True)
+    named = [line for line in done.stdout.decode().splitlines() if line.startswith("voz")]
+    assert named == ["voz-robot==0.1.0"]
+    assert (tmp_path / ".venv" / "bin" / "voz").exists()
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 #
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
 #   sh tools/install.sh demo     what draws pictures as well
+#   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for report and ros2
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
@@ -20,9 +21,11 @@ if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
     ros1="$ros1 python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
     ros1="$ros1 python3-rosnode python3-rosservice python3-rosparam python3-venv"
 fi
-if [ "${1:-}" = demo ]; then
-    extra="[report]"
-elif [ "${1:-}" = tests ]; then
+case "${1:-}" in
+    demo) extra="[report]" ;;
+    bags | report | ros2) extra="[$1]" ;;
+esac
+if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg"
@@ -72,6 +75,8 @@ install_voz() {
     stamp="$1/installed$2"
     if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
         echo "Installing voz$2 and the Python packages it needs into $1"
+        # Once this was called `voz`, as a package of PyPI's is that others made.
+        "$1/bin/python" -m pip uninstall --quiet --quiet --yes voz
         # Not every Python has a ready-made wheel of the newest pocketsphinx: then the one before it.
         "$1/bin/python" -m pip install --quiet --disable-pip-version-check --prefer-binary \
             --editable ".$2"

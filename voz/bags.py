@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from voz.bag_files import open_bag
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
+from voz.extras import how_to_install
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -229,4 +230,4 @@ def _seconds(nanoseconds: int) -> float:
 
 def _check_installed() -> None:
     if find_spec("rosbags") is None:
-        raise ConfigError("rosbags is not installed; run `pip install 'voz[bags]'`")
+        raise ConfigError(f"rosbags is not installed; {how_to_install('bags')}")

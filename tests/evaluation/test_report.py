@@ -119,5 +119,5 @@ def test_a_missing_library_gives_the_line_that_installs_it(monkeypatch: Any) -> 
     report.require_libraries(pictures=True)
     monkeypatch.setattr(report, "find_spec", lambda name: None if name == "matplotlib" else util)
     report.require_libraries(pictures=False)
-    with pytest.raises(ConfigError, match=r"matplotlib .* `pip install 'voz\[report\]'`"):
+    with pytest.raises(ConfigError, match=r"matplotlib is .* -m pip install .*\[report\]"):
         report.require_libraries(pictures=True)

@@ -17,6 +17,7 @@ from voz.evaluation.operating_points import OperatingPoint
 from voz.evaluation.results import Result
 from voz.evaluation.scores import Scores, score
 from voz.evaluation.tables import Table, as_text, main_tables, speaker_tables
+from voz.extras import how_to_install
 from voz.files import read_json
 
 STYLE = """
@@ -78,7 +79,7 @@ def require_libraries(pictures: bool) -> None:
     """
     for library in ["jiwer", *(["matplotlib"] if pictures else [])]:
         if find_spec(library) is None:
-            raise ConfigError(f"{library} is not installed; run `pip install 'voz[report]'`")
+            raise ConfigError(f"{library} is not installed; {how_to_install('report')}")
 
 
 def read_results(path: Path, in_noise: bool) -> list[Result]:

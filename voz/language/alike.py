@@ -7,6 +7,7 @@ from itertools import permutations
 from pathlib import Path
 
 from voz.errors import VozError
+from voz.extras import how_to_install
 from voz.language.confusion import AlikePair, sound_alike
 
 RISKY = 0.77
@@ -114,9 +115,7 @@ def draw(commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]], p
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise VozError(
-            "matplotlib is missing; install it with: pip install 'voz[report]'"
-        ) from None
+        raise VozError(f"matplotlib is not installed; {how_to_install('report')}") from None
     figure = Figure(figsize=(3 + len(commands) / 2, 2 + len(commands) / 2), layout="constrained")
     axes = figure.add_subplot()
     cells = _matrix(commands, pronunciations)

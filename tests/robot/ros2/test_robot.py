@@ -18,6 +18,7 @@ from programs import Program, wait_until
 from voz.config import Ros2
 from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.extras import how_to_install
 from voz.robot.ros2 import HEARD_ON_ROS, Ros2Robot, messages
 from voz.robot.ros2.node import Node
 from voz.simulation.base import Pose
@@ -301,5 +302,5 @@ def test_without_cyclonedds_one_line_says_what_to_install() -> None:
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
-    assert done.stdout.endswith("pip install 'voz[ros2]'\n")
+    assert done.stdout.endswith(f"; {how_to_install('ros2')}\n")
     assert done.stdout.count("\n") == 1

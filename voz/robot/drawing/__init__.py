@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from voz.errors import ConfigError
+from voz.extras import how_to_install
 from voz.files import check_writable, told
 from voz.robot.simulator import Trip
 
@@ -83,5 +84,5 @@ def _check(path: Path, endings: tuple[str, str], what: str) -> None:
     if path.suffix.lower() not in endings:
         raise ConfigError(f"{path}: is no name for {what}; end it with {' or '.join(endings)}")
     if find_spec("matplotlib") is None:
-        raise ConfigError("matplotlib is not installed; run `pip install 'voz[report]'`")
+        raise ConfigError(f"matplotlib is not installed; {how_to_install('report')}")
     check_writable(path)

@@ -1,11 +1,12 @@
-"""ROS 2 with no ROS installed, by the package cyclonedds (`pip install 'voz[ros2]'`)."""
+"""ROS 2 with no ROS installed, by the package cyclonedds (`make ros2`)."""
 
 from voz.errors import RobotError
+from voz.extras import how_to_install
 
 try:
     import cyclonedds  # noqa: F401
 except ImportError as error:
-    raise RobotError(f"ROS 2 needs cyclonedds ({error}): pip install 'voz[ros2]'") from error
+    raise RobotError(f"ROS 2 needs cyclonedds ({error}); {how_to_install('ros2')}") from error
 
 from voz.robot.ros2.listening import HEARD_ON_ROS, heard_on_ros
 from voz.robot.ros2.robot import Ros2Robot

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -79,6 +80,25 @@ def test_the_system_default_leaves_discovery_to_cyclone() -> None:
 
 def test_what_the_user_says_to_cyclone_comes_last_and_so_wins() -> None:
     settings(CYCLONEDDS_URI="file:///etc/cyclone.xml")
+
+
+LO = '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo"/></Interfaces></General>'
+LO += "</Domain></CycloneDDS>"
+
+
+@pytest.mark.parametrize("written", ["{xml}", "file://{file}", "{file}", "<!-- mine, -->,{file}"])
+def test_interfaces_that_the_user_names_are_the_only_ones(written: str, tmp_path: Path) -> None:
+    (tmp_path / "cyclone.xml").write_text(LO)
+    uri = written.format(xml=LO, file=tmp_path / "cyclone.xml")
+    tree = settings(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", CYCLONEDDS_URI=uri)
+    assert not list(tree.iter("NetworkInterface"))
+    assert tree.findtext(".//AllowMulticast") == "false"
+
+
+@pytest.mark.parametrize("uri", [f"<!-- {LO} -->", "file:///none.xml", "/dev/zero", "a\0b", ""])
+def test_what_names_no_interface_leaves_the_loopback(uri: str) -> None:
+    tree = settings(ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST", CYCLONEDDS_URI=uri)
+    assert [place.get("address") for place in tree.iter("NetworkInterface")] == ["127.0.0.1"]
 
 
 def test_a_range_that_cannot_be_is_refused() -> None:

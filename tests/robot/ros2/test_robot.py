@@ -289,6 +289,14 @@ def test_an_environment_that_cannot_be_is_refused(monkeypatch: pytest.MonkeyPatc
         Ros2Robot(NOW).open()
 
 
+def test_a_loopback_that_the_user_names_too_is_taken_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    place = '<General><Interfaces><NetworkInterface name="lo"/></Interfaces></General>'
+    uri = f"<CycloneDDS><Domain>{place}</Domain></CycloneDDS>"
+    monkeypatch.setenv("CYCLONEDDS_URI", uri)  # ROS_AUTOMATIC_DISCOVERY_RANGE is LOCALHOST
+    with opened() as (robot, _):
+        robot.receive(Twist(0.0, 0.1, 0.0))
+
+
 def test_without_cyclonedds_one_line_says_what_to_install() -> None:
     program = (
         "import sys\n"

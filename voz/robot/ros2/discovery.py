@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
+from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from voz.config import Ros2
 from voz.errors import ConfigError
+from voz.files import FEW_BYTES
 
 MOST_PROGRAMS = 32
 """So many programs on one computer find each other without multicast, as in ROS 2's own Cyclone."""
@@ -52,16 +55,33 @@ def cyclone_settings(environment: Mapping[str, str]) -> str:
             f"ROS_AUTOMATIC_DISCOVERY_RANGE is {reach!r}: "
             "set it to SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT"
         )
-    found = _discovery(reach, environment)
-    names = f"<IgnoreTypeInformation>{MAKES}</IgnoreTypeInformation>"
     own = environment.get("CYCLONEDDS_URI", "")
+    found = _discovery(reach, environment, loopback=not _names_interfaces(own))
+    names = f"<IgnoreTypeInformation>{MAKES}</IgnoreTypeInformation>"
     return (
         f"<CycloneDDS><Domain><Compatibility>{names}</Compatibility>{found}</Domain></CycloneDDS>,"
         f"{own}"
     )
 
 
-def _discovery(reach: str, environment: Mapping[str, str]) -> str:
+def _names_interfaces(uri: str) -> bool:
+    """Tell whether the user chooses interfaces; Cyclone would add ours to those, and not replace.
+
+    Args:
+        uri: names of files and pieces of XML, with commas between them.
+    """
+    texts = [uri]
+    for name in uri.split(","):  # pieces of XML are no files, and Cyclone tells what is missing
+        try:
+            with Path(name.strip().removeprefix("file://")).open("rb") as file:
+                texts.append(file.read(FEW_BYTES).decode(errors="replace"))
+        except (OSError, ValueError):
+            continue
+    said = re.sub(r"<!--.*?-->", "", "\n".join(texts), flags=re.DOTALL)
+    return "<networkinterface" in said.lower()
+
+
+def _discovery(reach: str, environment: Mapping[str, str], loopback: bool) -> str:
     if reach == "SYSTEM_DEFAULT":
         return ""
     if reach == "OFF":
@@ -71,9 +91,9 @@ def _discovery(reach: str, environment: Mapping[str, str]) -> str:
             f"<ParticipantIndex>none</ParticipantIndex><Tag>ros_discovery_off_{os.getpid()}</Tag>"
             "</Discovery>"
         )
+    interfaces = '<Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
     here = (
-        '<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
-        "<AllowMulticast>false</AllowMulticast></General>"
+        f"<General>{interfaces if loopback else ''}<AllowMulticast>false</AllowMulticast></General>"
     )
     named = environment.get("ROS_STATIC_PEERS", "").split(";")
     # On a computer that is in no network there is no multicast, so those here are always asked.

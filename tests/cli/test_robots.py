@@ -6,10 +6,12 @@ import fcntl
 import itertools
 import os
 import pty
+import select
 import signal
 import subprocess
 import sys
 import time
+import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,17 +38,42 @@ def typed(tmp_path: Path) -> Path:
     return path
 
 
+class SerialPort:
+    """The other end of a serial port, which is a terminal here."""
+
+    def __init__(self) -> None:
+        self._ours, self._theirs = pty.openpty()
+        tty.setraw(self._theirs)  # a terminal makes two characters of each line's end
+        self.name = os.ttyname(self._theirs)
+        self._came = b""
+
+    def read_text(self) -> str:
+        """All that came up to now."""
+        while select.select([self._ours], [], [], 0)[0]:
+            self._came += os.read(self._ours, 65536)
+        return self._came.decode()
+
+    def close(self) -> None:
+        os.close(self._theirs)
+        os.close(self._ours)
+
+
 @pytest.fixture
-def serial_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A robot on a serial port, which is a file here; the README shows it."""
+def serial_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SerialPort]:
+    """What a robot on a serial port gets; the README shows its class."""
+    port = SerialPort()
+    write_serial_robot(tmp_path, port.name)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.delitem(sys.modules, "serial_robot", raising=False)
+    yield port
+    port.close()
+
+
+def write_serial_robot(folder: Path, port: str) -> None:
     readme = (Path(__file__).parents[2] / "README.md").read_text()
     code = readme.split("# serial_robot.py\n")[1].split("```")[0]
-    port = tmp_path / "port"
-    port.touch()
-    (tmp_path / "serial_robot.py").write_text(code.replace("/dev/ttyUSB0", str(port)))
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "serial_robot", raising=False)
-    return port
+    (folder / "serial_robot.py").write_text(code.replace("/dev/ttyUSB0", port))
 
 
 def test_several_robots_get_the_same_and_voz_toml_names_them_too(
@@ -129,13 +156,28 @@ def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typ
 
 
 def test_a_robot_of_ten_lines_gets_every_velocity_and_zero_last(
-    voz: Any, typed: Path, serial_robot: Path
+    voz: Any, typed: Path, serial_robot: SerialPort
 ) -> None:
     result = voz("run", "--text", typed, "--no-sound", "--robot", "serial_robot:SerialRobot")
     assert (result.code, result.err) == (0, "")
     sent = serial_robot.read_text().splitlines()
     assert sent[-1] == "0.00 0.00"
     assert "0.10 0.00" in sent
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_where_no_serial_port_is_none_is_made(
+    is_there: bool, voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = tmp_path / "ttyUSB0"
+    if is_there:
+        port.write_text("a file\n")
+    write_serial_robot(tmp_path, str(port))
+    monkeypatch.syspath_prepend(tmp_path)
+    result = voz("run", "--text", typed, "--no-sound", "--robot", "serial_robot:SerialRobot")
+    assert f"{port} is no serial port: plug the adapter in" in result.complaint
+    assert port.exists() == is_there
+    assert not is_there or port.read_text() == "a file\n"
 
 
 def test_a_robot_that_fails_stops_the_others_and_is_named(
@@ -181,17 +223,15 @@ def test_a_bag_of_a_spoken_run_drives_again(
 
 
 @contextmanager
-def driven_by_text(serial_robot: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+def driven_by_text(serial_robot: SerialPort, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A `voz run` that has been told to go forward."""
     command = [*VOZ, "run", "--text", "-", "--no-sound", "--robot", "serial_robot:SerialRobot"]
-    folders = [str(serial_robot.parent), os.environ.get("PYTHONPATH", "")]
     with subprocess.Popen(
         [*command, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(folders)},
     ) as process:
         try:
             type_line(process, "start speech\ngo forward")
@@ -215,7 +255,7 @@ def wait_for(reached: Callable[[], bool], process: subprocess.Popen[str]) -> Non
         time.sleep(0.02)
 
 
-def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: Path) -> None:
+def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: SerialPort) -> None:
     with driven_by_text(serial_robot, "--events", "-") as process:
         assert process.stdout
         fcntl.fcntl(process.stdout, fcntl.F_SETPIPE_SZ, 4096)
@@ -227,7 +267,7 @@ def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: Path) -> Non
         assert process.wait(20) == 143
 
 
-def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Path) -> None:
+def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: SerialPort) -> None:
     with driven_by_text(serial_robot) as process:
         assert process.stderr
         process.send_signal(signal.SIGTERM)

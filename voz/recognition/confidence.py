@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
@@ -17,7 +17,7 @@ from voz.files import FEW_BYTES, read_json, replaced, shown_path, told
 from voz.language.phone_distances import read_distances
 from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
 
-MODEL = FilePath(__file__).with_name("confidence.json")
+MODEL = Path(__file__).with_name("confidence.json")
 
 NO_SPEECH, SURE_SPEECH = 0.5, 0.65
 """Between these the voice detector is not sure: of what the end-pointer takes for speech, 97 of 100
@@ -111,7 +111,7 @@ def load_models(file: str | None = None) -> Models:
     Raises:
         ConfigError: it cannot be read, is damaged or knows other features than voz does.
     """
-    path, advice = FilePath(file or MODEL), "name what `voz fit-confidence` wrote"
+    path, advice = Path(file or MODEL), "name what `voz fit-confidence` wrote"
     models = read_json(path, Models, ConfigError, advice, FEW_BYTES)
     one_ear = {*ONE_EAR, VOICES_AROUND}
     for weights, known in (
@@ -124,7 +124,7 @@ def load_models(file: str | None = None) -> Models:
     return models
 
 
-def save_models(models: Models, path: FilePath) -> None:
+def save_models(models: Models, path: Path) -> None:
     """Write models as readable JSON.
 
     Raises:

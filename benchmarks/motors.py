@@ -31,9 +31,10 @@ from voz.evaluation.statistics import estimate
 from voz.evaluation.tables import shown
 from voz.events import Event, Utterance
 from voz.language.files import find_language
-from voz.recognition.recognizer import Recognizer, Stream
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.stream import Stream
 from voz.robot.simulator import SimulatedRobot
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.sources import typed
 
 BLOCK = 480
@@ -101,7 +102,7 @@ def drive(stream: Stream, room: Floats, motors: Floats) -> Heard:
             obeyed.append(event)
 
     robot = SimulatedRobot(Simulator())
-    driven = Drive([robot.receive, note], Safety(), listening=True)
+    driven = Controller([robot.receive, note], Safety(), listening=True)
     for begin in range(0, len(room) - BLOCK, BLOCK):
         now = (begin + BLOCK) / SAMPLE_RATE
         if begin / SAMPLE_RATE <= DRIVES_AT < now:

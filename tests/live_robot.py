@@ -19,7 +19,7 @@ AT_REST = (0.0, 0.0)
 
 BROKEN_WHILE_THERE = """
 import os, time
-from voz.recognition.recognizer import Stream
+from voz.recognition.stream import Stream
 feed = Stream.feed
 def broken(self, block):
     if os.path.exists({file!r}):

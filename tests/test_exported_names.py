@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import inspect
+import subprocess
+import sys
 
 import voz
 from voz import errors
@@ -8,7 +10,7 @@ from voz import errors
 
 def test_every_error_is_exported_and_of_one_family() -> None:
     family = {name for name, cls in inspect.getmembers(errors, inspect.isclass)}
-    assert family | {"__version__"} == set(voz.__all__)
+    assert family <= set(voz.__all__)
     assert all(issubclass(getattr(voz, name), voz.VozError) for name in family)
 
 
@@ -16,3 +18,24 @@ def test_the_tree_in_the_documentation_is_the_tree() -> None:
     assert errors.__doc__ is not None
     for name in (cls.__name__ for cls in voz.VozError.__subclasses__()):
         assert f"── {name} " in errors.__doc__
+
+
+def test_every_name_is_there_and_listed() -> None:
+    for name in voz.__all__:
+        assert getattr(voz, name) is not None
+        assert name in dir(voz)
+    assert sorted(voz.__all__) == sorted(set(voz.__all__))
+    assert not hasattr(voz, "no_such_name")
+
+
+def test_everything_public_is_documented() -> None:
+    for name in voz.__all__:
+        named = getattr(voz, name)
+        if inspect.isclass(named) or inspect.isfunction(named):
+            assert inspect.getdoc(named), name
+
+
+def test_to_import_voz_loads_no_numpy() -> None:
+    program = "import sys, voz; print('numpy' in sys.modules, 'pocketsphinx' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout == "False False\n"

@@ -1,10 +1,17 @@
-"""Offline voice control for robots: speak a command, the robot moves and answers."""
+"""Offline voice control for robots: speak a command, the robot moves and answers.
 
-import os
+    import voz
 
-# Matrices here are small: several threads of numpy's wait for each other, and burn twice the CPU.
-# Set before numpy is imported; whoever wants it otherwise has set it already.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    recognizer = voz.load()
+    for utterance in recognizer.decode(array, rate=44100):
+        print(utterance.text, utterance.accepted)
+
+Everything here is loaded when it is first used; to import voz itself takes no time and changes
+nothing in the process.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from voz.errors import (
     AudioError,
@@ -17,16 +24,77 @@ from voz.errors import (
     VozError,
 )
 
+if TYPE_CHECKING:
+    from voz.config import Config, Recognition, Safety, load_config
+    from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+    from voz.loading import load
+    from voz.recognition.listener import Listener
+    from voz.recognition.recognizer import Recognizer
+    from voz.robot.base import Robot
+    from voz.run.drive import Controller
+    from voz.speech.builtin_sounds import BuiltinSound
+    from voz.speech.sound_client import SoundClient
+
 __version__ = "0.1.0"
+
+_WHERE = {
+    "BuiltinSound": "voz.speech.builtin_sounds",
+    "Config": "voz.config",
+    "Controller": "voz.run.drive",
+    "Event": "voz.events",
+    "Listener": "voz.recognition.listener",
+    "Partial": "voz.events",
+    "Recognition": "voz.config",
+    "Recognizer": "voz.recognition.recognizer",
+    "Reply": "voz.events",
+    "Robot": "voz.robot.base",
+    "Safety": "voz.config",
+    "SelectedObject": "voz.events",
+    "SoundClient": "voz.speech.sound_client",
+    "Twist": "voz.events",
+    "Utterance": "voz.events",
+    "Warning": "voz.events",
+    "load": "voz.loading",
+    "load_config": "voz.config",
+}
 
 __all__ = [
     "AudioError",
+    "BuiltinSound",
     "CommandsError",
+    "Config",
     "ConfigError",
+    "Controller",
+    "Event",
     "LanguageError",
+    "Listener",
+    "Partial",
+    "Recognition",
+    "Recognizer",
+    "Reply",
+    "Robot",
     "RobotError",
     "RobotMistake",
+    "Safety",
+    "SelectedObject",
+    "SoundClient",
     "SpeechError",
+    "Twist",
+    "Utterance",
     "VozError",
+    "Warning",
     "__version__",
+    "load",
+    "load_config",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _WHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_WHERE[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_WHERE]

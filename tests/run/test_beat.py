@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from voz.config import Safety
 from voz.events import Event, Partial, Twist, Utterance, Warning
 from voz.run.beat import LONGEST_GAP, beat
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import End, Halt, Message, Taken
 from voz.run.watch import Watch
 
@@ -37,7 +37,7 @@ class Room:
         self._lost = lost
         self._stalls = stalls or {}
         self.sent: list[tuple[float, Event]] = []
-        drive = Drive([self._receive], Safety(), listening=True)
+        drive = Controller([self._receive], Safety(), listening=True)
         watch = Watch(drive, self._trouble, "listening again", "microphone")
         assert beat(drive, self, [watch.look], at_once=True) is None
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from voz.config import Safety
 from voz.control.controller import OBJECTS, RULES
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 
 COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
 STOPPING = ("stop", "stop speech")
@@ -26,9 +26,9 @@ def perhaps(text: str) -> Partial:
 
 def listening_drive(
     spoken: list[str] | None = None, safety: Safety | None = None
-) -> tuple[Drive, list[Event]]:
+) -> tuple[Controller, list[Event]]:
     events: list[Event] = []
-    drive = Drive([events.append], safety or Safety(), listening=True)
+    drive = Controller([events.append], safety or Safety(), listening=True)
     for text in spoken or []:
         drive.hear(heard(text))
     return drive, events
@@ -112,7 +112,7 @@ def test_what_is_not_accepted_changes_nothing(spoken: list[str]) -> None:
 def test_everything_reaches_every_receiver_in_order() -> None:
     first: list[Event] = []
     second: list[Event] = []
-    drive = Drive([first.append, second.append], Safety(), listening=True)
+    drive = Controller([first.append, second.append], Safety(), listening=True)
     drive.hear(heard("point beer"))
     drive.send(0.1)
     drive.zero(0.2)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from voz.config import Safety
 from voz.events import Event, Utterance, Warning
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.watch import over_robots
 
 
@@ -19,7 +19,7 @@ class Run:
     def __init__(self, *names: str) -> None:
         self.lost: dict[str, str | None] = dict.fromkeys(names)
         self.events: list[Event] = []
-        self.drive = Drive([self.events.append], Safety(), listening=True)
+        self.drive = Controller([self.events.append], Safety(), listening=True)
         self.watches = over_robots(
             self.drive, {name: (lambda name=name: self.lost[name]) for name in names}
         )

@@ -6,7 +6,7 @@ What takes its time to import is imported inside the subcommand that needs it, s
 
 from __future__ import annotations
 
-from voz import signals
+from voz import process, signals
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0, one of those in `exit_codes.py`, or of a signal.
     """
     signals.install()
+    process.set_up()
     from voz.cli.streams import let_go_of_streams, open_streams
 
     open_streams()

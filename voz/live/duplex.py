@@ -12,7 +12,8 @@ from msgspec.structs import replace
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import EDGE, MOST_DELAY, without_echo
 from voz.events import Partial, Utterance, later
-from voz.recognition.recognizer import MICROPHONE, Recognizer, Stream
+from voz.recognition.recognizer import MICROPHONE, Recognizer
+from voz.recognition.stream import Stream
 
 AFTERWARDS = 0.2
 """How long a room goes on giving back what was said, s."""

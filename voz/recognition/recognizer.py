@@ -2,34 +2,34 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from fcntl import LOCK_SH
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy.typing as npt
+
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.background import FRAME
+from voz.audio.arrays import converted
 from voz.audio.endpoint import Segmenter
-from voz.audio.segment import Ongoing, Segment, Sound, follow_closely, through
+from voz.audio.segment import Segment, follow_closely, through
 from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
 from voz.language.files import LanguageFiles
 from voz.recognition.adaptation import StartVector
 from voz.recognition.confidence import Around, Model
-from voz.recognition.interpreter import Hypothesis, Interpreter
+from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
+from voz.recognition.listener import Listener
 from voz.recognition.profiles import Profile
+from voz.recognition.stream import Stream
 
 MICROPHONE = "microphone"
 """The source of what a microphone hears."""
 
-SAME_END = 2 * FRAME / SAMPLE_RATE
-"""By so much the ends of a segment may differ between its last pause and when it is over, s."""
-
-TOLD_FOR = 1.0
-"""What may have been said is told once in so long, s."""
+ARRAY = "array"
+"""The source of what is heard in arrays of others."""
 
 
 class Candidate(NamedTuple):
@@ -93,6 +93,32 @@ class Recognizer:
         """Begin to listen to a stream, as if there were no other; its name is for utterances."""
         return Stream(self._interpreter, source, self._early)
 
+    def listen(self, rate: float = SAMPLE_RATE) -> Listener:
+        """Begin to listen to a stream of arrays.
+
+        Args:
+            rate: of the arrays, Hz.
+
+        Raises:
+            AudioError: there is no speech in sound of that rate.
+        """
+        return Listener(self.stream(ARRAY), rate)
+
+    def decode(self, array: npt.ArrayLike, rate: float = SAMPLE_RATE) -> list[Utterance]:
+        """Recognise a whole recording in an array.
+
+        Args:
+            array: samples, or samples x channels: int16, or floats from -1 to 1.
+            rate: of the samples, Hz.
+
+        Returns:
+            Each stretch of speech in it, in the order of time.
+
+        Raises:
+            AudioError: the array holds something else.
+        """
+        return list(self.utterances([converted(array, rate)], ARRAY))
+
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
         """Recognise one recording; unless it is learning, as if there were no other.
 
@@ -131,101 +157,3 @@ class Recognizer:
                 around = Around.SPEECH if among else Around.QUIET
                 values, trust = dict(heard.values), heard.trust
                 yield Candidate(heard.text, values, trust, around, segment.start, segment.end)
-
-
-class Stream:
-    """Follows one stream of audio.
-
-    A stretch of speech is understood when it pauses for a moment. If it is surely a command, and
-    no longer one begins with it, it is told at once; else when it is over; and if it is so unsure
-    that it hangs on what follows, when that is known. What may be a `stop` is told in its midst.
-    """
-
-    def __init__(self, interpreter: Interpreter, source: str, early: float) -> None:
-        self._interpreter = interpreter
-        self._source = source
-        self._segmenter = Segmenter(early, interpreter.longest)
-        self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
-        self._waiting: Hypothesis | None = None  # hangs on what follows
-        self._other: Segment | None = None  # speech just before that was no command
-        self._told, self._told_until = "", 0.0  # what may have been said, and until when it is new
-
-    @property
-    def background(self) -> float:
-        """The level of the room, dB over one unit of the 16 bits."""
-        return self._segmenter.background
-
-    def feed(self, block: Samples) -> Iterator[Utterance | Partial]:
-        """Take the next samples, 16 kHz; yields what is known by them."""
-        for sound in self._segmenter.feed(block):
-            yield from self._take(sound)
-
-    def finish(self) -> Iterator[Utterance | Partial]:
-        """End the stream; yields what was still open."""
-        for sound in self._segmenter.finish():
-            yield from self._take(sound)
-
-    def _take(self, sound: Sound) -> Iterator[Utterance | Partial]:
-        if isinstance(sound, Ongoing):
-            yield from self._spot(sound)
-            return
-        if self._waiting:
-            waiting, self._waiting = self._waiting, None
-            yield from self._tell(waiting, _between(waiting.segment, sound), sound.decided)
-        if isinstance(sound, Segment):
-            follow = self._over if sound.over else self._pause
-            around = Around.SPEECH if sound.amid else _between(self._other, sound)
-            yield from follow(sound, around)
-
-    def _spot(self, sound: Ongoing) -> Iterator[Partial]:
-        """Tell of a command that must not be missed before the sound around it pauses."""
-        if spotted := self._interpreter.spot(sound.samples):
-            sure = min(1.0, math.exp(spotted.fit))
-            yield from self._perhaps(spotted.text, sure, sound.decided)
-
-    def _perhaps(self, text: str, sure: float, decided: float) -> Iterator[Partial]:
-        """Tell what may have been said, unless that was told just now."""
-        if text != self._told or decided >= self._told_until:
-            self._told, self._told_until = text, decided + TOLD_FOR
-            yield Partial(round(decided, 3), text, round(sure, 3))
-
-    def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
-        heard = self._paused = self._interpreter.understand(segment)
-        if self._surely(heard, around) and not self._interpreter.may_go_on(heard.text):
-            self._segmenter.cut()
-            self._paused = None
-            yield from self._tell(heard, around, segment.decided)
-        elif self._interpreter.accepts(heard, around):
-            yield from self._perhaps(heard.text, heard.sure, segment.decided)
-
-    def _over(self, segment: Segment, around: Around) -> Iterator[Utterance]:
-        paused, self._paused = self._paused, None
-        if paused and segment.end <= paused.segment.end + SAME_END:
-            heard = paused
-        else:
-            heard = self._interpreter.understand(segment)
-        if self._interpreter.accepts(heard, around) and not self._surely(heard, around):
-            self._waiting = heard
-        else:
-            yield from self._tell(heard, around, segment.decided)
-
-    def _surely(self, heard: Hypothesis, around: Around) -> bool:
-        """Tell whether a command is obeyed whatever follows."""
-        so_far = Around.QUIET_SO_FAR if around is Around.QUIET else around
-        return self._interpreter.accepts(heard, so_far)
-
-    def _tell(self, heard: Hypothesis, around: Around, decided: float) -> Iterator[Utterance]:
-        utterance = self._interpreter.judge(heard, around, decided, self._source)
-        # What is too long for any command has not been asked about; it is hardly noise.
-        is_speech = heard.evidence is None or heard.trust > 0
-        if utterance.accepted:
-            self._segmenter.told()
-        self._other = heard.segment if is_speech and not utterance.accepted else None
-        yield utterance
-        self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it
-
-
-def _between(one: Segment | None, other: Sound) -> Around:
-    """Tell what each of two sounds has near it: the other, or nothing."""
-    near = one is not None and isinstance(other, Segment) and follow_closely(one, other)
-    return Around.SPEECH if near else Around.QUIET

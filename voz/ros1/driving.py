@@ -19,7 +19,7 @@ from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.run.assembly import Ears, drive_by_clock
 from voz.run.clocks import Clock
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
 from voz.run.queued import Queued
 
@@ -57,7 +57,7 @@ def drive(
         node.before_the_end(lambda: inbox.put(End()))
         receivers = [*(box.receive for box in boxes.values()), *say, log]
         lost = {name: box.lost for name, box in boxes.items()}
-        driven = Drive(receivers, settings.safety, bool(switch("listening")))
+        driven = Controller(receivers, settings.safety, bool(switch("listening")))
         drive_by_clock(driven, inbox, clock, lost, ears)
 
 

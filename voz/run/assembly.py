@@ -1,7 +1,7 @@
 """How a run is put together: sources and a clock, the rules, and who receives what follows.
 
     microphone, keyboard, ROS ──▶ Inbox ──▶ ┐
-    recordings, text, a bag  ──▶ (a Clock) ─┴▶ beat ──▶ Drive ──▶ receivers, each behind a queue
+    recordings, text, a bag  ──▶ (a Clock) ─┴▶ beat ──▶ Controller ──▶ receivers, each with a queue
 
 Sources have threads of their own and put messages into an inbox, or tell the time themselves.
 """
@@ -19,7 +19,7 @@ from voz.control.safety import zero_at_the_end
 from voz.events import Event, Receiver, Reply, Warning
 from voz.run.beat import beat
 from voz.run.clocks import Clock
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
 from voz.run.watch import Flood, Watch, over_robots
 from voz.signals import let_signals_wake
@@ -47,7 +47,7 @@ class Ears(Protocol):
 
 
 def drive_by_clock(
-    drive: Drive,
+    drive: Controller,
     inbox: Inbox,
     clock: Clock,
     robots: Mapping[str, Callable[[], str | None]],

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from voz.events import Partial, Utterance
 from voz.run.clocks import Clock
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import End, Halt, Taken
 
 BEATS_PER_SECOND = 10
@@ -26,7 +26,7 @@ Look: TypeAlias = Callable[[float], None]
 
 
 def beat(
-    drive: Drive, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
+    drive: Controller, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
 ) -> Exception | None:
     """Drive until the run is over.
 
@@ -67,7 +67,7 @@ def beat(
                 drive.send(now)
 
 
-def take(drive: Drive, taken: Taken) -> None:
+def take(drive: Controller, taken: Taken) -> None:
     """Let what was heard or typed take effect."""
     message = taken.message
     if isinstance(message, Utterance | Partial):

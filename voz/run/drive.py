@@ -12,7 +12,7 @@ from voz.control.safety import STOP, motion_has_expired, obey_safely
 from voz.events import Event, Partial, Receiver, Reply, SelectedObject, Twist, Utterance, Warning
 
 
-class Drive:
+class Controller:
     """The robot's state, and who is told of it; time comes in with each call.
 
     Attributes:

@@ -20,7 +20,7 @@ from voz.live.recorder import Recorder
 from voz.recognition.recognizer import Recognizer
 from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
 from voz.run.clocks import WallClock
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 
@@ -116,7 +116,7 @@ def run_live(
                 seat.extra,
             )
             told.append(display.receive)
-        drive = Drive(told, settings.safety, seat.listening)
+        drive = Controller(told, settings.safety, seat.listening)
         if seat.terminal:
             parts.enter_context(drawn(display, seat.terminal))
         else:

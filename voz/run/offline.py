@@ -12,7 +12,7 @@ from voz.events import Receiver, Warning
 from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, warner
 from voz.run.beat import beat
 from voz.run.clocks import Item, PacedClock, RecordedClock
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 from voz.run.paced import pace
 
@@ -51,7 +51,9 @@ def run_at_once(played: Played, settings: Config, listening: bool, opened: Opene
     with opened(lambda told: drive.emit(told)) as robots:
         clock = RecordedClock(played(lambda: 0.0))
         with speaking(settings.speech, problems.append) as speaker:
-            drive = Drive([*robots.receivers, *replies_to(speaker)], settings.safety, listening)
+            drive = Controller(
+                [*robots.receivers, *replies_to(speaker)], settings.safety, listening
+            )
             with zero_at_the_end(lambda: drive.zero(clock.now())):
                 raise_if_any(beat(drive, clock))
                 if speaker:
@@ -69,6 +71,6 @@ def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: O
         warn = warner(inbox, clock)
         with speaking(settings.speech, warn) as speaker:
             receivers = [*robots.receivers, *replies_to(speaker)]
-            drive = Drive(receivers, settings.safety, listening)
+            drive = Controller(receivers, settings.safety, listening)
             pace(played(clock.exactly), inbox, clock)
             drive_by_clock(drive, inbox, clock, robots.lost)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from voz.events import Warning
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 
 FLOOD_TOLD_EVERY = 5.0
@@ -20,7 +20,11 @@ class Watch:
     """
 
     def __init__(
-        self, drive: Drive, trouble: Callable[[], str | None], again: str, source: str | None = None
+        self,
+        drive: Controller,
+        trouble: Callable[[], str | None],
+        again: str,
+        source: str | None = None,
     ) -> None:
         """Begin with all well.
 
@@ -56,7 +60,7 @@ class Watch:
 class Flood:
     """Tells that messages came faster than they could be taken."""
 
-    def __init__(self, drive: Drive, inbox: Inbox) -> None:
+    def __init__(self, drive: Controller, inbox: Inbox) -> None:
         """Begin with nothing dropped."""
         self._drive = drive
         self._inbox = inbox
@@ -72,7 +76,7 @@ class Flood:
             self._drive.emit(Warning(now, f"{dropped} messages came too fast and were dropped"))
 
 
-def over_robots(drive: Drive, lost: Mapping[str, Callable[[], str | None]]) -> list[Watch]:
+def over_robots(drive: Controller, lost: Mapping[str, Callable[[], str | None]]) -> list[Watch]:
     """Look after robots.
 
     Args:

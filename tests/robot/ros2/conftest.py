@@ -25,7 +25,12 @@ RCLPY = ROOT / ".venv-rclpy" / "bin" / "python"
 ORDINARY = platform.machine() == "x86_64"
 collect_ignore_glob: list[str] = []
 if not ORDINARY:
-    collect_ignore_glob = ["test_base_watchdog.py", "test_on_the_wire.py", "test_with_rclpy.py"]
+    collect_ignore_glob = [
+        "test_base_watchdog.py",
+        "test_listener.py",
+        "test_on_the_wire.py",
+        "test_with_rclpy.py",
+    ]
     if find_spec("cyclonedds") is None:
         collect_ignore_glob = ["test_*.py"]
 

@@ -1,0 +1,82 @@
+"""The examples do what they say, run as a user would run them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+import soxr
+from calls import VOZ
+from loudspeaker import Recorder
+from recordings import ROOT, Recording
+
+EXAMPLES = ROOT / "examples"
+
+
+def run(name: str, *arguments: object, **others: object) -> list[str]:
+    command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, check=True, **others)  # type: ignore[call-overload]
+    return done.stdout.decode().splitlines()
+
+
+@pytest.fixture
+def stereo(session: Recording, tmp_path: Path) -> Path:
+    """The session as a recorder with two channels at 44.1 kHz would keep it."""
+    louder = soxr.resample(session.samples().astype(np.float32) / 32768, 16000, 44100)
+    path = tmp_path / "stereo.wav"
+    soundfile.write(path, np.stack([louder, 0.5 * louder], axis=1), 44100)
+    return path
+
+
+def test_a_recording_in_an_array_is_understood(stereo: Path, session: Recording) -> None:
+    lines = run("decode_array.py", stereo)
+    assert [" ".join(line.split()[2:-2]) for line in lines] == session.commands
+    assert all(line.endswith("True") for line in lines)
+
+
+def test_a_stream_of_ones_own_is_understood_as_it_comes(session: Recording) -> None:
+    samples = soxr.resample(session.samples(), 16000, 48000).astype("<i2")
+    lines = run("follow_stream.py", input=samples.tobytes())
+    utterances = [line for line in lines if line.startswith("Utterance")]
+    assert len(utterances) == len(session.commands)
+    assert all("accepted=True" in line for line in utterances)
+
+
+def test_a_loop_of_ones_own_drives(stereo: Path) -> None:
+    lines = run("drive_loop.py", stereo)
+    assert lines[0] == "0.1 s: 0 m/s, 0 rad/s"
+    assert any(line.endswith("0.1 m/s, 0 rad/s") for line in lines)
+    assert lines[-1].endswith("0 m/s, 0 rad/s")
+
+
+def test_a_robot_of_ones_own_receives_what_is_obeyed(tmp_path: Path) -> None:
+    (tmp_path / "said.txt").write_text("go forward\nstop\n")
+    command = [*VOZ, "run", "--listening", "--robot", "my_robot:Lamp", "--text", "said.txt"]
+    done = subprocess.run(
+        [*command, "--no-sound"],
+        cwd=tmp_path,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": f"{EXAMPLES}:{ROOT}", "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    lines = done.stdout.splitlines()
+    assert lines == ["obeyed: go forward", "lamp on", "obeyed: stop", "lamp off"], done.stderr
+
+
+@pytest.mark.slow
+def test_sounds_are_played_and_texts_said(loudspeaker: Recorder) -> None:
+    assert run("robot_sounds.py") == []
+    heard = np.abs(loudspeaker.heard())
+    assert heard.max() > 0.05
+    assert np.count_nonzero(heard > 0.01) > 8000
+
+
+def test_each_example_says_how_it_is_called() -> None:
+    for path in EXAMPLES.glob("*.py"):
+        first = path.read_text(encoding="utf-8").removeprefix("#!/usr/bin/env python3\n")
+        assert path.stem in first.split('"""')[1]

@@ -19,6 +19,10 @@ from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, 
         (SelectedObject(0.1, 100), '{"type":"selected_object","t":0.1,"value":100}'),
         (Reply(0.1, "bep bep"), '{"type":"reply","t":0.1,"text":"bep bep"}'),
         (Warning(0.1, "two\nlines"), '{"type":"warning","t":0.1,"text":"two\\nlines"}'),
+        (
+            Warning(0.1, "listening again", good=True),
+            '{"type":"warning","t":0.1,"text":"listening again","good":true}',
+        ),
         # The name of a file need be no text.
         (Warning(0.1, "no \udcff.wav"), '{"type":"warning","t":0.1,"text":"no ?.wav"}'),
     ],

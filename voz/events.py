@@ -126,11 +126,18 @@ class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
     text: str
 
 
-class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning"):
-    """Something the user should know that does not end the run."""
+class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning", omit_defaults=True):
+    """Something the user should know that does not end the run.
+
+    Attributes:
+        t: when it was noticed, s.
+        text: for people.
+        good: whether it is good news: what was lost is back.
+    """
 
     t: float
     text: str
+    good: bool = False
 
 
 Event: TypeAlias = Utterance | Partial | Twist | SelectedObject | Reply | Warning

@@ -206,6 +206,28 @@ def test_a_robot_that_fails_stops_the_others_and_is_named(
     assert "stands still" in result.err
 
 
+def test_where_no_robot_shows_it_a_loss_is_a_warning_and_what_is_back_is_none(
+    voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "wavering.py").write_text(
+        "from voz.robot.base import Robot\n"
+        "class Wavering(Robot):\n"
+        "    asked = 0\n"
+        "    def receive(self, event): pass\n"
+        "    def lost(self):\n"
+        "        self.asked += 1\n"
+        "        return 'asleep' if 4 <= self.asked <= 8 else None\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    typed.write_text("-\n" * 12)
+    name = "wavering:Wavering"
+    result = voz("run", "--text", typed, "--no-sound", "--realtime", "--robot", name)
+    assert [line for line in result.err.splitlines() if name in line] == [
+        f"warning: the robot {name} is lost (asleep): the robot stops",
+        f"{name} is there; the robot waits for a command",
+    ]
+
+
 @pytest.mark.parametrize("name", ["drive.mcap", "drive.bag", "drive"])
 def test_a_bag_of_a_spoken_run_drives_again(
     name: str, voz: Any, session: Recording, tmp_path: Path

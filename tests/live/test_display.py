@@ -106,6 +106,16 @@ def test_the_motion_the_arm_the_reply_and_warnings_are_shown() -> None:
     assert "stands still" in shown(display)
 
 
+def test_only_what_is_wrong_stands_out() -> None:
+    display = a_display()
+    display.receive(Warning(1, "the microphone is gone"))
+    display.receive(Warning(2, "listening again", good=True))
+    lines = shown(display, colours=True).splitlines()
+    yellow = [line for line in lines if "\x1b[33m" in line]
+    assert [text in "".join(yellow) for text in ("microphone is gone", "again")] == [True, False]
+    assert "listening again" in shown(display)
+
+
 def test_only_the_last_lines_stay_and_the_picture_does_not_grow() -> None:
     display = a_display()
     height = len(shown(display).splitlines())

@@ -35,6 +35,7 @@ def test_everything_else_is_told_in_words() -> None:
         SelectedObject(1.1, 2),
         Reply(1.2, "bep bep"),
         Warning(1.3, "no loudspeaker"),
+        Warning(1.4, "listening again", good=True),
     )
     assert lines == [
         'heard    "go back" (0.93)',
@@ -46,6 +47,7 @@ def test_everything_else_is_told_in_words() -> None:
         "robot selects object 2",
         'robot says "bep bep"',
         "warning: no loudspeaker",
+        "listening again",
     ]
 
 

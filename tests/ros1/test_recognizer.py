@@ -56,6 +56,8 @@ def test_start_and_stop_are_services_and_start_reads_the_parameters_again(
     assert ros.call("rosservice", "call", "/recognizer/start").returncode == 0
     speak(ros.environment, GO_BACK)
     eventually(lambda: words(client) == ["go back"])
+    (again,) = [line for line in node.lines if "listening again" in line]
+    assert "[INFO]" in again
     speak(ros.environment, FORWARD)  # is not in this list
     eventually(lambda: client.of("/recognizer/refused"))
     ros.call("rosparam", "set", "/recognizer/commands", "/none.txt")

@@ -51,6 +51,7 @@ def test_what_was_said_while_it_was_lost_does_not_move_it_when_it_is_back() -> N
     run.lost["ros1"] = None
     assert run.look(0.2) == (0, 0)
     assert run.warnings[-1] == "ros1 is there; the robot waits for a command"
+    assert [event.good for event in run.events if isinstance(event, Warning)] == [False, True]
     run.drive.hear(go_forward(0.3))
     assert run.look(0.4) == (0.1, 0)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeAlias
 
-from voz.cli.terminal import warn
+from voz.cli.terminal import tell, warn
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning
 
@@ -169,4 +169,4 @@ def _draw(simulated: SimulatedRobot, plan: Plan) -> None:
 def _tell_warnings(event: Event) -> None:
     """Take the events where no robot of the run shows them: warnings must be seen."""
     if isinstance(event, Warning):
-        warn(event.text)
+        (tell if event.good else warn)(event.text)

@@ -159,7 +159,7 @@ def _room(background: float, above: float | None) -> Text:
 
 def _line(event: Utterance | Warning) -> Text:
     if isinstance(event, Warning):
-        return Text(printable(event.text), "yellow")
+        return Text(printable(event.text), "green" if event.good else "yellow")
     text = printable(event.text)
     if event.obeyed:
         late = f"  {event.latency:.2f} s" if event.latency is not None else ""

@@ -50,7 +50,7 @@ def in_words(event: Event) -> str:
         return f"         robot selects object {event.value}"
     if isinstance(event, Reply):
         return f'         robot says "{event.text}"'
-    return f"warning: {event.text}"
+    return event.text if event.good else f"warning: {event.text}"
 
 
 def _heard(event: Utterance) -> str:

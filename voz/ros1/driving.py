@@ -68,7 +68,7 @@ def logged(tell: Callable[[Warning | End], None]) -> Queued:
 
 def _log(event: Event) -> None:
     """Write what happens, but for the velocity, which has its topic."""
-    if isinstance(event, Warning):
+    if isinstance(event, Warning) and not event.good:
         load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):
         load_rospy().loginfo(printable(" ".join(in_words(event).split())))

@@ -102,7 +102,7 @@ def _tell(before: str, now: str, publisher: Any, log: Receiver, t: float) -> str
     """Tell what is wrong, or that all is well; the log is told only when that changes."""
     publisher.publish(now)
     if now != before and SILENT not in (now, before):  # that matters only to who drives
-        log(Warning(t, now or "listening again"))
+        log(Warning(t, now or "listening again", good=not now))
     return now
 
 

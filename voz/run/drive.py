@@ -81,16 +81,17 @@ class Controller:
         """Ask the robot to stand still from now on."""
         self._state = halt(self._state)
 
-    def stop(self, now: float, why: str) -> None:
+    def stop(self, now: float, why: str, good: bool = False) -> None:
         """End the motion until a new command, and say why.
 
         Args:
             now: the time of the run, s.
             why: for people.
+            good: whether that is good news.
         """
         self.halt()
         self.stopped_at = now
-        self.emit(Warning(now, why))
+        self.emit(Warning(now, why, good))
 
     def send(self, now: float) -> None:
         """Send the velocities once.

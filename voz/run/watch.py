@@ -54,7 +54,7 @@ class Watch:
             self._drive.late_from(self._source, self.lost)
         again = f"{self._again}; the robot waits for a command"
         # Also when it is back: what was said meanwhile is out of date.
-        self._drive.stop(now, f"{found}: the robot stops" if found else again)
+        self._drive.stop(now, f"{found}: the robot stops" if found else again, good=not found)
 
 
 class Flood:

@@ -30,7 +30,7 @@ class Diagnosis:
         if isinstance(event, Twist):
             self._velocity = (event.linear, event.angular)
         elif isinstance(event, Warning):
-            self._warning = event
+            self._warning = self._warning if event.good else event
         elif isinstance(event, Utterance):
             self._heard, self._confidence = event.text, event.confidence
             self._obeyed += event.obeyed is True

@@ -107,7 +107,7 @@ class Ros2Robot(Robot):
         handles = self._listeners.handles()
         for handle in handles - self._names.keys():
             self._names[handle] = self._listeners.name(handle)
-            self._warn(Warning(now, f"{self._names[handle]} listens to {self._topic}"))
+            self._warn(Warning(now, f"{self._names[handle]} listens to {self._topic}", good=True))
         for handle in self._names.keys() - handles:
             self._warn(Warning(now, f"{self._names.pop(handle)} left {self._topic}"))
         self._obstacle = None if handles else self._listeners.obstacle(self._topic)

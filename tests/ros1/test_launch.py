@@ -35,6 +35,16 @@ def hears(client: Client, control: Program) -> bool:
     return bool(client.velocities()) and lost == found
 
 
+@pytest.mark.parametrize("file", ["comandos_voz.launch", "control_voz.launch"])
+def test_roslaunch_calls_no_argument_required_that_is_not(file: str, ros: Ros) -> None:
+    listed = ros.call("roslaunch", "--ros-args", "voz", file).stdout
+    assert "Required" not in listed
+    names = {
+        arg.get("name") for arg in ElementTree.parse(ROOT / "ros" / "launch" / file).iter("arg")
+    }
+    assert {line.split()[0] for line in listed.splitlines()[1:]} == names
+
+
 def test_comandos_voz_is_the_recogniser_alone(ros_with_sound: Ros) -> None:
     ros = ros_with_sound
     ros.launch("comandos_voz.launch", "device:=pulse")

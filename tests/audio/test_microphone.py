@@ -77,6 +77,22 @@ def test_what_is_spoken_into_the_microphone_is_heard(
 
 
 @pytest.mark.slow
+def test_a_source_of_the_sound_server_is_heard_though_it_is_not_the_default(
+    pulse: dict[str, str], tmp_path: Path
+) -> None:
+    soundfile.write(tmp_path / "chirp.wav", chirp(), 16000)
+    process = listen(pulse, tmp_path / "heard.raw", device="speaker.monitor", seconds=3)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "listening\n"
+    speak = ["paplay", "--device=speaker", str(tmp_path / "chirp.wav")]
+    subprocess.run(speak, env=pulse, check=True)
+    assert error_of(process) == ""
+    heard = np.fromfile(tmp_path / "heard.raw", np.int16).astype(float)
+    at = int(np.argmax(np.correlate(heard, chirp().astype(float), "valid")))
+    assert np.corrcoef(heard[at : at + 16000], chirp())[0, 1] > 0.99
+
+
+@pytest.mark.slow
 def test_an_unknown_microphone_is_one_line_with_those_that_there_are(
     pulse: dict[str, str], tmp_path: Path
 ) -> None:

@@ -24,11 +24,24 @@ def test_the_microphones_are_listed_and_the_one_that_is_used_is_marked(
 ) -> None:
     header, *rows, legend = in_process("devices", env=pulse).out.splitlines()
     assert header.split() == ["name", "channels", "rate", "system"]
-    assert [row.split()[:2] for row in rows] == [["0", "pulse"], [">", "1"]]
+    assert [row.split()[:2] for row in rows[:2]] == [["0", "pulse"], [">", "1"]]
     assert rows[1].split()[2:] == ["default", "32", "44100", "Hz", "ALSA"]
+    assert [row.split() for row in rows[2:]] == [
+        ["mic.monitor", "1", "16000", "Hz", "PulseAudio"],
+        ["speaker.monitor", "1", "16000", "Hz", "PulseAudio"],
+    ]
     assert legend.startswith("> is used")
     _, *rows, _ = in_process("devices", "--device", "puls", env=pulse).out.splitlines()
-    assert [row.split()[0] for row in rows] == [">", "1"]
+    assert [row.split()[0] for row in rows[:2]] == [">", "1"]
+    _, *rows, _ = in_process("devices", "--device", "mic.mon", env=pulse).out.splitlines()
+    assert [row.split()[0] for row in rows] == ["0", "1", ">", "speaker.monitor"]
+
+
+@pytest.mark.slow
+def test_a_source_of_the_sound_server_is_tested_by_its_name(pulse: dict[str, str]) -> None:
+    result = in_process("devices", "-d", "speaker.monitor", "--test", env=pulse)
+    assert result.out.startswith('"speaker.monitor": say something now')
+    assert "silent" in result.out  # nothing is played on it
 
 
 @pytest.mark.slow

@@ -128,7 +128,11 @@ def test_without_the_option_it_waits_for_start_speech(pulse: dict[str, str]) -> 
             subprocess.PIPE,
             'the microphone default and typed commands; say "start speech" first',
         ),
-        (["--listening", "-d", "puls"], subprocess.PIPE, "the microphone pulse and typed commands"),
+        (
+            ["--listening", "-d", "mic.mon"],
+            subprocess.PIPE,
+            "the microphone mic.monitor and typed commands",
+        ),
         ([], subprocess.DEVNULL, 'the microphone default; say "start speech" first'),
     ],
 )
@@ -164,7 +168,7 @@ def test_the_time_is_that_since_the_start(robot: LiveRobot) -> None:
 def test_an_unknown_microphone_is_one_line(pulse: dict[str, str]) -> None:
     result = in_process("run", "--no-sound", "--device", "nobody has this", env=pulse)
     assert result.complaint.startswith(
-        'voz: there is no microphone "nobody has this"; take the number of one of: '
+        'voz: there is no microphone "nobody has this"; take the number or the name of one of: '
     )
 
 

@@ -1,4 +1,4 @@
-"""Which microphones there are, and which of them is meant, as PortAudio knows them."""
+"""Which microphones there are, and which of them is meant: PortAudio's, and the sound server's."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from typing import NamedTuple
 
 from voz.audio.portaudio import load_sounddevice
+from voz.audio.pulse import PULSE, list_sources
 from voz.errors import AudioError
 
 
@@ -13,11 +14,12 @@ class Device(NamedTuple):
     """A microphone.
 
     Attributes:
-        number: PortAudio's, until devices come or go.
-        name: PortAudio's.
+        number: PortAudio's, until devices come or go; that of the sound server for its sources.
+        name: PortAudio's, or that of the source.
         channels: how many it has.
         rate: that of its own, Hz.
         system: the sound system that it belongs to, as ALSA or JACK.
+        is_source: whether it is one of several sources that share a number.
     """
 
     number: int
@@ -25,10 +27,19 @@ class Device(NamedTuple):
     channels: int
     rate: int
     system: str
+    is_source: bool = False
+
+    @property
+    def handle(self) -> str:
+        """What chooses it and no other."""
+        return self.name if self.is_source else str(self.number)
+
+    def __str__(self) -> str:
+        return f'"{self.name}"' if self.is_source else f'{self.number} "{self.name}"'
 
 
 def microphones() -> list[Device]:
-    """List all devices that record, in the order of their numbers.
+    """List all devices of PortAudio's that record, in the order of their numbers.
 
     Raises:
         AudioError: PortAudio is not installed.
@@ -48,11 +59,26 @@ def microphones() -> list[Device]:
     ]
 
 
+def sources(there: list[Device]) -> list[Device]:
+    """List the sources of PulseAudio or PipeWire, if PortAudio has a way to it.
+
+    Args:
+        there: what `microphones` gives.
+    """
+    return [
+        Device(server.number, *source, "PulseAudio", is_source=True)
+        for server in there
+        if server.name == PULSE
+        for source in list_sources()
+    ]
+
+
 def choose(wanted: str | None = None) -> Device:
     """Find the microphone that is meant.
 
     Args:
-        wanted: its number, or a part of its name that no other has; None is the default one.
+        wanted: its number, or a part of its name that no other has; None is the default one. Only
+            if PortAudio has none of that name it is a source's.
 
     Raises:
         AudioError: there is no such microphone, or there are several.
@@ -61,12 +87,15 @@ def choose(wanted: str | None = None) -> Device:
     if not there:
         raise AudioError("there is no microphone; connect one and start again")
     meant = _default(there) if wanted is None else _matching(wanted, there)
+    if wanted is not None and not meant:
+        more = sources(there)
+        there, meant = there + more, _matching(wanted, more)
     if len(meant) == 1:
         return meant[0]
-    names = ", ".join(f'{device.number} "{device.name}"' for device in meant or there)
+    names = ", ".join(map(str, meant or there))
     lacking = "there are several microphones" if meant else "there is no microphone"
     named = "there is no default microphone" if wanted is None else f'{lacking} "{wanted}"'
-    raise AudioError(f"{named}; take the number of one of: {names}")
+    raise AudioError(f"{named}; take the number or the name of one of: {names}")
 
 
 def _default(there: list[Device]) -> list[Device]:
@@ -85,7 +114,7 @@ def _matching(wanted: str, there: list[Device]) -> list[Device]:
     sounddevice itself does not say which they are where there are several.
     """
     if wanted.isdecimal():
-        return [device for device in there if str(device.number) == wanted]
+        return [device for device in there if device.handle == wanted]
     words = re.compile(".*".join(map(re.escape, wanted.lower().split())))
     full = {device: f"{device.name}, {device.system}".lower() for device in there}
     exact = [d for d in there if wanted.lower() in (d.name.lower(), full[d])]

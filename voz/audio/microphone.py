@@ -15,6 +15,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.devices import Device, choose
 from voz.audio.files import to_int16
 from voz.audio.portaudio import load_sounddevice, running
+from voz.audio.pulse import recording_from
 from voz.errors import AudioError
 
 BLOCK_SECONDS = 0.03
@@ -110,16 +111,19 @@ def listening(device: str | None = None) -> Iterator[Microphone]:
     settings = _settings(sounddevice, chosen)
     microphone = Microphone(chosen.name, settings.rate, settings.channels)
     try:
-        with running(
-            "RawInputStream",
-            samplerate=settings.rate,
-            blocksize=round(BLOCK_SECONDS * settings.rate),
-            device=settings.device,
-            channels=settings.channels,
-            dtype="float32",
-            latency="low",
-            callback=microphone.heard,
-            finished_callback=microphone.ended,
+        with (
+            recording_from(chosen.name if chosen.is_source else None),
+            running(
+                "RawInputStream",
+                samplerate=settings.rate,
+                blocksize=round(BLOCK_SECONDS * settings.rate),
+                device=settings.device,
+                channels=settings.channels,
+                dtype="float32",
+                latency="low",
+                callback=microphone.heard,
+                finished_callback=microphone.ended,
+            ),
         ):
             yield microphone
     except sounddevice.PortAudioError as error:

@@ -21,11 +21,12 @@ def devices(
 ) -> None:
     """Show the microphones and which one is used, or test it.
 
-    Every command with --device takes its number or a part of its name.
+    Every command with --device takes its number or a part of its name. What has no number is a
+    source of PulseAudio or PipeWire, as `pactl list short sources` names it.
 
     Example: voz devices --test
     """
-    from voz.audio.devices import choose, microphones
+    from voz.audio.devices import choose, microphones, sources
 
     used = choose(device)
     if test:
@@ -33,8 +34,13 @@ def devices(
 
         try_microphone(used)
     else:
-        show(*_table(microphones(), used))
+        there = microphones()
+        show(*_table([*there, *sources(there)], used))
         show("> is used; take another with --device N or --device NAME (a part of it is enough)")
+
+
+def _number(device: Device) -> str:
+    return "" if device.is_source else str(device.number)
 
 
 def _table(there: list[Device], used: Device) -> list[str]:
@@ -43,7 +49,7 @@ def _table(there: list[Device], used: Device) -> list[str]:
     return [
         f"     {'name':{width}}  channels      rate  system",
         *(
-            f"{'>' if device == used else ' '} {device.number:2} {device.name:{width}}  "
+            f"{'>' if device == used else ' '} {_number(device):>2} {device.name:{width}}  "
             f"{device.channels:8}  {device.rate:5} Hz  {device.system}"
             for device in there
         ),

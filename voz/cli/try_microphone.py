@@ -31,12 +31,9 @@ def try_microphone(device: Device) -> None:
         AudioError: it cannot be opened, or fails.
     """
     console = Console()
-    with listening(str(device.number)) as blocks:
+    with listening(device.handle) as blocks:
         first = next(blocks)  # opening a device takes its time
-        show_line(
-            f'{device.number} "{device.name}": say something now, as "go forward"; '
-            f"it records for {SECONDS} seconds"
-        )
+        show_line(f'{device}: say something now, as "go forward"; it records for {SECONDS} seconds')
         samples = _recorded(first, blocks, console)
     show_line(*report(measure(samples)))
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from voz.audio.mixer import Mixer
+from voz.audio.pulse import CHOSEN, PULSE
 from voz.config import Config
 from voz.live.hearing import Hearing
 from voz.recognition.profiles import load_profile
@@ -16,9 +17,6 @@ from voz.ros1.language import read_language
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
 from voz.run.inbox import Inbox
-
-PULSE = "pulse"
-"""PortAudio's name of PulseAudio, whose source `PULSE_SOURCE` chooses."""
 
 
 def make_hearing(
@@ -60,5 +58,5 @@ def _device() -> str | None:
     device, source = text("device"), text("mic_name")
     if device or not source:
         return device
-    os.environ["PULSE_SOURCE"] = source
+    os.environ[CHOSEN] = source
     return PULSE

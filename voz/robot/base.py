@@ -14,7 +14,14 @@ class Robot:
             def receive(self, event: Event) -> None:
                 if isinstance(event, Twist):
                     self.motors.set(event.linear, event.angular)
+
+    Attributes:
+        slow: whether what is no velocity may take long, as an arm that moves. Then `receive` gets
+            those events on a thread of its own, one after the other, while velocities go on coming
+            on the first one. A robot of a user's sets it in its class: `slow = True`.
     """
+
+    slow = False
 
     def open(self) -> None:
         """Get ready; called once before the first event.
@@ -27,7 +34,8 @@ class Robot:
         """Take one event, in the order of time; a `Twist` comes 10 times a second.
 
         Each robot has a thread of its own for this, and one of a user's a process too. If it takes
-        too long, only the newest `Twist` is kept for it, and comes first. An `Utterance` is a
+        too long, only the newest `Twist` is kept for it, and comes first; if it takes more than
+        0.35 s it is lost, unless it is `slow` and the event is no `Twist`. An `Utterance` is a
         command for it if it is `obeyed`; `accepted` only says that it was understood.
         """
         raise NotImplementedError

@@ -18,6 +18,7 @@ from voz.robot.base import Robot
 from voz.robot.mailbox import Mailbox
 from voz.robot.mistakes import mistakes_told
 from voz.robot.process import Order, RobotProcess
+from voz.robot.slow import SlowRobot
 
 
 class Setup(NamedTuple):
@@ -159,7 +160,7 @@ def make_own(name: str) -> Robot:
             raise RobotError(
                 f"the robot {name} has no {needed}(); derive its class from voz.robot.base.Robot"
             )
-    return robot
+    return SlowRobot(robot) if getattr(robot, "slow", False) else robot
 
 
 @contextmanager

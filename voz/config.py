@@ -212,7 +212,8 @@ class Config(Section, frozen=True, kw_only=True):
 
     Attributes:
         lm: folder of the language files; None looks for `lm/` here, then in the package.
-        robot: who receives the motion, by the names in `voz.robot.robots`.
+        robot: who receives the motion, by the names in `voz.robot.kinds`.
+        own: settings of the user's own robots, by their modules: the arguments of their classes.
     """
 
     lm: str | None = None
@@ -224,6 +225,7 @@ class Config(Section, frozen=True, kw_only=True):
     simulator: Simulator = Simulator()
     ros1: Ros1 = Ros1()
     ros2: Ros2 = Ros2()
+    own: dict[str, dict[str, Any]] = {}
 
 
 def load_config(path: Path) -> Config:

@@ -11,8 +11,9 @@ import pytest
 
 from voz.config import Config
 from voz.errors import RobotError, SpeechError
+from voz.robot.kinds import Setup
 from voz.robot.mistakes import mistakes_told
-from voz.robot.robots import Setup, make_robots, opened
+from voz.robot.robots import make_robots, opened
 
 ARM = "from voz.robot.base import Robot\n\nclass Arm(Robot):\n"
 

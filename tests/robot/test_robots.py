@@ -4,17 +4,20 @@ import io
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from calls import in_process
+from programs import wait_until
+from recordings import ROOT
 
-from voz.config import Config
+from voz.config import Config, load_config
 from voz.errors import ConfigError, RobotError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.console import ConsoleRobot
+from voz.robot.kinds import ROBOTS, Setup
 from voz.robot.robots import (
-    ROBOTS,
-    Setup,
     have_a_clock,
     mailboxes,
     make_robots,
@@ -47,6 +50,22 @@ def test_only_the_console_and_the_simulator_go_without_a_clock() -> None:
     assert have_a_clock(["console", "serial_robot:SerialRobot"])
 
 
+def test_the_readme_and_the_help_tell_of_all_of_them() -> None:
+    readme = (ROOT / "README.md").read_text()
+    told = " ".join(in_process("run", "--help").out.split())
+    for name, kind in ROBOTS.items():
+        assert f"| `{name}` | {kind.does} |" in readme
+    assert f"{', '.join(ROBOTS)} or MODULE:CLASS" in told
+
+
+def test_all_robots_are_told_where_a_simulated_one_is() -> None:
+    made = make_robots(["console", "simulator"], setup())
+    assert made["simulator"].where is None
+    assert made["console"].where
+    assert made["console"].where(0.0).pose.x == Config().simulator.start[0]
+    assert make_robots(["console"], setup())["console"].where is None
+
+
 def test_robots_are_made_by_their_names() -> None:
     made = make_robots(["console", "simulator"], setup())
     assert [type(robot) for robot in made.values()] == [ConsoleRobot, SimulatedRobot]
@@ -62,6 +81,58 @@ def test_a_robot_of_the_users_own_is_a_class_in_a_module_here(
     monkeypatch.setattr(sys, "path", [*sys.path])
     made = make_robots(["my_wheels:Wheels"], setup())
     assert isinstance(made["my_wheels:Wheels"], Robot)
+
+
+WHEELS = """
+from voz.robot.base import Robot
+
+class Wheels(Robot):
+    def __init__(self, port="/dev/ttyUSB0", baud=9600):
+        self.settings = port, baud
+    def open(self):
+        print(*self.settings)
+    def receive(self, event):
+        pass
+
+class Plain(Robot):
+    pass
+"""
+
+
+@pytest.fixture
+def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "own_wheels.py").write_text(WHEELS)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(sys.modules, "own_wheels", raising=False)
+    return tmp_path
+
+
+@pytest.mark.parametrize("watchdog", [False, True])
+def test_a_robot_of_the_users_own_has_settings_like_the_others(
+    watchdog: bool, wheels: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (wheels / "voz.toml").write_text("[own.own_wheels]\nbaud = 115200\n[own.others]\na = 1\n")
+    printed = io.StringIO()
+    settings = load_config(wheels / "voz.toml")
+    robots = make_robots(["own_wheels:Wheels"], Setup(settings, printed, print, watchdog))
+    with mailboxes(robots, print):
+        wait_until(lambda: "/dev/ttyUSB0 115200" in printed.getvalue() + capfd.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("kind", "table", "said"),
+    [
+        ("Wheels", {"prot": "/dev/ttyUSB1"}, "got an unexpected keyword argument 'prot'"),
+        ("Plain", {"port": "/dev/ttyUSB1"}, "got an unexpected keyword argument 'port'"),
+    ],
+)
+def test_settings_that_it_does_not_take_are_one_line(
+    kind: str, table: dict[str, Any], said: str, wheels: Path
+) -> None:
+    given = setup()._replace(settings=Config(own={"own_wheels": table}))
+    with pytest.raises(ConfigError, match=rf"^\[own.own_wheels\] .* the class {kind} \({said}\): "):
+        make_robots([f"own_wheels:{kind}"], given)
 
 
 @pytest.mark.parametrize("name", ["no_such_module:Robot", "voz.robot.base:Rowboat"])

@@ -59,7 +59,7 @@ def apart() -> Robot:
 
 
 def here_too() -> Robot:
-    return make_own("arms:Arm")
+    return make_own("arms:Arm", {})
 
 
 @contextmanager

@@ -85,7 +85,8 @@ def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> 
         settings: each robot has its own table there.
         take: takes the warnings of the robots.
     """
-    from voz.robot.robots import Setup, make_robots
+    from voz.robot.kinds import Setup
+    from voz.robot.robots import make_robots
 
     displayed = plan.live and plan.terminal is not None
     # The simulator first: what it warns of comes before the event that let it notice.

@@ -11,6 +11,7 @@ import typer
 from voz.cli.options import DeviceOption, ProfileOption, Recognising
 from voz.config import Config
 from voz.errors import ConfigError
+from voz.robot.kinds import ROBOTS
 
 
 @dataclass
@@ -33,7 +34,7 @@ class Running(Recognising):
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="console, simulator, ros1, ros2 or MODULE:CLASS; may be repeated.",
+            help=f"{', '.join(ROBOTS)} or MODULE:CLASS; may be repeated.",
         ),
     ] = None
     realtime: Annotated[

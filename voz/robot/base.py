@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 from voz.events import Event
+
+if TYPE_CHECKING:
+    from voz.simulation.world import State
 
 
 class Robot:
     """Anything that receives the events of a run.
+
+    `[own.MODULE]` in voz.toml holds the arguments of a class of a user's in a file `MODULE.py`.
 
     A robot that only rolls is four lines:
 
@@ -19,9 +27,12 @@ class Robot:
         slow: whether what is no velocity may take long, as an arm that moves. Then `receive` gets
             those events on a thread of its own, one after the other, while velocities go on coming
             on the first one. A robot of a user's sets it in its class: `slow = True`.
+        where: tells where a simulated robot of the same run is at a time, s; None if there is
+            none, or this one is in another process.
     """
 
     slow = False
+    where: Callable[[float], State] | None = None
 
     def open(self) -> None:
         """Get ready; called once before the first event.

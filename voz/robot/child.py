@@ -20,7 +20,7 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.mistakes import in_words, mistakes_told
 from voz.robot.process import Answer, Order
-from voz.robot.robots import make_own, make_watchdog
+from voz.robot.robots import make_apart
 
 SILENCE = 0.5
 """Without an event for so long the run is lost, s: as long as bases wait for a velocity."""
@@ -86,7 +86,7 @@ def main() -> None:
     sys.path += [place for place in order.path if place not in sys.path]
     try:
         with mistakes_told(order.name):
-            robot = make_watchdog(order) if order.only_zero else make_own(order.name)
+            robot = make_apart(order)
             robot.open()
             _answer(link, Answer(lost=robot.lost()))
     except BaseException as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from voz.config import Ros1
@@ -12,17 +12,14 @@ from voz.robot.base import Robot
 from voz.robot.process import Order
 from voz.ros1.node import Node
 from voz.ros1.odometry import OdometryPublisher
-from voz.simulation.world import State
 
 
 class Ros1Robot(Robot):
     """Publishes the events on topics.
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
-    as `std_msgs/String` in lower case on `recognizer/output`.
-
-    Attributes:
-        where: tells where a simulated robot is at a time, s; that is published as `odom` and `tf`.
+    as `std_msgs/String` in lower case on `recognizer/output`; where a simulated robot is, as `odom`
+    and `tf`.
     """
 
     def __init__(
@@ -45,7 +42,6 @@ class Ros1Robot(Robot):
         self._node = node
         self._arguments = arguments
         self._says_heard = says_heard
-        self.where: Callable[[float], State] | None = None
         self._lock = threading.Lock()
         self._ended = False
         self._velocity: Any = None

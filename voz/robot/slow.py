@@ -30,6 +30,7 @@ class SlowRobot(Robot):
 
     def open(self) -> None:
         """Open the robot; raises what it raises."""
+        self._robot.where = self.where
         self._robot.open()
         self._worker.start()
 

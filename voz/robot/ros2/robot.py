@@ -16,18 +16,13 @@ from voz.robot.ros2.listening import HEARD_ON_ROS
 from voz.robot.ros2.node import LAST_WORD, Node, answered, write
 from voz.robot.ros2.odometry import OdometryPublisher
 from voz.robot.ros2.velocity import VelocityTopic
-from voz.simulation.world import State
 
 DIAGNOSED = 1.0
 """From one message on `/diagnostics` to the next, s."""
 
 
 class Ros2Robot(Robot):
-    """Publishes what it receives, and tells whether anybody listens.
-
-    Attributes:
-        where: tells where a simulated robot is at a time, s; that is published as `odom` and `/tf`.
-    """
+    """Publishes what it receives, and where a simulated robot is; tells whether anybody listens."""
 
     def __init__(self, settings: Ros2, warn: Callable[[Warning], None] = lambda _: None) -> None:
         """Remember what to do; `open` does it.
@@ -43,7 +38,6 @@ class Ros2Robot(Robot):
         self._names: dict[int, str] = {}
         self._obstacle: str | None = None
         self._diagnosed = -DIAGNOSED
-        self.where: Callable[[float], State] | None = None
         self._odometry: OdometryPublisher | None = None
 
     def open(self) -> None:

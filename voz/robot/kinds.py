@@ -1,0 +1,109 @@
+"""Which robots there are, by the names that `voz run --robot` takes, and how each is made.
+
+What a robot needs is imported only when it is made: the help of the command line reads the names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple, TextIO
+
+from voz.config import Config
+from voz.events import Warning
+from voz.robot.base import Robot
+
+if TYPE_CHECKING:
+    from voz.robot.process import Order
+
+
+class Setup(NamedTuple):
+    """What robots are made from.
+
+    Attributes:
+        settings: each robot has its own table there.
+        stream: where one that prints prints to.
+        warn: takes the warnings of one that has some, on any thread.
+        watchdog: whether the robots that are really there get a process besides this one, which
+            stops them if this one cannot.
+        verbose: whether one that prints tells what each ear made of an utterance.
+    """
+
+    settings: Config
+    stream: TextIO
+    warn: Callable[[Warning], None]
+    watchdog: bool = False
+    verbose: bool = False
+
+
+class Kind(NamedTuple):
+    """A robot of voz's own.
+
+    Attributes:
+        does: what it does with the commands, in words.
+        make: makes it.
+        make_watchdog: makes, in another process, what can only stop it; None if it cannot run away.
+    """
+
+    does: str
+    make: Callable[[Setup], Robot]
+    make_watchdog: Callable[[Order], Robot] | None = None
+
+    @property
+    def has_a_clock(self) -> bool:
+        """Whether it is really there; any other takes events as fast as a recording gives them."""
+        return self.make_watchdog is not None
+
+
+def _console(setup: Setup) -> Robot:
+    from voz.robot.console import ConsoleRobot
+
+    return ConsoleRobot(setup.stream, setup.verbose)
+
+
+def _simulator(setup: Setup) -> Robot:
+    from voz.robot.simulator import SimulatedRobot
+
+    return SimulatedRobot(setup.settings.simulator, setup.warn)
+
+
+def _ros1(setup: Setup) -> Robot:
+    from voz.robot.ros1 import Ros1Robot
+
+    return Ros1Robot(setup.settings.ros1)
+
+
+def _ros1_watchdog(order: Order) -> Robot:
+    from voz.robot.ros1 import Ros1Watchdog
+
+    return Ros1Watchdog(order)
+
+
+def _ros2(setup: Setup) -> Robot:
+    from voz.robot.ros2 import Ros2Robot
+
+    return Ros2Robot(setup.settings.ros2, setup.warn)
+
+
+def _ros2_watchdog(order: Order) -> Robot:
+    from voz.robot.ros2.velocity import Ros2Watchdog
+
+    return Ros2Watchdog(order)
+
+
+ROBOTS: Mapping[str, Kind] = {
+    "console": Kind("says them in words; this is what you get if you name none", _console),
+    "simulator": Kind(
+        "drives through a room with a table, a beer and a cocacola, and points an arm at them",
+        _simulator,
+    ),
+    "ros1": Kind(
+        "publishes them for ROS 1, with `odom` and `tf` of a simulator beside it; in `.venv-ros1`",
+        _ros1,
+        _ros1_watchdog,
+    ),
+    "ros2": Kind(
+        "publishes them for ROS 2, with `odom` and `tf` of a simulator beside it",
+        _ros2,
+        _ros2_watchdog,
+    ),
+}

@@ -16,7 +16,7 @@ from voz.events import later
 from voz.language.files import find_language
 from voz.live.display import Display
 from voz.recognition.recognizer import Recognizer
-from voz.run.drive import Drive
+from voz.run.drive import Controller
 
 ROOT = Path(__file__).parent.parent
 RECORDINGS = (
@@ -41,7 +41,7 @@ def main() -> None:
         lambda: "",
         "USB Audio Device",
     )
-    drive = Drive([display.receive], Safety())
+    drive = Controller([display.receive], Safety())
     now = 0.0
     for name in RECORDINGS:
         blocks = list(read_blocks(ROOT / "audio_fixtures" / name))

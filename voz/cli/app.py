@@ -27,7 +27,6 @@ from voz.signals import BY_SIGNAL
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
 
 app = typer.Typer(
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # the plain help takes half the time
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 
 
+@cache  # many tests look at the same
 def utterances(recognizer: Recognizer, recording: Recording) -> list[Utterance]:
     return list(recognizer.utterances(read_blocks(recording.path), recording.path.name))
 

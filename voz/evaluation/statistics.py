@@ -110,20 +110,18 @@ def mcnemar(only_first: int, only_second: int) -> float:
 
 def _mean_for(most: int, probability: float) -> float:
     """Find the mean with which a Poisson count is at most so many with this probability."""
+    counts = np.arange(most + 1)
+    log_factorials = np.cumsum(np.log(np.maximum(counts, 1)))
     low, high = 0.0, most + 10 * math.sqrt(most + 1) + 10
     for _ in range(60):  # halvings: as exact as a float
         middle = (low + high) / 2
-        if _poisson_at_most(most, middle) > probability:
+        # By logarithms, so that no term overflows.
+        terms = np.exp(counts * math.log(middle) - middle - log_factorials)
+        if terms.sum() > probability:
             low = middle
         else:
             high = middle
     return low
-
-
-def _poisson_at_most(most: int, mean: float) -> float:
-    """The distribution function, by logarithms so that no term overflows."""
-    terms = (k * math.log(mean) - mean - math.lgamma(k + 1) for k in range(most + 1))
-    return math.fsum(map(math.exp, terms))
 
 
 def _rounded(value: float) -> float:

@@ -1,6 +1,9 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo install bags report ros1 ros2 test fixtures benchmark clean
+.PHONY: help demo check install bags report ros1 ros2 test fixtures benchmark clean
+
+QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
+QUICK += $(wildcard tests/test_*.py)
 
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -23,6 +26,13 @@ ros2: ## Install what --robot ros2 needs; no ROS
 
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1
+
+check: ## Check style and types, and run the tests of what is pure or quick, in a minute
+	@sh tools/install.sh tests
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/python -m pytest -q -n auto --dist loadfile -m "not slow" $(QUICK)
 
 test: ## Install what the tests need, then check style and types and run all tests
 	@sh tools/install.sh tests

@@ -39,8 +39,8 @@ TO_BEGIN = 2
 LEAST = 4
 """Frames of a segment that stand out: 0.12 s. Less is a click."""
 
-TOLD = 4
-"""Frames, 0.12 s, after which it is told again what there is of a segment."""
+TOLD = 6
+"""Frames, 0.18 s, after which it is told again what there is of a segment."""
 
 TO_END = 8
 """Frames of the VAD that must not stand out to end."""

@@ -89,9 +89,14 @@ class Recognizer:
         """What is known of the microphone and the speaker; it changes only while learning."""
         return self._interpreter.learnt
 
-    def stream(self, source: str) -> Stream:
-        """Begin to listen to a stream, as if there were no other; its name is for utterances."""
-        return Stream(self._interpreter, source, self._early)
+    def stream(self, source: str, spotting: bool = True) -> Stream:
+        """Begin to listen to a stream, as if there were no other.
+
+        Args:
+            source: its name, for utterances.
+            spotting: whether a possible `stop` is told before the sound around it pauses.
+        """
+        return Stream(self._interpreter, source, self._early, spotting)
 
     def listen(self, rate: float = SAMPLE_RATE) -> Listener:
         """Begin to listen to a stream of arrays.
@@ -132,7 +137,8 @@ class Recognizer:
         Raises:
             AudioError: the blocks end in one; what was heard up to there is yielded first.
         """
-        return (e for e in self.events(blocks, source) if isinstance(e, Utterance))
+        stream = self.stream(source, spotting=False)
+        return (e for e in through(stream, blocks) if isinstance(e, Utterance))
 
     def events(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance | Partial]:
         """The same, with what is likely in between, before it is settled."""

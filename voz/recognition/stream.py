@@ -28,8 +28,9 @@ class Stream:
     that it hangs on what follows, when that is known. What may be a `stop` is told in its midst.
     """
 
-    def __init__(self, interpreter: Interpreter, source: str, early: float) -> None:
+    def __init__(self, interpreter: Interpreter, source: str, early: float, spotting: bool) -> None:
         self._interpreter = interpreter
+        self._spotting = spotting
         self._source = source
         self._segmenter = Segmenter(early, interpreter.longest)
         self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
@@ -54,7 +55,8 @@ class Stream:
 
     def _take(self, sound: Sound) -> Iterator[Utterance | Partial]:
         if isinstance(sound, Ongoing):
-            yield from self._spot(sound)
+            if self._spotting:
+                yield from self._spot(sound)
             return
         if self._waiting:
             waiting, self._waiting = self._waiting, None

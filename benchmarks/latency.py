@@ -36,7 +36,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from pulseaudio import playing_on, sound_server
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks
+from voz.audio.files import read_blocks, to_int16
 from voz.evaluation.manifest import read_manifests
 from voz.evaluation.noise import speech_power
 from voz.evaluation.results import Clip
@@ -134,8 +134,7 @@ def spoken(path: Path) -> Samples:
 
 
 def as_loud(samples: Samples, times: float) -> Samples:
-    louder: Samples = np.clip(np.rint(samples * times), -32768, 32767).astype(np.int16)
-    return louder
+    return to_int16(samples * (times / 32768))
 
 
 @contextmanager

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from machine import machine
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.files import read_blocks
+from voz.audio.files import read_blocks, to_int16
 from voz.config import Recognition, Safety, Simulator
 from voz.evaluation.manifest import read_manifests
 from voz.evaluation.noise import speech_power
@@ -111,7 +111,7 @@ def drive(stream: Stream, room: Floats, motors: Floats) -> Heard:
         sound = room[begin : begin + BLOCK].copy()
         if abs(state.linear) > STILL or abs(state.angular) > STILL:
             sound += motors[begin : begin + BLOCK]
-        for event in stream.feed(np.clip(np.rint(sound * 32768), -32768, 32767).astype(np.int16)):
+        for event in stream.feed(to_int16(sound)):
             driven.hear(event)
         driven.send(now)
         if halted is None and now > DRIVES_AT + 0.1 and not driven.moving:

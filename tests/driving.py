@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from voz.config import Config, Safety, Speech
-from voz.control.controller import OBJECTS, RULES
+from voz.control.controller import COMMANDS
 from voz.events import Receiver
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Played, run_at_its_pace, run_at_once
 from voz.run.sources import lines_typed, recordings_played
-
-COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
 
 
 class Robots(NamedTuple):

@@ -59,37 +59,36 @@ def chirp() -> np.ndarray:
     return (10_000 * np.sin(2 * np.pi * (200 + 900 * seconds) * seconds)).astype(np.int16)
 
 
+def likeness_to_what_is_played(
+    sink: str, process: subprocess.Popen[str], pulse: dict[str, str], tmp_path: Path
+) -> float:
+    """Play a chirp, and correlate it with what a process that listens has kept of it."""
+    soundfile.write(tmp_path / "chirp.wav", chirp(), 16000)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "listening\n"
+    speak = ["paplay", f"--device={sink}", str(tmp_path / "chirp.wav")]
+    subprocess.run(speak, env=pulse, check=True)
+    assert error_of(process) == ""
+    heard = np.fromfile(tmp_path / "heard.raw", np.int16).astype(float)
+    at = int(np.argmax(np.correlate(heard, chirp().astype(float), "valid")))
+    return float(np.corrcoef(heard[at : at + 16000], chirp())[0, 1])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("before", ["", ONE_RATE])
 def test_what_is_spoken_into_the_microphone_is_heard(
     before: str, pulse: dict[str, str], tmp_path: Path
 ) -> None:
-    soundfile.write(tmp_path / "chirp.wav", chirp(), 16000)
     process = listen(pulse, tmp_path / "heard.raw", seconds=3, before=before)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "listening\n"
-    speak = ["paplay", "--device=mic", str(tmp_path / "chirp.wav")]
-    subprocess.run(speak, env=pulse, check=True)
-    assert error_of(process) == ""
-    heard = np.fromfile(tmp_path / "heard.raw", np.int16).astype(float)
-    at = int(np.argmax(np.correlate(heard, chirp().astype(float), "valid")))
-    assert np.corrcoef(heard[at : at + 16000], chirp())[0, 1] > 0.99
+    assert likeness_to_what_is_played("mic", process, pulse, tmp_path) > 0.99
 
 
 @pytest.mark.slow
 def test_a_source_of_the_sound_server_is_heard_though_it_is_not_the_default(
     pulse: dict[str, str], tmp_path: Path
 ) -> None:
-    soundfile.write(tmp_path / "chirp.wav", chirp(), 16000)
     process = listen(pulse, tmp_path / "heard.raw", device="speaker.monitor", seconds=3)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "listening\n"
-    speak = ["paplay", "--device=speaker", str(tmp_path / "chirp.wav")]
-    subprocess.run(speak, env=pulse, check=True)
-    assert error_of(process) == ""
-    heard = np.fromfile(tmp_path / "heard.raw", np.int16).astype(float)
-    at = int(np.argmax(np.correlate(heard, chirp().astype(float), "valid")))
-    assert np.corrcoef(heard[at : at + 16000], chirp())[0, 1] > 0.99
+    assert likeness_to_what_is_played("speaker", process, pulse, tmp_path) > 0.99
 
 
 @pytest.mark.slow

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.control.controller import OBJECTS, RULES, STARTED, STOPPED, Mode, State, obey
+from voz.control.controller import COMMANDS, OBJECTS, STARTED, STOPPED, Mode, State, obey
 
-COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
 commands = st.lists(st.sampled_from([*COMMANDS, "open the door"]), max_size=60)
 
 

@@ -11,17 +11,7 @@ from recordings import Recording
 from voz.language.phone_distances import read_distances
 from voz.recognition.language import Language
 from voz.recognition.phoneme_network import UnknownNetworkError
-from voz.recognition.second_ear import Fit, Opinion, SecondEar, second_ear_for
-
-
-@pytest.fixture(scope="module")
-def ear(loaded: Language) -> SecondEar:
-    return second_ear_for(loaded)
-
-
-@pytest.fixture(scope="module")
-def commands(loaded: Language) -> list[str]:
-    return loaded.sentences
+from voz.recognition.second_ear import Fit, Opinion, SecondEar
 
 
 def best_of(opinion: Opinion) -> str:
@@ -29,10 +19,10 @@ def best_of(opinion: Opinion) -> str:
 
 
 def test_it_knows_which_command_was_said(
-    ear: SecondEar, commands: list[str], recordings: list[Recording]
+    ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
     said = [r for r in recordings if r.kind == "command"]
-    opinions = [ear.opinion(r.samples(), commands) for r in said]
+    opinions = [ear.opinion(r.samples(), loaded.sentences) for r in said]
     right = [best_of(o) == r.text for o, r in zip(opinions, said, strict=True)]
     assert np.mean(right) > 0.97
     assert all(-9 < o.fit(best_of(o)) < 0.5 for o in opinions)
@@ -40,21 +30,21 @@ def test_it_knows_which_command_was_said(
 
 
 def test_what_is_no_command_fits_worse(
-    ear: SecondEar, commands: list[str], recordings: list[Recording]
+    ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
     fits: dict[str, list[float]] = {"command": [], "near-miss": []}
     for recording in recordings:
         if recording.kind in fits:
-            opinion = ear.opinion(recording.samples(), commands)
+            opinion = ear.opinion(recording.samples(), loaded.sentences)
             fits[recording.kind].append(opinion.fit(best_of(opinion)))
     assert np.percentile(fits["near-miss"], 80) < np.percentile(fits["command"], 20)
 
 
 def test_other_commands_change_nothing_for_a_command(
-    ear: SecondEar, commands: list[str], recordings: list[Recording]
+    ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
     sound = next(r for r in recordings if r.text == "go back").samples()
-    among, alone = ear.opinion(sound, commands), ear.opinion(sound, ["go back"])
+    among, alone = ear.opinion(sound, loaded.sentences), ear.opinion(sound, ["go back"])
     assert among.fits["go back"].score == pytest.approx(alone.fits["go back"].score)
     assert alone.margin("go back") == math.inf
 

@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Partial
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import SecondEar, second_ear_for
+from voz.recognition.second_ear import SecondEar
 from voz.recognition.spotting import Spotter
-
-
-@pytest.fixture(scope="module")
-def ear(loaded: Language) -> SecondEar:
-    return second_ear_for(loaded)
-
-
-@pytest.fixture(scope="module")
-def commands(loaded: Language) -> list[str]:
-    return loaded.sentences
 
 
 def clips(recordings: list[Recording]) -> list[Recording]:
@@ -30,9 +19,9 @@ def clips(recordings: list[Recording]) -> list[Recording]:
 
 
 def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
-    ear: SecondEar, commands: list[str], recordings: list[Recording]
+    ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = Spotter(ear, ["stop"], commands)
+    spotter = Spotter(ear, ["stop"], loaded.sentences)
     hiss = np.random.default_rng(0).normal(0, 60, SAMPLE_RATE).astype(np.int16)
     found = {True: 0, False: 0}
     for clip in clips(recordings):
@@ -46,9 +35,9 @@ def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
 
 
 def test_the_best_of_several_commands_is_given(
-    ear: SecondEar, commands: list[str], recordings: list[Recording]
+    ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = Spotter(ear, ["stop", "turn left"], commands)
+    spotter = Spotter(ear, ["stop", "turn left"], loaded.sentences)
     for text in ("stop", "turn left"):
         clip = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", text))
         spotted = spotter.spot(clip.samples())

@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.config import Simulator
-from voz.control.controller import OBJECTS, RULES
+from voz.control.controller import COMMANDS
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip
 from voz.simulation.arm import pointing
 from voz.simulation.world import State
 
-COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
 typed = st.lists(st.sampled_from([*COMMANDS, *["-"] * 30, "xyz"]), max_size=150)
 
 

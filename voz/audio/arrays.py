@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import HIGHEST_RATE, LOWEST_RATE, to_int16
+from voz.audio import Samples
+from voz.audio.files import HIGHEST_RATE, LOWEST_RATE
+from voz.audio.resampling import Mono, Resampler
 from voz.errors import AudioError
 
 MOST_CHANNELS = 64
@@ -34,10 +35,7 @@ class Converter:
                 f"a sample rate of {rate:g} Hz is not usable; give one from {LOWEST_RATE} to "
                 f"{HIGHEST_RATE} Hz"
             )
-        import soxr  # 20 ms that `voz --help` need not wait for
-
-        self._resampler = soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")
-        self._as_it_is = rate == SAMPLE_RATE
+        self._resampler = Resampler(rate)
 
     def feed(self, array: npt.ArrayLike) -> Samples:
         """Take the next sound.
@@ -51,16 +49,11 @@ class Converter:
         Raises:
             AudioError: it is something else.
         """
-        mono = _mono(np.asarray(array))
-        if self._as_it_is:
-            return to_int16(mono)
-        return to_int16(self._resampler.resample_chunk(mono))
+        return self._resampler.feed(_mono(np.asarray(array)))
 
     def finish(self) -> Samples:
         """End the stream; returns what was still to come."""
-        if self._as_it_is:
-            return np.empty(0, np.int16)
-        return to_int16(self._resampler.resample_chunk(np.empty(0, np.float32), last=True))
+        return self._resampler.finish()
 
 
 def converted(array: npt.ArrayLike, rate: float) -> Samples:
@@ -69,7 +62,7 @@ def converted(array: npt.ArrayLike, rate: float) -> Samples:
     return np.concatenate([converter.feed(array), converter.finish()])
 
 
-def _mono(array: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+def _mono(array: npt.NDArray[Any]) -> Mono:
     if array.ndim not in (1, 2):
         raise AudioError(f"an array of shape {array.shape} is no sound; give samples x channels")
     if array.ndim == 2 and not 0 < array.shape[1] <= MOST_CHANNELS:
@@ -80,7 +73,7 @@ def _mono(array: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
         scaled = _checked(array).astype(np.float32)
     else:
         raise AudioError(f"samples are {array.dtype}; give int16, or floats from -1 to 1")
-    mono: npt.NDArray[np.float32] = scaled if scaled.ndim == 1 else scaled.mean(axis=1)
+    mono: Mono = scaled if scaled.ndim == 1 else scaled.mean(axis=1)
     return mono
 
 

@@ -73,19 +73,20 @@ def sources(there: list[Device]) -> list[Device]:
     ]
 
 
-def choose(wanted: str | None = None) -> Device:
+def choose(wanted: str | None = None, without: str = " and start again") -> Device:
     """Find the microphone that is meant.
 
     Args:
         wanted: its number, or a part of its name that no other has; None is the default one. Only
             if PortAudio has none of that name it is a source's.
+        without: what to do where there is none, besides connecting one.
 
     Raises:
         AudioError: there is no such microphone, or there are several.
     """
     there = microphones()
     if not there:
-        raise AudioError("there is no microphone; connect one and start again")
+        raise AudioError(f"there is no microphone; connect one{without}")
     meant = _default(there) if wanted is None else _matching(wanted, there)
     if wanted is not None and not meant:
         more = sources(there)

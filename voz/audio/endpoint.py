@@ -11,7 +11,7 @@ from pocketsphinx import Vad
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.background import FRAME, RISE, SILENT_SHARE, STEADY_FOR, Background, Floats, Noise
 from voz.audio.pieces import pieces
-from voz.audio.segment import PAUSE, Ongoing, Quiet, Segment, Sound, through
+from voz.audio.segment import LONGEST_WORD, PAUSE, Ongoing, Quiet, Segment, Sound, through
 from voz.audio.voice import RUN_UP, voice_detector
 
 VAD_MODE = 2
@@ -69,7 +69,7 @@ LONGEST = 10.0
 LOOK_BACK = ONSET * FRAME + MARGIN
 """What begins now may have begun so long ago."""
 
-RECENT = int(0.7 * SAMPLE_RATE)
+RECENT = int(LONGEST_WORD * SAMPLE_RATE)
 """Kept at least: a word may have begun before what was taken for the beginning."""
 
 FIRST_SIGN = PAUSE + MARGIN + 2 * FRAME

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -153,9 +154,10 @@ def _mono(
     yield resampler.resample_chunk(np.empty(0, np.float32), last=True)
 
 
-def to_int16(samples: npt.NDArray[np.float32]) -> Samples:
+def to_int16(samples: npt.NDArray[np.floating[Any]]) -> Samples:
     """Turn samples from -1 to 1 into 16 bits; what is beyond is clipped."""
-    return np.clip(np.rint(samples * 32768), -32768, 32767).astype(np.int16)
+    whole: Samples = np.clip(np.rint(samples * 32768), -32768, 32767).astype(np.int16)
+    return whole
 
 
 def _promised_seconds(file: soundfile.SoundFile) -> float:

@@ -13,9 +13,9 @@ import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.devices import Device, choose
-from voz.audio.files import to_int16
 from voz.audio.portaudio import load_sounddevice, running
 from voz.audio.pulse import recording_from
+from voz.audio.resampling import Resampler
 from voz.errors import AudioError
 
 BLOCK_SECONDS = 0.03
@@ -61,7 +61,7 @@ class Microphone:
         self.lost = 0
         self._channels = channels
         self._waiting: queue.Queue[_Arrived | None] = queue.Queue(MOST_WAITING)
-        self._resampler = _resampler(rate)
+        self._resampler = Resampler(rate)
 
     def heard(self, block: Any, _frames: int, _time: Any, status: Any) -> None:
         """Take what PortAudio hands over; called on its thread."""
@@ -85,8 +85,7 @@ class Microphone:
             raise AudioError("the microphone is gone; connect it and start again")
         self.arrived = arrived.when
         channels = np.frombuffer(arrived.sound, np.float32).reshape(-1, self._channels)
-        sound = channels.mean(axis=1)
-        return to_int16(self._resampler.resample_chunk(sound) if self._resampler else sound)
+        return self._resampler.feed(channels.mean(axis=1))
 
     def _put(self, arrived: _Arrived | None) -> None:
         if self._waiting.full():
@@ -141,11 +140,3 @@ def _settings(sounddevice: ModuleType, device: Device) -> _Settings:
             continue
         return settings
     return _Settings(device.number, device.rate, device.channels)
-
-
-def _resampler(rate: int) -> Any:
-    if rate == SAMPLE_RATE:
-        return None
-    import soxr  # 20 ms that who opens no microphone need not wait for
-
-    return soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")

@@ -9,6 +9,9 @@ from typing import NamedTuple, Protocol, TypeVar
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 
+LONGEST_WORD = 0.7
+"""Seconds; who speaks slowly says a word of a command in that."""
+
 PAUSE = int(0.6 * SAMPLE_RATE)
 """Between two segments, with their margins: in a sentence people pause for less."""
 

@@ -15,7 +15,6 @@ from voz.cli.options import with_options
 from voz.cli.robots import Plan, Robots, robots_of
 from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, tell, warn
-from voz.errors import AudioError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,6 +26,10 @@ if TYPE_CHECKING:
     from voz.recognition.recognizer import Recognizer
     from voz.run.live import Typist
     from voz.run.offline import Played
+
+
+WITHOUT = ", or use `--text -` to type commands or `--wav FILE` for recordings"
+"""What to do besides connecting a microphone, where there is none."""
 
 
 @with_options
@@ -91,11 +94,12 @@ def _run_live(
     options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
+    from voz.audio.devices import choose
     from voz.language.files import read_sentences
     from voz.run.inbox import Inbox
     from voz.run.live import Seat, run_live
 
-    microphone = _microphone(options.device)
+    microphone = choose(options.device, WITHOUT).name
     recognizer = parts.enter_context(_recognizer(options, settings, language, microphone))
     inbox = Inbox()
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
@@ -110,18 +114,6 @@ def _run_live(
     )
     commands = read_sentences(language)
     run_live(robots.receivers, robots.lost, settings, recognizer, commands, inbox, seat)
-
-
-def _microphone(wanted: str | None) -> str:
-    """Name the microphone that is meant; where there is none, tell how to do without."""
-    from voz.audio.devices import choose, microphones
-
-    if not microphones():
-        raise AudioError(
-            "there is no microphone; connect one, or use `--text -` to type commands or "
-            "`--wav FILE` for recordings"
-        )
-    return choose(wanted).name
 
 
 def _run_by_files(

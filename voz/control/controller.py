@@ -126,6 +126,9 @@ RULES: Mapping[str, Callable[[State], State]] = {
 OBJECTS: Mapping[str, int] = {"point beer": 1, "point cocacola": 2, "fold arm": 100}
 """What each object command publishes on `selected_object` while listening."""
 
+COMMANDS = (*RULES, *OBJECTS, "start speech", "stop speech")
+"""All that it knows: the list that comes with voz, in another order."""
+
 STARTED = "bep bep. I am listening you"
 STOPPED = "bep bep. I stop listening"
 REPLIES = (STARTED, STOPPED)

@@ -115,9 +115,10 @@ def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
     from voz.recognition.phoneme_network import UnknownNetworkError
     from voz.recognition.second_ear import second_ear_for
 
-    commands = read_sentences(language)
+    loaded = load_language(language)
+    commands = loaded.sentences
     try:
-        ear = second_ear_for(load_language(language))
+        ear = second_ear_for(loaded)
     except UnknownNetworkError as error:
         raise ConfigError(f"there is no second ear: {error}; use another engine") from error
 

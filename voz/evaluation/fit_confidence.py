@@ -305,7 +305,7 @@ def _examples(task: Task, lm: str | None) -> Collected:
         return Collected([], 0.0)
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
-    parts, rest = shared_out(list(_recognizer(lm).observations(blocks)), stretches)
+    parts, rest = shared_out(list(_recognizer(lm).candidates(blocks)), stretches)
     around = replace(first, kind="noise", speaker=first.file, condition="all")
     examples = [
         Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))

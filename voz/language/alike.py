@@ -16,14 +16,6 @@ RISKY = 0.77
 In the list that comes with voz these are four pairs, `start speech` and `stop speech` first.
 """
 
-SHIPPED = frozenset(
-    {"start speech", "stop speech", "stop", "go forward", "go back", "speed up", "slow down"}
-    | {f"{turn} {side}" for turn in ("turn", "rotate") for side in ("left", "right")}
-    | {"point beer", "point cocacola", "fold arm"}
-)
-"""The list that comes with voz. Who has not changed it need not read of its pairs at each build:
-the README names them."""
-
 MOST_COMMANDS = 100
 """More are not compared when they are built: it takes a time that grows with their square.
 

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from voz.control.controller import COMMANDS
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, replaced
 from voz.language import alike
@@ -217,7 +218,7 @@ def _guess_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[
 
 def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
-    if set(parsed.sentences) == alike.SHIPPED:
+    if set(parsed.sentences) == set(COMMANDS):  # of the list that comes with voz the README tells
         return ()
     if too_many := _too_many(parsed):
         return (too_many,)

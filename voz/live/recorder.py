@@ -52,8 +52,8 @@ class Recorder:
 
     def feed(self, block: Samples) -> None:
         """Take what the microphone gave."""
-        for piece in self._tape.feed(block):
-            self._put(piece)
+        for excerpt in self._tape.feed(block):
+            self._put(excerpt)
 
     def mark(self, utterance: Utterance, begun: float) -> None:
         """Keep what was heard.
@@ -66,8 +66,8 @@ class Recorder:
 
     def end_stream(self) -> None:
         """Note that what follows is another stream."""
-        for piece in self._tape.finish():
-            self._put(piece)
+        for excerpt in self._tape.finish():
+            self._put(excerpt)
         self._tape = Tape()
 
     def __enter__(self) -> Recorder:
@@ -84,9 +84,9 @@ class Recorder:
             return
         self._thread.join(CLOSING_TIME)
 
-    def _put(self, piece: Excerpt) -> None:
+    def _put(self, excerpt: Excerpt) -> None:
         try:
-            self._waiting.put_nowait(piece)
+            self._waiting.put_nowait(excerpt)
         except queue.Full:
             if not self._late and self._thread.is_alive():
                 self._late = True
@@ -95,8 +95,8 @@ class Recorder:
     def _work(self) -> None:
         try:
             folder = Folder(self._folder, self._limit)
-            while (piece := self._waiting.get()) is not None:
-                folder.add(piece)
+            while (excerpt := self._waiting.get()) is not None:
+                folder.add(excerpt)
         except AudioError as error:
             self._warn(f"nothing is recorded: {error}")
         except (OSError, UnicodeDecodeError) as error:

@@ -42,12 +42,12 @@ class Folder:
         self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
         self._write(rows)
 
-    def add(self, piece: Excerpt) -> None:
+    def add(self, excerpt: Excerpt) -> None:
         """Keep a recording; raises OSError if it cannot be written."""
-        utterance = piece.utterance
+        utterance = excerpt.utterance
         kind = "command" if utterance.accepted else "near-miss"
         fields = [utterance.text, SPEAKER, kind, to_json(utterance)]
-        self._size += keep(piece.samples, self._path, HEADER, fields)
+        self._size += keep(excerpt.samples, self._path, HEADER, fields)
         if self._size > self._limit:
             self._make_room()
 

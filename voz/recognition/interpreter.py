@@ -11,7 +11,7 @@ from typing import NamedTuple
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned
 from voz.audio.endpoint import MARGIN
-from voz.audio.segment import Segment
+from voz.audio.segment import LONGEST_WORD, Segment
 from voz.audio.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
@@ -43,9 +43,6 @@ from voz.recognition.spotting import Spotted, Spotter
 
 DECODER_FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
-
-LONGEST_WORD = 0.7
-"""Seconds; who speaks slowly says a word of a command in that."""
 
 PAUSES = 2.0
 """Seconds that a command takes besides its words: silence, hesitation, noise before and after."""

@@ -144,7 +144,7 @@ class Recognizer:
         """The same, with what is likely in between, before it is settled."""
         return through(self.stream(source), blocks)
 
-    def observations(self, blocks: Iterable[Samples]) -> Iterator[Candidate]:
+    def candidates(self, blocks: Iterable[Samples]) -> Iterator[Candidate]:
         """Find what the confidence is computed from, for those who fit it.
 
         Args:

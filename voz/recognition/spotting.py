@@ -7,10 +7,8 @@ from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.segment import LONGEST_WORD
 from voz.recognition.second_ear import SecondEar
-
-WORD = int(0.7 * SAMPLE_RATE)
-"""So much of what was heard last is looked at for each word of a command."""
 
 FITS = -1.0
 """Nats for each phone: a command that fits so well may have been said.
@@ -45,7 +43,8 @@ class Spotter:
         self._ear = ear
         self._commands = commands
         self._others = [other for other in others if other not in commands]
-        self._window = WORD * max(len(command.split()) for command in commands)
+        most_words = max(len(command.split()) for command in commands)
+        self._window = int(LONGEST_WORD * SAMPLE_RATE) * most_words
 
     def spot(self, so_far: Samples) -> Spotted | None:
         """Tell which of the commands, if any, is in what was heard last.

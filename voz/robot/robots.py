@@ -16,7 +16,6 @@ from voz.robot.kinds import ROBOTS, Setup
 from voz.robot.mailbox import Mailbox
 from voz.robot.mistakes import mistakes_told
 from voz.robot.process import Order, RobotProcess
-from voz.robot.simulator import SimulatedRobot
 from voz.robot.slow import SlowRobot
 
 
@@ -72,8 +71,10 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
             robots[name] = kind.make(setup)
             if setup.watchdog and kind.make_watchdog:
                 robots[f"{name} watchdog"] = _apart(setup, name, only_zero=True)
-    simulator = robots.get("simulator")
-    if isinstance(simulator, SimulatedRobot):
+    simulator: Any = robots.get(
+        "simulator"
+    )  # of its class, which is imported only where it is made
+    if simulator:
         for name in robots.keys() - {"simulator"}:
             robots[name].where = simulator.state_at  # RViz shows it then
     return robots

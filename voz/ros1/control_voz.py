@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from voz.control.controller import OBJECTS, RULES
+from voz.control.controller import COMMANDS
 from voz.language.commands import normalise
 from voz.live.hearing import SILENT, Silence
 from voz.ros1.driving import drive
@@ -19,7 +19,6 @@ from voz.run.clocks import WallClock
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, typed
 
-COMMANDS = {*RULES, *OBJECTS, "start speech", "stop speech"}
 """What has an effect; other strings are logged."""
 
 STALE = 0.35

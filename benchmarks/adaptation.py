@@ -25,16 +25,16 @@ from pathlib import Path
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.config import Recognition
-from voz.evaluation.manifest import read_manifests
-from voz.evaluation.results import Clip
 from voz.language.build import build
 from voz.language.files import LanguageFiles, find_language
-from voz.recognition.adaptation import StartVector
-from voz.recognition.calibration import FEWEST, Said, Score, calibrate, score
-from voz.recognition.profiles import Profile
 from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.calibration import FEWEST, Said, Score, calibrate, score
+from voz.recognition.speaker.profiles import Profile
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifests
 
 DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 LEARNT_FROM = 14

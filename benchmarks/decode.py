@@ -47,10 +47,10 @@ def plain() -> Understand:
 
 def without_confidence() -> Understand:
     """End-pointing and decoding of voz, without asking how sure it is."""
+    from voz.audio.capture.files import read_blocks
     from voz.audio.denoise import cleaned
-    from voz.audio.endpoint import Segmenter
-    from voz.audio.files import read_blocks
-    from voz.audio.segment import Segment
+    from voz.audio.endpointing.segment import Segment
+    from voz.audio.endpointing.segmenter import Segmenter
     from voz.language.files import find_language
     from voz.recognition.decoder import Decoder, mean_start
     from voz.recognition.language import load_language
@@ -69,7 +69,7 @@ def without_confidence() -> Understand:
 
 def with_confidence() -> Understand:
     """All that `voz decode` does."""
-    from voz.audio.files import read_blocks
+    from voz.audio.capture.files import read_blocks
     from voz.config import Recognition
     from voz.language.files import find_language
     from voz.recognition.recognizer import Recognizer

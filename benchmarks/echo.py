@@ -16,15 +16,15 @@ import numpy.typing as npt
 from machine import machine
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.config import Recognition
 from voz.control.controller import STARTED, STOPPED
-from voz.evaluation.manifest import read_manifests
 from voz.evaluation.noise import room_response
 from voz.events import Partial, Utterance
+from voz.hearing.half_duplex import HalfDuplex
 from voz.language.files import find_language
-from voz.live.duplex import HalfDuplex
 from voz.recognition.recognizer import Recognizer
+from voz.recordings.manifest import read_manifests
 from voz.speech.festival import cached
 
 LOUDER = 10.0

@@ -36,10 +36,10 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from pulseaudio import playing_on, sound_server
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks, to_int16
-from voz.evaluation.manifest import read_manifests
+from voz.audio.capture.files import read_blocks, to_int16
 from voz.evaluation.noise import speech_power
-from voz.evaluation.results import Clip
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifests
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -39,12 +39,12 @@ def listed(commands: list[str], size: int) -> list[str]:
 
 def measure(manifest: Path, size: int, most: int) -> tuple[str, ...]:
     """Hear the commands with a list of so many sentences; runs in a process of its own."""
-    from voz.audio.files import read_blocks
+    from voz.audio.capture.files import read_blocks
     from voz.config import Recognition
-    from voz.evaluation.manifest import read_manifest
     from voz.language.build import build
     from voz.language.files import LanguageFiles
     from voz.recognition.recognizer import Recognizer
+    from voz.recordings.manifest import read_manifest
 
     clips = [clip for clip in read_manifest(manifest) if clip.kind == "command"]
     clips = clips[:: max(1, len(clips) // most)]

@@ -22,17 +22,17 @@ import numpy.typing as npt
 from machine import machine
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.files import read_blocks, to_int16
+from voz.audio.capture.files import read_blocks, to_int16
 from voz.config import Recognition, Safety, Simulator
-from voz.evaluation.manifest import read_manifests
 from voz.evaluation.noise import speech_power
-from voz.evaluation.results import Clip
 from voz.evaluation.statistics import estimate
 from voz.evaluation.tables import shown
 from voz.events import Event, Utterance
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.stream import Stream
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifests
 from voz.robot.simulator import SimulatedRobot
 from voz.run.drive import Controller
 from voz.run.sources import typed

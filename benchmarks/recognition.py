@@ -27,14 +27,15 @@ from voz.config import Recognition
 from voz.errors import AudioError, ConfigError, VozError
 from voz.evaluation.curves import curves
 from voz.evaluation.engines import EngineChoice
-from voz.evaluation.manifest import read_manifest
 from voz.evaluation.recognise import Task, in_processes, recognise, tasks_for
-from voz.evaluation.results import Clip, Result
+from voz.evaluation.results import Result
 from voz.evaluation.scores import alarms_in
 from voz.evaluation.statistics import estimate
 from voz.evaluation.tables import shown, shown_alarms
 from voz.language.build import build
 from voz.language.files import LanguageFiles
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifest
 
 LM = Path(__file__).parent.parent / "lm"
 ENGINES = ["voz", "first-ear", "second-ear", "pocketsphinx-phone-loop"]

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from pulseaudio import sound_server
 
-from voz.audio.mixing import AUDIBLE, RATE
+from voz.audio.playback.mixing import AUDIBLE, RATE
 from voz.control.controller import REPLIES
 from voz.speech.sound_client import SoundClient
 from voz.speech.speaker import Speaker

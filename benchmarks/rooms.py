@@ -21,11 +21,12 @@ from voz.config import Recognition
 from voz.errors import AudioError, ConfigError, VozError
 from voz.evaluation.engines import EngineChoice
 from voz.evaluation.recognise import Task, in_processes, recognise, tasks_for
-from voz.evaluation.results import OUT_OF_NOTHING, Clip, Result
+from voz.evaluation.results import OUT_OF_NOTHING, Result
 from voz.evaluation.scores import alarms_in
 from voz.evaluation.tables import shown_alarms
 from voz.files import read_json
 from voz.language.files import LanguageFiles
+from voz.recordings.clips import Clip
 
 LM = Path(__file__).parent.parent / "lm"
 LISTING = "said.json"

@@ -30,10 +30,10 @@ from live_robot import LiveRobot, live_robot, speak, velocity
 from pulseaudio import sound_server
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks
-from voz.evaluation.manifest import read_manifest
+from voz.audio.capture.files import read_blocks
 from voz.evaluation.noise import mixed
-from voz.evaluation.results import Clip
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifest
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import segments
+from voz.audio.endpointing.segmenter import segments
 from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.evaluation.engines import ENGINES, LONGEST_WHOLE, Engine, words

@@ -17,7 +17,7 @@ from voz.run.sources import lines_typed, recordings_played
 
 class Robots(NamedTuple):
     receivers: list[Receiver]
-    lost: Mapping[str, Callable[[], str | None]]
+    troubles: Mapping[str, Callable[[], str | None]]
 
 
 def play(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import Samples
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"

@@ -19,16 +19,16 @@ from recordings import FIXTURES, GO_BACK, ROOT
 
 from voz.config import load_config
 from voz.errors import VozError
-from voz.evaluation.manifest import read_manifest
 from voz.evaluation.report import evaluate, read_results
 from voz.evaluation.results import Result, Understood
 from voz.language.build import build
 from voz.language.files import PACKAGED, LanguageFiles
-from voz.recognition.adaptation import StartVector
 from voz.recognition.decoder import Decoder
 from voz.recognition.language import load_language
-from voz.recognition.mllr import Transform, as_text, is_transforms
-from voz.recognition.profiles import Profile, load_profile, save_profile
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.mllr import MeanTransform, as_text, is_transforms
+from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
+from voz.recordings.manifest import read_manifest
 
 SOURCE = FIXTURES / "formats" / "mono_8000.wav"
 FILES = 200
@@ -119,7 +119,7 @@ def comparison(folder: Path) -> tuple[Path, Callable[[], object]]:
 
 def profile(folder: Path) -> tuple[Path, Callable[[], object]]:
     transforms = folder / "transforms"
-    transforms.write_text(as_text([Transform(np.eye(13), np.zeros(13))] * 3))
+    transforms.write_text(as_text([MeanTransform(np.eye(13), np.zeros(13))] * 3))
     path = save_profile("ann", Profile(StartVector((1.0,) * 13, 60.0), str(transforms), 0.5))
     return path, lambda: load_profile("ann")
 
@@ -152,7 +152,7 @@ def test_fuzzed_files_of_other_kinds(
 
 
 def test_a_transform_that_is_taken_does_not_make_pocketsphinx_crash(tmp_path: Path) -> None:
-    path, numbers = tmp_path / "mllr.txt", as_text([Transform(np.eye(13), np.zeros(13))] * 3)
+    path, numbers = tmp_path / "mllr.txt", as_text([MeanTransform(np.eye(13), np.zeros(13))] * 3)
     for changed in ("-999999999.999999", "0.000000"):
         text = numbers.replace("1.000000", changed)
         assert is_transforms(text)

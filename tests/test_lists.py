@@ -13,12 +13,12 @@ from recordings import ROOT
 from synthesis import Fixture, speak, write
 
 from voz.config import Recognition
-from voz.evaluation.manifest import read_manifest
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import GUESS
 from voz.recognition.batch import Decoded, decode_recordings
 from voz.recognition.recognizer import Recognizer
+from voz.recordings.manifest import read_manifest
 
 CLEAR_VOICES = ("flite_slt", "flite_rms")
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.config import Recognition, Safety
 from voz.events import later
 from voz.language.files import find_language
-from voz.live.display import Display
 from voz.recognition.recognizer import Recognizer
 from voz.run.drive import Controller
+from voz.terminal.display import Display
 
 ROOT = Path(__file__).parent.parent
 RECORDINGS = (

@@ -25,7 +25,7 @@ import typer
 from rich.progress import track
 
 from voz.audio import Samples
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.language.phone_distances import DISTANCES
 from voz.recognition.decoder import ACOUSTIC_MODEL, mean_start

@@ -10,7 +10,7 @@ import msgspec
 
 from voz.errors import ConfigError
 from voz.files import FEW_BYTES, read_text
-from voz.simulation.room import Table, gap_to_table, gap_to_walls
+from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -153,7 +153,7 @@ class Simulator(Section, frozen=True, kw_only=True):
         Raises:
             ValueError: so it is; msgspec makes its own error of it, which names the place.
         """
-        table, (x, y, _) = Table(*self.table), self.start
+        table, (x, y, _) = Tabletop(*self.table), self.start
         if table.x + table.width > self.room[0] or table.y + table.depth > self.room[1]:
             raise ValueError("the table is not within the room")
         for name, place in (("beer", self.beer), ("cocacola", self.cocacola)):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from voz.config import Recognition
 from voz.language.files import find_language
-from voz.recognition.profiles import load_profile
 from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.profiles import load_profile
 
 
 def load(

@@ -8,7 +8,7 @@ from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned, denoised, energies, is_noisy
-from voz.audio.endpoint import segments
+from voz.audio.endpointing.segmenter import segments
 
 
 def hiss(length: int, loudness: float = 600) -> Samples:

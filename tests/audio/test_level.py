@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from recordings import FIXTURES, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.audio.level import LOWEST, Fault, dbfs, faults, measure, obeyed_of_100
 from voz.evaluation.noise import mixed, stretch
 

@@ -17,13 +17,13 @@ from calls import VOZ
 from recordings import ROOT, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import segments
+from voz.audio.endpointing.segmenter import segments
 from voz.config import Recognition
-from voz.enrolment import prompts, read_kept
+from voz.hearing.enrolment import prompts, read_kept
 from voz.language.files import LanguageFiles, read_sentences
-from voz.recognition.adaptation import StartVector
-from voz.recognition.calibration import Said, calibrate
-from voz.recognition.profiles import Profile, load_profile, save_profile
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.calibration import Said, calibrate
+from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
 
 
 @pytest.fixture(autouse=True)

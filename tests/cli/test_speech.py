@@ -13,8 +13,8 @@ import soundfile
 from calls import VOZ, in_process
 from loudspeaker import at_16_khz, best, is_silent, likeness, recording
 
-from voz.audio.files import read_sound
-from voz.audio.mixing import RATE
+from voz.audio.capture.files import read_sound
+from voz.audio.playback.mixing import RATE
 from voz.speech.builtin_sounds import BuiltinSound, synthesised
 
 NO_LOUDSPEAKER = "there is no loudspeaker; connect one"

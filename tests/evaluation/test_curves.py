@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.evaluation.curves import Bin, Point, confusion, curves, operating, reliability
+from voz.evaluation.curves import Bin, CurvePoint, confusion, curves, operating, reliability
 
 CONFIDENCES = st.lists(st.integers(0, 20).map(lambda n: n / 20), min_size=1, max_size=20)
 
@@ -14,10 +14,10 @@ CONFIDENCES = st.lists(st.integers(0, 20).map(lambda n: n / 20), min_size=1, max
 def test_each_confidence_is_a_threshold() -> None:
     curve = operating([0.9, 0.8, 0.4, 0.4], [0.8, 0.1])
     assert curve.points == [
-        Point(0.9, 0.25, 0.0),
-        Point(0.8, 0.5, 0.5),
-        Point(0.4, 1.0, 0.5),
-        Point(0.1, 1.0, 1.0),
+        CurvePoint(0.9, 0.25, 0.0),
+        CurvePoint(0.8, 0.5, 0.5),
+        CurvePoint(0.4, 1.0, 0.5),
+        CurvePoint(0.1, 1.0, 1.0),
     ]
     # Of 8 pairs 5 are in the right order (0.9 twice, 0.8, 0.4 and 0.4 above 0.1), one is a tie.
     assert curve.area == 5.5 / 8

@@ -23,8 +23,6 @@ from voz.evaluation.fit_confidence import (
     fit_models,
     with_alarms,
 )
-from voz.evaluation.manifest import read_manifest
-from voz.evaluation.results import Clip
 from voz.recognition.confidence import (
     ONE_EAR,
     TWO_EARS,
@@ -34,6 +32,8 @@ from voz.recognition.confidence import (
     probability,
     save_models,
 )
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifest
 
 MODEL = load_models().two_ears
 NAMES = ("match", "nothing")

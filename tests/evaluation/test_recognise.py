@@ -11,10 +11,10 @@ from recordings import FIXTURES
 from voz.config import Recognition
 from voz.evaluation import noise
 from voz.evaluation.engines import EngineChoice
-from voz.evaluation.manifest import read_manifest
 from voz.evaluation.recognise import Task, prepared, recognise, recognise_all, tasks_for
-from voz.evaluation.results import Clip
 from voz.language.files import LanguageFiles
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifest
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import os
 import time
 
 from voz.config import Ros2
-from voz.robot.ros2.messages import Twist
-from voz.robot.ros2.node import Node
+from voz.ros2.messages import Twist
+from voz.ros2.node import Node
 
 observer = os.open(os.environ["HUNT_OBSERVER"], os.O_WRONLY)
 reader = Node(Ros2()).reader("cmd_vel", Twist)

@@ -10,9 +10,9 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpoint import segments
-from voz.audio.files import read_blocks
-from voz.audio.segment import Segment
+from voz.audio.capture.files import read_blocks
+from voz.audio.endpointing.segment import Segment
+from voz.audio.endpointing.segmenter import segments
 from voz.config import Recognition
 from voz.errors import AudioError
 from voz.events import Partial, Utterance

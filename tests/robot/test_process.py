@@ -14,7 +14,7 @@ import pytest
 from voz.errors import RobotError
 from voz.events import Reply, Twist
 from voz.robot.child import SILENCE
-from voz.robot.process import Order, RobotProcess
+from voz.robot.process import RobotProcess, RobotSpec
 
 MODULE = """
 from pathlib import Path
@@ -46,7 +46,7 @@ AHEAD, REST = Twist(1, 0.1, 0), Twist(2, 0, 0)
 @contextmanager
 def process(kind: str = "Mine") -> Iterator[tuple[RobotProcess, list[str]]]:
     printed: list[str] = []
-    robot = RobotProcess(Order(f"own:{kind}"), printed.append)
+    robot = RobotProcess(RobotSpec(f"own:{kind}"), printed.append)
     try:
         robot.open()
         yield robot, printed

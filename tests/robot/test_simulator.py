@@ -14,7 +14,7 @@ from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip
 from voz.simulation.arm import pointing
-from voz.simulation.world import State
+from voz.simulation.world import WorldState
 
 typed = st.lists(st.sampled_from([*COMMANDS, *["-"] * 30, "xyz"]), max_size=150)
 
@@ -135,7 +135,7 @@ def test_commands_are_kept_with_their_places_and_what_is_refused_is_not() -> Non
 def test_the_selected_object_is_pointed_at_and_the_arm_is_folded_again() -> None:
     trip, _ = driven([SelectedObject(0.5, 2), *held(0.0, 0.0, 0.5, 4.0), SelectedObject(4.0, 100)])
 
-    def last_before(t: float) -> State:
+    def last_before(t: float) -> WorldState:
         return [state for state in trip.states if state.t < t][-1]
 
     assert last_before(4.0).arm == pointing(trip.states[0].pose, (*Simulator().cocacola, 0.7))

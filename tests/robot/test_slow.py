@@ -14,7 +14,7 @@ from calls import in_process
 from voz.events import Reply, SelectedObject, Twist
 from voz.robot.base import Robot
 from voz.robot.mailbox import MOST_WAITING, STUCK, Mailbox
-from voz.robot.process import Order, RobotProcess
+from voz.robot.process import RobotProcess, RobotSpec
 from voz.robot.robots import make_own
 
 MODULE = """
@@ -55,7 +55,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def apart() -> Robot:
-    return RobotProcess(Order("arms:Arm"), print)
+    return RobotProcess(RobotSpec("arms:Arm"), print)
 
 
 def here_too() -> Robot:

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.simulation.room import Table, gap_to_table, gap_to_walls
+from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
-TABLE = Table(1.0, 2.0, 0.5, 1.5)
+TABLE = Tabletop(1.0, 2.0, 0.5, 1.5)
 places = st.tuples(st.floats(0, 4), st.floats(0, 4))
 
 

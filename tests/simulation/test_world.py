@@ -12,7 +12,7 @@ from voz.config import Simulator
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, pointing
 from voz.simulation.base import Pose
-from voz.simulation.world import AWAY, FOLD, State, gap, place_of, start, step
+from voz.simulation.world import AWAY, FOLD, WorldState, gap, place_of, start, step
 
 ROOM = Simulator()
 WIDE = Simulator(room=(50.0, 50.0), start=(25.0, 25.0, 0.0))
@@ -22,7 +22,9 @@ anything = st.floats(-3, 3) | st.floats()
 sent = st.lists(st.tuples(anything, anything, st.integers(1, 60)), max_size=12)
 
 
-def drive(state: State, linear: float, angular: float, seconds: float, room: Simulator) -> State:
+def drive(
+    state: WorldState, linear: float, angular: float, seconds: float, room: Simulator
+) -> WorldState:
     """Hold a velocity for a time that need not be a multiple of the step."""
     while seconds > 1e-9:
         dt = min(DT, seconds)

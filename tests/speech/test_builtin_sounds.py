@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from voz.audio.mixing import AUDIBLE, RATE, Wave
+from voz.audio.playback.mixing import AUDIBLE, RATE, Wave
 from voz.errors import SpeechError
 from voz.speech.builtin_sounds import BuiltinSound, builtin, synthesised
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 
-from voz.audio.mixer import Mixer
+from voz.audio.playback.mixer import Mixer
 from voz.errors import SpeechError
 from voz.speech.orders import Key, Order, Orders
 

@@ -18,8 +18,8 @@ import soundfile
 from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
 
-from voz.audio.files import read_sound
-from voz.audio.mixing import RATE
+from voz.audio.capture.files import read_sound
+from voz.audio.playback.mixing import RATE
 from voz.errors import AudioError, SpeechError
 from voz.speech import festival
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised

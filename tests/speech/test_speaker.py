@@ -16,8 +16,8 @@ from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, place_of
 from programs import wait_until
 
-from voz.audio.files import read_sound
-from voz.audio.mixing import RATE
+from voz.audio.capture.files import read_sound
+from voz.audio.playback.mixing import RATE
 from voz.control.controller import REPLIES
 from voz.speech import festival
 from voz.speech.festival import cached, is_cached
@@ -39,7 +39,7 @@ class Gate:
         monkeypatch.setattr(
             "voz.speech.sound_client.SoundClient.close", lambda _: self.closed.set()
         )
-        monkeypatch.setattr("voz.audio.mixer.Mixer.prepare", lambda _: None)
+        monkeypatch.setattr("voz.audio.playback.mixer.Mixer.prepare", lambda _: None)
         monkeypatch.setattr("voz.speech.speaker.is_cached", lambda text, voice: True)
 
     def say(self, text: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.one_thread import on_one_thread
+from voz.process.one_thread import on_one_thread
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Spectrum: TypeAlias = npt.NDArray[np.complex128]

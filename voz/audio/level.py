@@ -14,7 +14,7 @@ import numpy as np
 
 from voz.audio import Samples
 from voz.audio.denoise import ENERGY_FRAME, Floats, energies
-from voz.audio.silero import BLOCK, Silero
+from voz.audio.endpointing.silero import BLOCK, Silero
 
 FULL_SCALE = 20 * math.log10(32768)
 """The loudest that 16 bits hold, dB over one unit."""

@@ -6,7 +6,7 @@ What takes its time to import is imported inside the subcommand that needs it, s
 
 from __future__ import annotations
 
-from voz import process, signals
+from voz.process import setup, signals
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0, one of those in `exit_codes.py`, or of a signal.
     """
     signals.install()
-    process.set_up()
+    setup.set_up()
     from voz.cli.streams import let_go_of_streams, open_streams
 
     open_streams()
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _end(code: int) -> None:
     """Let the process end with a code, also if a thread hangs in the sound system."""
-    from voz.live.ending import end_by_force, lingering
+    from voz.process.ending import end_by_force, lingering
 
     if lingering():
         end_by_force(code)

@@ -22,7 +22,7 @@ from voz.cli.run import run
 from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
 from voz.errors import RobotMistake, VozError
-from voz.signals import BY_SIGNAL
+from voz.process.signals import BY_SIGNAL
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
 

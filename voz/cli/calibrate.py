@@ -35,7 +35,7 @@ def calibrate(
 
     Example: voz calibrate ana
     """
-    from voz.recognition import profiles
+    from voz.recognition.speaker import profiles
 
     if list_profiles:
         show(*profiles.profile_names())
@@ -43,7 +43,7 @@ def calibrate(
         profiles.delete_profile(name)
     else:
         from voz.cli.make_profile import make_profile
-        from voz.live.quiet import quiet_libraries
+        from voz.process.quiet_libraries import quiet_libraries
 
         settings = options.settings()
         with quiet_libraries():

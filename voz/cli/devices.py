@@ -10,7 +10,7 @@ from voz.cli.options import DeviceOption
 from voz.cli.terminal import show
 
 if TYPE_CHECKING:
-    from voz.audio.devices import Device
+    from voz.audio.capture.devices import Device
 
 
 def devices(
@@ -26,7 +26,7 @@ def devices(
 
     Example: voz devices --test
     """
-    from voz.audio.devices import choose, microphones, sources
+    from voz.audio.capture.devices import choose, microphones, sources
 
     used = choose(device)
     if test:

@@ -88,9 +88,9 @@ def evaluate(
     """
     from voz.evaluation import report
     from voz.evaluation.engines import EngineChoice
-    from voz.evaluation.manifest import read_manifests
     from voz.evaluation.noise import noise_options
     from voz.evaluation.recognise import recognise_all, tasks_for
+    from voz.recordings.manifest import read_manifests
 
     report.require_libraries(pictures=html is not None)
     settings = options.settings()
@@ -151,9 +151,9 @@ def fit_confidence(
     Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
     """
     from voz.evaluation import fit_confidence as fitting
-    from voz.evaluation.manifest import read_manifests
     from voz.evaluation.recognise import tasks_for
     from voz.recognition.confidence import save_models, threshold_for
+    from voz.recordings.manifest import read_manifests
 
     clips = read_manifests(manifests, streams=True)
     check_writable(out)

@@ -9,15 +9,15 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from voz.audio.keeping import MANIFEST
-from voz.audio.microphone import listening
+from voz.audio.capture.microphone import open_microphone
 from voz.cli.terminal import show
 from voz.config import Recognition
-from voz.enrolment import missing, prompts, read_kept, read_recordings, record
 from voz.errors import ConfigError
+from voz.hearing.enrolment import missing, prompts, read_kept, read_recordings, record
 from voz.language.files import LanguageFiles, read_sentences
-from voz.recognition.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
-from voz.recognition.profiles import Profile, profile_folder, save_profile
+from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
+from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile
+from voz.recordings.keeping import MANIFEST
 
 RECORDINGS = "recordings"
 """The folder in that of a profile."""
@@ -101,7 +101,7 @@ def _record(
     if len(left) < len(asked):
         console.print(f"{len(asked) - len(left)} of {len(asked)} are recorded already")
     try:
-        with listening(device) as blocks:
+        with open_microphone(device) as blocks:
             record(left, blocks, folder, name, console)
     except SystemExit:  # Ctrl-C
         console.print("stopped; what is recorded is kept, and the same call goes on")

@@ -33,10 +33,10 @@ def decode(
 
     Example: voz decode audio_fixtures/long/session.wav
     """
-    from voz.live.quiet import quiet_libraries
+    from voz.process.quiet_libraries import quiet_libraries
     from voz.recognition.batch import Unreadable, decode_recordings
-    from voz.recognition.profiles import load_profile
     from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.profiles import load_profile
 
     settings = options.settings()
     known = load_profile(profile) if profile else None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from voz.robot.drawing.view import RoomView
     from voz.robot.simulator import SimulatedRobot
 
-Lost: TypeAlias = dict[str, Callable[[], str | None]]
+Troubles: TypeAlias = dict[str, Callable[[], str | None]]
 
 CONSOLE, SIMULATOR = "console", "simulator"
 
@@ -67,12 +67,12 @@ class Robots(NamedTuple):
 
     Attributes:
         receivers: what takes the events.
-        lost: tells of each robot, by its name, why it is lost; none without a clock.
+        troubles: tells of each robot, by its name, why it is lost; none without a clock.
         view: the simulated room, for a terminal.
     """
 
     receivers: list[Receiver]
-    lost: Lost
+    troubles: Troubles
     view: RoomView | None
 
 
@@ -97,12 +97,12 @@ def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> 
         watchdog = plan.clocked and plan.watchdog
         robots = make_robots(names, Setup(settings, stream, take, watchdog, plan.verbose))
         view = stack.enter_context(_drawn(robots, plan, settings))
-        receivers, lost = stack.enter_context(_opened(robots, plan.clocked))
+        receivers, troubles = stack.enter_context(_opened(robots, plan.clocked))
         if view:
             receivers.append(view.receive)
         if CONSOLE not in plan.names and not displayed:
             receivers.append(_tell_warnings)
-        yield Robots(receivers, lost, view)
+        yield Robots(receivers, troubles, view)
 
 
 def _above_the_drawing(plan: Plan) -> TextIO:
@@ -115,7 +115,9 @@ def _above_the_drawing(plan: Plan) -> TextIO:
 
 
 @contextmanager
-def _opened(robots: Mapping[str, Robot], clocked: bool) -> Iterator[tuple[list[Receiver], Lost]]:
+def _opened(
+    robots: Mapping[str, Robot], clocked: bool
+) -> Iterator[tuple[list[Receiver], Troubles]]:
     """Open robots; gives what takes their events, and what tells of their loss."""
     from voz.robot.robots import mailboxes, opened
 

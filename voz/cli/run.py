@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from voz.config import Config, Ros2
     from voz.events import Receiver
     from voz.language.files import LanguageFiles
-    from voz.recognition.profiles import Profile
     from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.profiles import Profile
     from voz.run.live import Typist
     from voz.run.offline import Played
 
@@ -41,7 +41,7 @@ def run(options: Running) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz.live.quiet import quiet_libraries
+    from voz.process.quiet_libraries import quiet_libraries
     from voz.run.unblocked import unblocked_output
 
     options.check()
@@ -69,7 +69,7 @@ def _has_a_clock(options: Running, settings: Config) -> bool:
 
 def _plan(options: Running, settings: Config) -> Plan:
     """Which robots there are; refuses, before the run, what cannot be written after it."""
-    from voz.bags import check_bag
+    from voz.recordings.bags import check_bag
     from voz.robot.robots import robot_names
 
     stream = sys.stderr if options.events == "-" else sys.stdout
@@ -94,7 +94,7 @@ def _run_live(
     options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
-    from voz.audio.devices import choose
+    from voz.audio.capture.devices import choose
     from voz.language.files import read_sentences
     from voz.run.inbox import Inbox
     from voz.run.live import Seat, run_live
@@ -113,7 +113,7 @@ def _run_live(
         _other_recogniser(settings.ros2) if options.listen_ros else None,
     )
     commands = read_sentences(language)
-    run_live(robots.receivers, robots.lost, settings, recognizer, commands, inbox, seat)
+    run_live(robots.receivers, robots.troubles, settings, recognizer, commands, inbox, seat)
 
 
 def _run_by_files(
@@ -151,7 +151,7 @@ def _played(
         lines, commands = open_text(options.text, parts), read_sentences(language)
         return lambda now: sources.lines_typed(lines, commands, now)
     if options.replay:
-        from voz.bags import read_sayings
+        from voz.recordings.bags import read_sayings
 
         bag, sayings, known = options.replay, read_sayings(options.replay), read_sentences(language)
         return lambda _: sources.bag_replayed(bag, sayings, known)
@@ -164,8 +164,8 @@ def _receivers(
     options: Running, settings: Config, plan: Plan, tell: Callable[[Any], None]
 ) -> Iterator[Robots]:
     """Open the robots, and what else gets the events; by the clock they do not wait for that."""
-    from voz.bags import bag_of
     from voz.cli.event_log import event_log
+    from voz.recordings.bags import bag_of
     from voz.run.queued import Queued
 
     def written(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
@@ -180,7 +180,7 @@ def _receivers(
 
 def _other_recogniser(settings: Ros2) -> Callable[[Typist], AbstractContextManager[None]]:
     """What lets the commands that another recogniser publishes on ROS 2 be obeyed."""
-    from voz.robot.ros2 import HEARD_ON_ROS, heard_on_ros
+    from voz.ros2 import HEARD_ON_ROS, heard_on_ros
 
     return lambda typist: heard_on_ros(settings, lambda text: typist(text, HEARD_ON_ROS))
 
@@ -199,8 +199,13 @@ def _recognizer(
     options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
     """Load the recogniser; if it adapts, what it learns at this place is kept for later runs."""
-    from voz.recognition.profiles import USUAL_PROFILE, learnt_file, load_profile, save_learnt
     from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.profiles import (
+        USUAL_PROFILE,
+        learnt_file,
+        load_profile,
+        save_learnt,
+    )
 
     known = load_profile(options.profile) if options.profile else None
     if not options.adapt:
@@ -219,7 +224,7 @@ def _with_learnt(known: Profile | None, path: Path) -> Profile:
     """Put what was learnt in earlier runs in place of what the profile starts from."""
     from msgspec.structs import replace
 
-    from voz.recognition.profiles import Profile, load_learnt
+    from voz.recognition.speaker.profiles import Profile, load_learnt
 
     learnt, problem = load_learnt(path)
     warn(problem)

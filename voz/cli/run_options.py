@@ -111,7 +111,7 @@ class Running(Recognising):
         """Which folder is read for the speaker."""
         if self.profile is None:
             return None
-        from voz.recognition.profiles import profile_folder
+        from voz.recognition.speaker.profiles import profile_folder
 
         return profile_folder(self.profile)
 

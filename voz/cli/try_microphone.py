@@ -8,11 +8,11 @@ import numpy as np
 from rich.console import Console
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.devices import Device
+from voz.audio.capture.devices import Device
+from voz.audio.capture.microphone import open_microphone
 from voz.audio.level import Level, faults, measure, obeyed_of_100
-from voz.audio.microphone import listening
 from voz.cli.terminal import show as show_line
-from voz.level_bar import level_bar, level_line
+from voz.terminal.level_bar import level_bar, level_line
 
 SECONDS = 3
 """Time for a command, and for a pause that tells how loud the background is."""
@@ -31,7 +31,7 @@ def try_microphone(device: Device) -> None:
         AudioError: it cannot be opened, or fails.
     """
     console = Console()
-    with listening(device.handle) as blocks:
+    with open_microphone(device.handle) as blocks:
         first = next(blocks)  # opening a device takes its time
         show_line(f'{device}: say something now, as "go forward"; it records for {SECONDS} seconds')
         samples = _recorded(first, blocks, console)

@@ -16,7 +16,7 @@ NOTHING = "(nothing)"
 REFUSED = "(refused)"
 
 
-class Point(msgspec.Struct, frozen=True):
+class CurvePoint(msgspec.Struct, frozen=True):
     """What a threshold would do.
 
     Attributes:
@@ -38,7 +38,7 @@ class Operating(msgspec.Struct, frozen=True):
         area: under the ROC curve: how often a command is surer than a near-miss, ties by half.
     """
 
-    points: list[Point]
+    points: list[CurvePoint]
     area: float
 
 
@@ -130,7 +130,7 @@ def operating(commands: Sequence[float], near_misses: Sequence[float]) -> Operat
         area += width * (hits + ours[threshold] / len(commands) / 2)
         hits += ours[threshold] / len(commands)
         false_alarms += width
-        points.append(Point(threshold, round(hits, 5), round(false_alarms, 5)))
+        points.append(CurvePoint(threshold, round(hits, 5), round(false_alarms, 5)))
     return Operating(points, round(area, 5))
 
 

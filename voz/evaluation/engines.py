@@ -110,7 +110,7 @@ def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
     Raises:
         ConfigError: it cannot be had.
     """
-    from voz.audio.endpoint import segments
+    from voz.audio.endpointing.segmenter import segments
     from voz.recognition.language import load_language
     from voz.recognition.phoneme_network import UnknownNetworkError
     from voz.recognition.second_ear import second_ear_for

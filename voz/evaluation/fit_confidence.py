@@ -14,11 +14,10 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.recognise import Task, in_processes, tasks_for
-from voz.evaluation.results import Clip
 from voz.evaluation.streams import shared_out
 from voz.language.files import find_language
 from voz.recognition.confidence import (
@@ -33,6 +32,7 @@ from voz.recognition.confidence import (
     probability,
 )
 from voz.recognition.recognizer import Recognizer
+from voz.recordings.clips import Clip
 
 RIDGE = 1.0
 """Pulls the weights towards 0 with the strength of one utterance."""

@@ -19,14 +19,15 @@ import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.evaluation import noise
 from voz.evaluation.engines import Engine, EngineChoice, load_engine
-from voz.evaluation.results import OUT_OF_NOTHING, Clip, Result, Understood
+from voz.evaluation.results import OUT_OF_NOTHING, Result, Understood
 from voz.evaluation.streams import Stretch, seconds_outside, shared_out
 from voz.files import shown_path
-from voz.live.quiet import quiet_libraries
+from voz.process.quiet_libraries import quiet_libraries
+from voz.recordings.clips import Clip
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")

@@ -8,8 +8,9 @@ from typing import Literal, get_args
 import jiwer
 import msgspec
 
-from voz.evaluation.results import BETWEEN_COMMANDS, Result, Scored
+from voz.evaluation.results import Result, Scored
 from voz.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
+from voz.recordings.clips import BETWEEN_COMMANDS
 
 By = Literal["all", "condition", "snr", "noise", "speaker"]
 

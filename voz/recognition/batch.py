@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from voz.audio.files import read_blocks
+from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError
 from voz.events import Ear, Reason, RefusedBy, Utterance
 from voz.files import shown_path

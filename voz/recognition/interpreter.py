@@ -10,12 +10,11 @@ from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned
-from voz.audio.endpoint import MARGIN
-from voz.audio.segment import LONGEST_WORD, Segment
-from voz.audio.voice import RUN_UP, voice_detector
+from voz.audio.endpointing.segment import LONGEST_WORD, Segment
+from voz.audio.endpointing.segmenter import MARGIN
+from voz.audio.endpointing.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
-from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
     CONVINCED,
     VOICES_AROUND,
@@ -36,9 +35,10 @@ from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language
 from voz.recognition.phoneme_network import UnknownNetworkError
-from voz.recognition.profiles import Profile
 from voz.recognition.refusal import why_refused
 from voz.recognition.second_ear import SecondEar, second_ear_for
+from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
+from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
 
 DECODER_FRAME = 160

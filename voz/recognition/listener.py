@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
-from voz.audio.arrays import Converter
+from voz.audio.capture.arrays import Converter
 from voz.events import Partial, Utterance
 from voz.recognition.stream import Stream
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import Samples
-from voz.one_thread import on_one_thread
+from voz.process.one_thread import on_one_thread
 
 Floats = npt.NDArray[np.float32]
 

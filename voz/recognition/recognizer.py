@@ -10,19 +10,19 @@ from typing import NamedTuple
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.arrays import converted
-from voz.audio.endpoint import Segmenter
-from voz.audio.segment import Segment, follow_closely, through
+from voz.audio.capture.arrays import converted
+from voz.audio.endpointing.segment import Segment, follow_closely, through
+from voz.audio.endpointing.segmenter import Segmenter
 from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
 from voz.language.files import LanguageFiles
-from voz.recognition.adaptation import StartVector
 from voz.recognition.confidence import Around, Model
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
 from voz.recognition.listener import Listener
-from voz.recognition.profiles import Profile
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
 
 MICROPHONE = "microphone"

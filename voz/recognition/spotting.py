@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.segment import LONGEST_WORD
+from voz.audio.endpointing.segment import LONGEST_WORD
 from voz.recognition.second_ear import SecondEar
 
 FITS = -1.0

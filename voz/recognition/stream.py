@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.background import FRAME
-from voz.audio.endpoint import Segmenter
-from voz.audio.segment import Ongoing, Segment, Sound, follow_closely
+from voz.audio.endpointing.background import FRAME
+from voz.audio.endpointing.segment import Ongoing, Segment, Sound, follow_closely
+from voz.audio.endpointing.segmenter import Segmenter
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import Around
 from voz.recognition.interpreter import Hypothesis, Interpreter

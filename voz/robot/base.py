@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from voz.events import Event
 
 if TYPE_CHECKING:
-    from voz.simulation.world import State
+    from voz.simulation.world import WorldState
 
 
 class Robot:
@@ -32,7 +32,7 @@ class Robot:
     """
 
     slow = False
-    where: Callable[[float], State] | None = None
+    where: Callable[[float], WorldState] | None = None
 
     def open(self) -> None:
         """Get ready; called once before the first event.

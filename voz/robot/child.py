@@ -19,7 +19,7 @@ from voz.errors import VozError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.mistakes import in_words, mistakes_told
-from voz.robot.process import Answer, Order
+from voz.robot.process import Answer, RobotSpec
 from voz.robot.robots import make_apart
 
 SILENCE = 0.5
@@ -72,7 +72,7 @@ class Guarded:
         try:
             if even_if_another_drives or not self._only_zero:
                 self._robot.receive(event)
-            return Answer(lost=silent or self._robot.lost())
+            return Answer(trouble=silent or self._robot.lost())
         except BaseException as error:  # `sys.exit` in a robot must not end its watchdog
             return Answer(failure=_told(error))
 
@@ -82,13 +82,13 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda *_: None)  # it ends when the run does, and stops the robot
     link = Connection(int(sys.argv.pop()))
-    order = msgspec.json.decode(link.recv_bytes(), type=Order)
+    order = msgspec.json.decode(link.recv_bytes(), type=RobotSpec)
     sys.path += [place for place in order.path if place not in sys.path]
     try:
         with mistakes_told(order.name):
             robot = make_apart(order)
             robot.open()
-            _answer(link, Answer(lost=robot.lost()))
+            _answer(link, Answer(trouble=robot.lost()))
     except BaseException as error:
         mistake = traceback.format_exception(error.__cause__) if error.__cause__ else []
         _answer(link, Answer(_told(error), traceback="".join(mistake)))

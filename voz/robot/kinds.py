@@ -13,7 +13,7 @@ from voz.events import Warning
 from voz.robot.base import Robot
 
 if TYPE_CHECKING:
-    from voz.robot.process import Order
+    from voz.robot.process import RobotSpec
 
 
 class Setup(NamedTuple):
@@ -46,7 +46,7 @@ class Kind(NamedTuple):
 
     does: str
     make: Callable[[Setup], Robot]
-    make_watchdog: Callable[[Order], Robot] | None = None
+    make_watchdog: Callable[[RobotSpec], Robot] | None = None
 
     @property
     def has_a_clock(self) -> bool:
@@ -67,25 +67,25 @@ def _simulator(setup: Setup) -> Robot:
 
 
 def _ros1(setup: Setup) -> Robot:
-    from voz.robot.ros1 import Ros1Robot
+    from voz.ros1.robot import Ros1Robot
 
     return Ros1Robot(setup.settings.ros1)
 
 
-def _ros1_watchdog(order: Order) -> Robot:
-    from voz.robot.ros1 import Ros1Watchdog
+def _ros1_watchdog(order: RobotSpec) -> Robot:
+    from voz.ros1.robot import Ros1Watchdog
 
     return Ros1Watchdog(order)
 
 
 def _ros2(setup: Setup) -> Robot:
-    from voz.robot.ros2 import Ros2Robot
+    from voz.ros2 import Ros2Robot
 
     return Ros2Robot(setup.settings.ros2, setup.warn)
 
 
-def _ros2_watchdog(order: Order) -> Robot:
-    from voz.robot.ros2.velocity import Ros2Watchdog
+def _ros2_watchdog(order: RobotSpec) -> Robot:
+    from voz.ros2.velocity import Ros2Watchdog
 
     return Ros2Watchdog(order)
 

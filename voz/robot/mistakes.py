@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from voz.errors import RobotMistake, VozError
-from voz.signals import ended_by
+from voz.process.signals import ended_by
 
 VOZ = str(Path(__file__).parents[1]) + os.sep
 

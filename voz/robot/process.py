@@ -26,7 +26,7 @@ ENDING_TIME = 1.0
 """For the process to end when all is over, s; then it is killed."""
 
 
-class Order(msgspec.Struct, frozen=True):
+class RobotSpec(msgspec.Struct, frozen=True):
     """What the process is to be.
 
     Attributes:
@@ -51,7 +51,7 @@ class Answer(msgspec.Struct, frozen=True):
     """
 
     failure: str | None = None
-    lost: str | None = None
+    trouble: str | None = None
     traceback: str | None = None
 
 
@@ -62,7 +62,7 @@ class ThereError(Exception):
 class RobotProcess(Robot):
     """Hands events to a robot in a process of its own, and waits until it has taken each."""
 
-    def __init__(self, order: Order, show: Callable[[str], None]) -> None:
+    def __init__(self, order: RobotSpec, show: Callable[[str], None]) -> None:
         """Prepare to start it.
 
         Args:
@@ -109,11 +109,11 @@ class RobotProcess(Robot):
             if not (self._order.only_zero and self._link.closed):
                 raise
             self.open()
-            self._answer = Answer(lost="its process had ended")
+            self._answer = Answer(trouble="its process had ended")
 
     def lost(self) -> str | None:
         """Tell why the robot was lost after the last event."""
-        return self._answer.lost
+        return self._answer.trouble
 
     def close(self) -> None:
         """Let the robot close."""

@@ -15,7 +15,7 @@ from voz.robot.base import Robot
 from voz.robot.kinds import ROBOTS, Setup
 from voz.robot.mailbox import Mailbox
 from voz.robot.mistakes import mistakes_told
-from voz.robot.process import Order, RobotProcess
+from voz.robot.process import RobotProcess, RobotSpec
 from voz.robot.slow import SlowRobot
 
 
@@ -80,7 +80,7 @@ def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
     return robots
 
 
-def make_apart(order: Order) -> Robot:
+def make_apart(order: RobotSpec) -> Robot:
     """Make, in its process, a robot of the user's own, or what can only stop another one."""
     kind = ROBOTS.get(order.name)
     if kind and kind.make_watchdog:
@@ -173,4 +173,4 @@ def _apart(setup: Setup, name: str, only_zero: bool = False) -> RobotProcess:
         with suppress(OSError, ValueError):  # nobody reads it any more
             setup.stream.write(f"{line}\n")
 
-    return RobotProcess(Order(name, setup.settings, only_zero, path=tuple(sys.path)), show)
+    return RobotProcess(RobotSpec(name, setup.settings, only_zero, path=tuple(sys.path)), show)

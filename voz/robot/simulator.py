@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from voz.config import Simulator
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
-from voz.simulation.world import State, gap, start, step
+from voz.simulation.world import WorldState, gap, start, step
 
 DT = 0.01
 """The time step, s. It is the same whenever events come, so that a run can be repeated exactly."""
@@ -45,7 +45,7 @@ class Trip(msgspec.Struct, frozen=True):
     """
 
     settings: Simulator
-    states: tuple[State, ...]
+    states: tuple[WorldState, ...]
     said: tuple[Mark, ...] = ()
     collisions: tuple[Mark, ...] = ()
 
@@ -66,7 +66,7 @@ class SimulatedRobot(Robot):
         self._warn = warn
         self._now = start(settings), Twist(0.0, 0.0, 0.0)
         self._steps = 0
-        self._states: deque[State] = deque([self._now[0]], MOST_KEPT)
+        self._states: deque[WorldState] = deque([self._now[0]], MOST_KEPT)
         self._said: deque[Mark] = deque(maxlen=MOST_KEPT)
         self._collisions: deque[Mark] = deque(maxlen=MOST_KEPT)
 
@@ -81,7 +81,7 @@ class SimulatedRobot(Robot):
         elif isinstance(event, Utterance) and event.obeyed:
             self._said.append(Mark(event.t, state.pose.x, state.pose.y, event.text))
 
-    def state_at(self, t: float) -> State:
+    def state_at(self, t: float) -> WorldState:
         """How everything is at a time, if nothing more comes until then; this changes nothing.
 
         Args:
@@ -131,7 +131,7 @@ class SimulatedRobot(Robot):
             self._collide(state)
         return True
 
-    def _collide(self, state: State) -> None:
+    def _collide(self, state: WorldState) -> None:
         hit, pose = gap(state.pose, self._settings).to, state.pose
         self._collisions.append(Mark(round(state.t, 3), pose.x, pose.y, hit))
         where = f"x {pose.x:.2f} m, y {pose.y:.2f} m"
@@ -139,5 +139,5 @@ class SimulatedRobot(Robot):
         self._warn(Warning(round(state.t, 3), text))
 
 
-def _is_same(before: State, after: State) -> bool:
+def _is_same(before: WorldState, after: WorldState) -> bool:
     return replace(after, t=before.t) == before

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from voz.control.controller import COMMANDS
+from voz.hearing.microphone_thread import SILENT, Silence
 from voz.language.commands import normalise
-from voz.live.hearing import SILENT, Silence
 from voz.ros1.driving import drive
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings

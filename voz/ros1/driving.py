@@ -12,11 +12,11 @@ from voz.config import Config
 from voz.events import Event, Partial, Receiver, Twist, Warning
 from voz.printable import printable
 from voz.robot.console import in_words
-from voz.robot.process import Order, RobotProcess
+from voz.robot.process import RobotProcess, RobotSpec
 from voz.robot.robots import mailboxes
-from voz.robot.ros1 import Ros1Robot
 from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
+from voz.ros1.robot import Ros1Robot
 from voz.run.assembly import Ears, drive_by_clock
 from voz.run.clocks import Clock
 from voz.run.drive import Controller
@@ -56,9 +56,9 @@ def drive(
         log = parts.enter_context(logged(inbox.put))
         node.before_the_end(lambda: inbox.put(End()))
         receivers = [*(box.receive for box in boxes.values()), *say, log]
-        lost = {name: box.lost for name, box in boxes.items()}
+        troubles = {name: box.lost for name, box in boxes.items()}
         driven = Controller(receivers, settings.safety, bool(switch("listening")))
-        drive_by_clock(driven, inbox, clock, lost, ears)
+        drive_by_clock(driven, inbox, clock, troubles, ears)
 
 
 def logged(tell: Callable[[Warning | End], None]) -> Queued:
@@ -74,9 +74,11 @@ def _log(event: Event) -> None:
         load_rospy().loginfo(printable(" ".join(in_words(event).split())))
 
 
-def _order(node: Node, settings: Config) -> Order:
+def _order(node: Node, settings: Config) -> RobotSpec:
     """The watchdog of a node: a node beside it, with its remappings but a name of its own."""
     name = node.name.rpartition("/")[2]
     remapped = [a for a in sys.argv[1:] if a.startswith(KEPT) or not a.startswith("_")]
     ros1 = replace(settings.ros1, node=name)
-    return Order("ros1", replace(settings, ros1=ros1), only_zero=True, arguments=tuple(remapped))
+    return RobotSpec(
+        "ros1", replace(settings, ros1=ros1), only_zero=True, arguments=tuple(remapped)
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 from voz.ros1.driving import drive
-from voz.ros1.listening import make_hearing
+from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node

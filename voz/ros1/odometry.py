@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from voz.simulation.world import State
+from voz.simulation.world import WorldState
 
 ODOM, BASE = "odom", "base_link"
 """The frames; the first has its origin in a corner of the room."""
@@ -21,7 +21,7 @@ class OdometryPublisher:
         self._odom = Publisher("odom", Odometry, queue_size=10)
         self._tf = Publisher("/tf", TFMessage, queue_size=10)
 
-    def publish(self, state: State) -> None:
+    def publish(self, state: WorldState) -> None:
         """Tell where the robot is now."""
         from rospy import Time
         from tf2_msgs.msg import TFMessage
@@ -31,7 +31,7 @@ class OdometryPublisher:
         self._tf.publish(TFMessage([_transform(state, now)]))
 
 
-def _odometry(state: State, now: Any) -> Any:
+def _odometry(state: WorldState, now: Any) -> Any:
     from nav_msgs.msg import Odometry
 
     message = Odometry()
@@ -45,7 +45,7 @@ def _odometry(state: State, now: Any) -> Any:
     return message
 
 
-def _transform(state: State, now: Any) -> Any:
+def _transform(state: WorldState, now: Any) -> Any:
     from geometry_msgs.msg import TransformStamped
 
     message = TransformStamped()

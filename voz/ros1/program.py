@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable
 from typing import NoReturn
 
-from voz import signals
 from voz.errors import VozError
-from voz.live.ending import end_by_force, lingering
-from voz.live.quiet import quiet_libraries
 from voz.printable import printable
+from voz.process import signals
+from voz.process.ending import end_by_force, lingering
+from voz.process.quiet_libraries import quiet_libraries
 from voz.ros1.node import Node
 from voz.run.unblocked import unblocked_output
 

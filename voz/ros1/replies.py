@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
-from voz.audio.mixer import Mixer
+from voz.audio.playback.mixer import Mixer
 from voz.config import Speech
 from voz.events import Event, Receiver, Reply
 from voz.ros1.parameters import choice

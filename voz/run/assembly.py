@@ -17,12 +17,12 @@ from voz.config import Speech
 from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
 from voz.events import Event, Receiver, Reply, Warning
+from voz.process.signals import let_signals_wake
 from voz.run.beat import beat
 from voz.run.clocks import Clock
 from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
 from voz.run.watch import Flood, Watch, over_robots
-from voz.signals import let_signals_wake
 from voz.speech.speaker import Speaker
 
 SWITCH = 0.001

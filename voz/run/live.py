@@ -12,17 +12,17 @@ from rich.live import Live
 
 from voz.config import Config
 from voz.events import Receiver
+from voz.hearing.microphone_thread import Hearing
 from voz.language.commands import normalise
-from voz.live.display import Display
-from voz.live.hearing import Hearing
-from voz.live.keyboard import keys, somebody_types
-from voz.live.recorder import Recorder
 from voz.recognition.recognizer import Recognizer
+from voz.recordings.recorder import Recorder
 from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
 from voz.run.clocks import WallClock
 from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
+from voz.terminal.display import Display
+from voz.terminal.keyboard import keys, somebody_types
 
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""

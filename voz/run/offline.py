@@ -22,7 +22,7 @@ Played: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
 Tell: TypeAlias = Callable[[Warning], None]
 
 
-class Robots(Protocol):
+class OpenRobots(Protocol):
     """Who receives the events, and what tells of each robot, by its name, why it is lost."""
 
     @property
@@ -30,11 +30,11 @@ class Robots(Protocol):
         """Called with every event, in order."""
 
     @property
-    def lost(self) -> Mapping[str, Callable[[], str | None]]:
+    def troubles(self) -> Mapping[str, Callable[[], str | None]]:
         """Tells of each robot, by its name, why it is lost."""
 
 
-Opened: TypeAlias = Callable[[Tell], AbstractContextManager[Robots]]
+Opened: TypeAlias = Callable[[Tell], AbstractContextManager[OpenRobots]]
 """Opens the robots for a `with` block, given what takes their warnings."""
 
 
@@ -73,4 +73,4 @@ def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: O
             receivers = [*robots.receivers, *replies_to(speaker)]
             drive = Controller(receivers, settings.safety, listening)
             pace(played(clock.exactly), inbox, clock)
-            drive_by_clock(drive, inbox, clock, robots.lost)
+            drive_by_clock(drive, inbox, clock, robots.troubles)

@@ -10,13 +10,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.files import read_blocks
-from voz.bags import Sayings
+from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError
 from voz.events import Reason, Utterance, Warning, later
 from voz.files import shown_path
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
+from voz.recordings.bags import Sayings
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item
 

@@ -16,7 +16,7 @@ class Watch:
     """Looks after one thing that a run needs.
 
     Attributes:
-        lost: whether it was lost when last looked at.
+        in_trouble: whether it was lost when last looked at.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Watch:
         self._trouble = trouble
         self._again = again
         self._source = source
-        self.lost = False
+        self.in_trouble = False
 
     def look(self, now: float) -> None:
         """Stop if it was lost just now, and tell; the same if it is back.
@@ -47,11 +47,11 @@ class Watch:
             now: the time of the run, s.
         """
         found = self._trouble()
-        if bool(found) == self.lost:
+        if bool(found) == self.in_trouble:
             return
-        self.lost = bool(found)
+        self.in_trouble = bool(found)
         if self._source:
-            self._drive.late_from(self._source, self.lost)
+            self._drive.late_from(self._source, self.in_trouble)
         again = f"{self._again}; the robot waits for a command"
         # Also when it is back: what was said meanwhile is out of date.
         self._drive.stop(now, f"{found}: the robot stops" if found else again, good=not found)
@@ -76,11 +76,11 @@ class Flood:
             self._drive.emit(Warning(now, f"{dropped} messages came too fast and were dropped"))
 
 
-def over_robots(drive: Controller, lost: Mapping[str, Callable[[], str | None]]) -> list[Watch]:
+def over_robots(drive: Controller, troubles: Mapping[str, Callable[[], str | None]]) -> list[Watch]:
     """Look after robots.
 
     Args:
         drive: what stops.
-        lost: tells of each, by its name, why it is lost.
+        troubles: tells of each, by its name, why it is lost.
     """
-    return [Watch(drive, trouble, f"{name} is there") for name, trouble in lost.items()]
+    return [Watch(drive, trouble, f"{name} is there") for name, trouble in troubles.items()]

@@ -6,7 +6,7 @@ from math import hypot
 from typing import NamedTuple
 
 
-class Table(NamedTuple):
+class Tabletop(NamedTuple):
     """A rectangle along the walls: its corner nearest to the origin and its sizes, m."""
 
     x: float
@@ -31,7 +31,7 @@ def gap_to_walls(x: float, y: float, radius: float, room: tuple[float, float]) -
     return min(x, room[0] - x, y, room[1] - y) - radius
 
 
-def gap_to_table(x: float, y: float, radius: float, table: Table) -> float:
+def gap_to_table(x: float, y: float, radius: float, table: Tabletop) -> float:
     """Free way from a circle to the table, m; below 0 it is in the table."""
     beside_x = max(table.x - x, 0.0, x - table.x - table.width)
     beside_y = max(table.y - y, 0.0, y - table.y - table.depth)

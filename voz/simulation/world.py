@@ -16,7 +16,7 @@ from voz.control.controller import OBJECTS
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, Joints, Point, moved, pointing
 from voz.simulation.base import Pose, along_arc, respond
-from voz.simulation.room import Table, gap_to_table, gap_to_walls
+from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
 FOLD = OBJECTS["fold arm"]
 """The selected object that means none."""
@@ -34,7 +34,7 @@ HALVINGS = 30
 """How often a step is halved to find where it touches: a billionth of it remains."""
 
 
-class State(msgspec.Struct, frozen=True):
+class WorldState(msgspec.Struct, frozen=True):
     """All of the robot at a moment.
 
     Attributes:
@@ -63,12 +63,12 @@ class Gap(NamedTuple):
     to: str
 
 
-def start(settings: Simulator) -> State:
+def start(settings: Simulator) -> WorldState:
     """Where everything begins: the base at rest, the arm folded."""
-    return State(0.0, Pose(*settings.start))
+    return WorldState(0.0, Pose(*settings.start))
 
 
-def step(state: State, twist: Twist, dt: float, settings: Simulator) -> State:
+def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> WorldState:
     """Let time pass.
 
     Args:
@@ -97,7 +97,7 @@ def place_of(selected: int, settings: Simulator) -> Point | None:
 def gap(pose: Pose, settings: Simulator) -> Gap:
     """How far the base is from a wall or the table, whichever is nearer."""
     to_walls = gap_to_walls(pose.x, pose.y, settings.radius, settings.room)
-    to_table = gap_to_table(pose.x, pose.y, settings.radius, Table(*settings.table))
+    to_table = gap_to_table(pose.x, pose.y, settings.radius, Tabletop(*settings.table))
     return min(Gap(to_walls, "a wall"), Gap(to_table, "the table"))
 
 
@@ -113,7 +113,9 @@ def _obeyed(twist: Twist, now: float, settings: Simulator) -> tuple[float, float
     )
 
 
-def _driven(state: State, linear: float, angular: float, dt: float, settings: Simulator) -> State:
+def _driven(
+    state: WorldState, linear: float, angular: float, dt: float, settings: Simulator
+) -> WorldState:
     """Move the base, up to what it would hit; that stops it."""
     lag = settings.time_constant
     linear = respond(state.linear, linear, lag, settings.linear_acceleration, dt)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from voz.audio.mixing import RATE, Wave
+from voz.audio.playback.mixing import RATE, Wave
 from voz.errors import SpeechError
 
 ALL = -1

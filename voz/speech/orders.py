@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from typing import TypeAlias
 
-from voz.audio.mixer import Mixer
-from voz.audio.mixing import Source, Wave
+from voz.audio.playback.mixer import Mixer
+from voz.audio.playback.mixing import Source, Wave
 from voz.errors import VozError
 
 Key: TypeAlias = tuple[str, ...]

@@ -14,9 +14,9 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from voz.audio.files import read_sound
-from voz.audio.mixer import Mixer
-from voz.audio.mixing import RATE, from_first_audible
+from voz.audio.capture.files import read_sound
+from voz.audio.playback.mixer import Mixer
+from voz.audio.playback.mixing import RATE, from_first_audible
 from voz.errors import SpeechError, VozError
 from voz.speech.builtin_sounds import ALL, builtin, synthesised
 from voz.speech.festival import cached, check_known, is_cached, speakable

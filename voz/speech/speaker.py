@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from voz.audio.files import read_sound
-from voz.audio.mixing import RATE
+from voz.audio.capture.files import read_sound
+from voz.audio.playback.mixing import RATE
 from voz.errors import VozError
 from voz.speech.festival import cached, is_cached
 from voz.speech.sound_client import SoundClient

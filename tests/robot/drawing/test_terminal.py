@@ -13,7 +13,7 @@ from voz.robot.drawing.terminal import ARM, BODY, RAY, WALL, WAY, draw_in_text
 from voz.robot.simulator import Trip
 from voz.simulation.arm import Joints
 from voz.simulation.base import Pose
-from voz.simulation.world import State, start
+from voz.simulation.world import WorldState, start
 
 ROOM = Simulator()
 EXPECTED = [
@@ -31,7 +31,7 @@ coordinates = st.floats(0.17, 1.6)
 
 
 def cells_of(
-    style: str, state: State, way: list[State], width: int, height: int
+    style: str, state: WorldState, way: list[WorldState], width: int, height: int
 ) -> set[tuple[int, int]]:
     """Columns and rows of the characters that have a style."""
     text = draw_in_text(ROOM, state, way, width, height)
@@ -59,7 +59,7 @@ def test_a_small_room_looks_like_this() -> None:
 def test_it_is_as_large_as_it_is_asked_to_be(
     pose: Pose, arm: Joints, selected: int, width: int, height: int
 ) -> None:
-    state = State(0.0, pose, arm=arm, selected=selected)
+    state = WorldState(0.0, pose, arm=arm, selected=selected)
     lines = draw_in_text(ROOM, state, [state], width, height).plain.split("\n")
     assert len(lines) == height
     assert all(len(line) == width for line in lines)

@@ -8,10 +8,10 @@ from rich.console import Console, RenderableType
 
 from voz.config import Simulator
 from voz.events import SelectedObject, Twist
-from voz.live.display import Display
 from voz.robot.drawing import view
 from voz.robot.drawing.view import RoomView, TripView
 from voz.robot.simulator import SimulatedRobot, Trip
+from voz.terminal.display import Display
 
 
 def shown(what: RenderableType, width: int, height: int) -> list[str]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from voz.robot.simulator import Mark, Trip
 from voz.simulation.arm import pointing
-from voz.simulation.world import State, place_of
+from voz.simulation.world import WorldState, place_of
 
 INTERVALS = ((1, 2), (1, 5), (2, 10), (5, 30), (10, 60), (60, 300), (300, 1800), (1800, 7200))
 """From a time mark to the next, and from one with a number to the next, s."""
@@ -33,12 +33,12 @@ class TimeMark(NamedTuple):
     text: str
 
 
-def distance(states: Sequence[State]) -> float:
+def distance(states: Sequence[WorldState]) -> float:
     """Length of the way, m."""
     return sum(hypot(b.pose.x - a.pose.x, b.pose.y - a.pose.y) for a, b in pairwise(states))
 
 
-def time_marks(states: Sequence[State]) -> list[TimeMark]:
+def time_marks(states: Sequence[WorldState]) -> list[TimeMark]:
     """Marks along the way, a few of them with numbers; none while it stands still."""
     moving = [b.t for a, b in pairwise(states) if a.pose[:2] != b.pose[:2]]
     if not moving:
@@ -71,7 +71,7 @@ def same_place(said: Iterable[Mark]) -> list[list[Mark]]:
     return groups
 
 
-def pointings(trip: Trip) -> list[State]:
+def pointings(trip: Trip) -> list[WorldState]:
     """The last moments in which the arm pointed at each object, before it was told another."""
     states = trip.states
     last = {
@@ -82,7 +82,7 @@ def pointings(trip: Trip) -> list[State]:
     return list(last.values())
 
 
-def _points(state: State, trip: Trip) -> bool:
+def _points(state: WorldState, trip: Trip) -> bool:
     target = place_of(state.selected, trip.settings)
     if target is None:
         return False

@@ -20,7 +20,7 @@ from voz.robot.drawing import shapes
 from voz.robot.drawing.milestones import distance, pointings, seconds_between, time_marks
 from voz.robot.drawing.writing import write_along
 from voz.robot.simulator import Trip
-from voz.simulation.world import State
+from voz.simulation.world import WorldState
 
 WIDEST, HIGHEST = 7.8, 6.4
 """Of the room in the picture, inches; the smaller scale counts."""
@@ -103,7 +103,7 @@ class Scene:
         artists += shapes.draw_robot(axes, state.pose, settings)
         return artists + shapes.draw_arm(axes, state, settings)
 
-    def _summary(self, state: State, t: float) -> str:
+    def _summary(self, state: WorldState, t: float) -> str:
         end = self._times[-1]
         if t < end:
             motion = f"{state.linear:.2f} m/s    {state.angular:.2f} rad/s"

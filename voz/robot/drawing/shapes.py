@@ -15,7 +15,7 @@ from voz.config import Simulator
 from voz.robot.simulator import Mark
 from voz.simulation.arm import points
 from voz.simulation.base import Pose
-from voz.simulation.world import State, place_of
+from voz.simulation.world import WorldState, place_of
 
 WAY, BODY, ARM, SAID, HIT = "#1f4e79", "#cfe0f3", "#c4560a", "#1d7044", "#b3001b"
 WALL, FAINT = "#3c3c3c", "#888888"
@@ -88,7 +88,9 @@ def draw_robot(axes: Axes, pose: Pose, settings: Simulator) -> list[Artist]:
     return [axes.add_patch(body), axes.add_patch(nose)]
 
 
-def draw_arm(axes: Axes, state: State, settings: Simulator, alpha: float = 1.0) -> list[Artist]:
+def draw_arm(
+    axes: Axes, state: WorldState, settings: Simulator, alpha: float = 1.0
+) -> list[Artist]:
     """Draw the arm from above, and a dashed line from its hand to the selected object."""
     shoulder, elbow, hand = (place[:2] for place in points(state.pose, state.arm))
     xs, ys = zip(shoulder, elbow, hand, strict=True)

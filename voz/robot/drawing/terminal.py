@@ -9,7 +9,7 @@ from rich.text import Text
 
 from voz.config import Simulator
 from voz.simulation.arm import points
-from voz.simulation.world import State, place_of
+from voz.simulation.world import WorldState, place_of
 
 COLUMNS, ROWS = 2, 4
 """Dots in a character; they are about as far apart across as down."""
@@ -103,7 +103,7 @@ class Dots:
 
 
 def draw_in_text(
-    settings: Simulator, state: State, way: Sequence[State], width: int, height: int
+    settings: Simulator, state: WorldState, way: Sequence[WorldState], width: int, height: int
 ) -> Text:
     """Draw the room from above.
 
@@ -128,7 +128,7 @@ def draw_in_text(
     return dots.text()
 
 
-def _draw_robot(dots: Dots, state: State, settings: Simulator) -> None:
+def _draw_robot(dots: Dots, state: WorldState, settings: Simulator) -> None:
     """Draw the base, a line to where it looks, and the arm with a thin line to its object."""
     x, y, heading = state.pose
     radius = settings.radius

@@ -14,7 +14,7 @@ from voz.config import Simulator
 from voz.events import Event, Twist
 from voz.robot.drawing.terminal import COLUMNS, MOST_PLACES, ROWS, draw_in_text
 from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.world import State
+from voz.simulation.world import WorldState
 
 WIDEST = 76
 """Characters; more shows no more of a room."""
@@ -34,7 +34,7 @@ class RoomView:
         self._robot = robot
         self._settings = settings
         self._behind = 0.0  # from the events' time to the clock's, s
-        self._way: deque[State] = deque(maxlen=MOST_PLACES)
+        self._way: deque[WorldState] = deque(maxlen=MOST_PLACES)
 
     def receive(self, event: Event) -> None:
         """Learn from the velocities, which come at their time, what time it is."""
@@ -60,7 +60,7 @@ class TripView:
 
 
 def _fitted(
-    settings: Simulator, state: State, way: Sequence[State], options: ConsoleOptions
+    settings: Simulator, state: WorldState, way: Sequence[WorldState], options: ConsoleOptions
 ) -> Text:
     """The room as large as the terminal takes it, with no more lines than it needs."""
     along_x, along_y = settings.room

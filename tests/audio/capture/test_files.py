@@ -1,0 +1,210 @@
+"""Recordings of every kind become 16 kHz mono samples, and bad ones one clear line."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import read_blocks, read_sound
+from voz.errors import AudioError
+from voz.files import shown_path
+
+
+def tone(rate: int, seconds: float = 1.0) -> np.ndarray:
+    return 0.5 * np.sin(2 * np.pi * 440 * np.arange(int(rate * seconds)) / rate)
+
+
+def read(path: Path) -> Samples:
+    return np.concatenate(list(read_blocks(path)))
+
+
+def error_of(path: Path) -> str:
+    with pytest.raises(AudioError) as caught:
+        list(read_blocks(path))
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message
+
+
+def truncated(path: Path, size: int) -> Path:
+    path.write_bytes(path.read_bytes()[:size])
+    return path
+
+
+def test_a_16_khz_recording_is_read_bit_for_bit(tmp_path: Path) -> None:
+    samples = np.random.default_rng(0).integers(-32768, 32767, 50_000).astype(np.int16)
+    soundfile.write(tmp_path / "a.wav", samples, SAMPLE_RATE)
+    assert np.array_equal(read(tmp_path / "a.wav"), samples)
+
+
+@pytest.mark.parametrize("rate", [8000, 11025, 22050, 44100, 48000, 96000])
+@pytest.mark.parametrize("channels", [1, 2, 6])
+def test_any_rate_and_channels_become_16_khz_mono(rate: int, channels: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.stack([tone(rate)] * channels, axis=1), rate)
+    samples = read(path)
+    assert samples.dtype == np.int16
+    assert abs(len(samples) - SAMPLE_RATE) <= 2
+    expected = 32768 * tone(SAMPLE_RATE)
+    middle = slice(1000, -1000)  # the resampler rings at the ends
+    assert np.abs(samples[middle] - expected[: len(samples)][middle]).max() < 200
+
+
+@pytest.mark.parametrize(
+    ("name", "subtype"), [("a.flac", "PCM_24"), ("a.ogg", "VORBIS"), ("a.wav", "ULAW")]
+)
+def test_other_formats_are_read(name: str, subtype: str, tmp_path: Path) -> None:
+    soundfile.write(tmp_path / name, tone(SAMPLE_RATE), SAMPLE_RATE, subtype)
+    samples = read(tmp_path / name)
+    assert abs(len(samples) - SAMPLE_RATE) < 200
+    assert 15_000 < samples.max() < 18_000
+
+
+def test_samples_beyond_full_scale_are_clipped_and_do_not_wrap_round(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", 4 * tone(SAMPLE_RATE), SAMPLE_RATE, "FLOAT")
+    samples = read(tmp_path / "a.wav")
+    assert (samples.min(), samples.max()) == (-32768, 32767)
+    assert np.abs(np.diff(samples.astype(int))).max() < 30_000
+
+
+def test_a_long_recording_comes_in_short_blocks(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", np.zeros((44100 * 60, 2), np.int16), 44100)
+    assert max(len(block) for block in read_blocks(tmp_path / "a.wav")) <= 2 * SAMPLE_RATE
+
+
+def test_a_recording_whose_length_was_unknown_when_it_began_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "a.wav"
+    soundfile.write(path, tone(SAMPLE_RATE), SAMPLE_RATE)
+    data = bytearray(path.read_bytes())
+    data[4:8] = data[40:44] = b"\xff\xff\xff\xff"
+    path.write_bytes(data)
+    assert len(read(path)) == SAMPLE_RATE
+
+
+def test_a_missing_file_and_a_folder(tmp_path: Path) -> None:
+    assert "no such file" in error_of(tmp_path / "a.wav")
+    assert "is a folder" in error_of(tmp_path)
+
+
+def test_a_pipe_is_refused_and_does_not_hang(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    assert "no regular file" in error_of(tmp_path / "pipe")
+
+
+@pytest.mark.parametrize("content", [b"", b"RIFF", b"this is text\n" * 100])
+def test_what_is_no_recording(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.wav").write_bytes(content)
+    assert "no recording that can be read" in error_of(tmp_path / "a.wav")
+
+
+def test_a_recording_without_a_sample(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", np.zeros(0, np.int16), SAMPLE_RATE)
+    assert "holds no sound" in error_of(tmp_path / "a.wav")
+
+
+def test_a_header_alone_holds_no_sound(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", tone(SAMPLE_RATE), SAMPLE_RATE)
+    assert "holds no sound" in error_of(truncated(tmp_path / "a.wav", 44))
+
+
+def test_a_truncated_wav_gives_what_is_there_and_then_the_error(tmp_path: Path) -> None:
+    path = tmp_path / "a.wav"
+    soundfile.write(path, tone(SAMPLE_RATE, 3), SAMPLE_RATE)
+    truncated(path, 44 + 2 * SAMPLE_RATE)
+    blocks = []
+    with pytest.raises(AudioError, match=r"cut short, the last 2\.0 s are missing"):
+        blocks.extend(read_blocks(path))
+    assert "cut short" in error_of(path)
+
+
+def test_a_truncated_flac(tmp_path: Path) -> None:
+    path = tmp_path / "a.flac"
+    soundfile.write(path, np.random.default_rng(0).normal(0, 0.1, 48_000), SAMPLE_RATE)
+    error_of(truncated(path, path.stat().st_size // 2))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_samples_that_are_no_numbers(value: float, tmp_path: Path) -> None:
+    samples = tone(SAMPLE_RATE)
+    samples[100] = value
+    soundfile.write(tmp_path / "a.wav", samples, SAMPLE_RATE, "FLOAT")
+    assert "no numbers" in error_of(tmp_path / "a.wav")
+
+
+@pytest.mark.parametrize("rate", [1, 3999, 2_000_000_000])
+def test_a_rate_that_cannot_be(rate: int, tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", np.zeros(100, np.int16), rate)
+    assert f"{rate} Hz is not usable" in error_of(tmp_path / "a.wav")
+
+
+def test_a_name_that_is_no_utf_8_is_shown() -> None:
+    assert shown_path(Path(os.fsdecode(b"a\xff.wav"))) == "a\\xff.wav"
+
+
+# Sounds to be played
+
+
+def sound_error(path: Path) -> str:
+    with pytest.raises(AudioError) as caught:
+        read_sound(path, 48_000)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message
+
+
+def noise(seconds: float) -> np.ndarray:
+    return np.random.default_rng(0).normal(0, 0.1, int(48_000 * seconds)).astype(np.float32)
+
+
+def test_a_sound_of_the_wanted_rate_is_read_bit_for_bit(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "a.wav", noise(2.5), 48_000, "FLOAT")
+    assert np.array_equal(read_sound(tmp_path / "a.wav", 48_000), noise(2.5))
+
+
+@pytest.mark.parametrize("name", ["a.wav", "a.flac", "a.ogg"])
+def test_a_sound_of_another_rate_and_format_is_converted(name: str, tmp_path: Path) -> None:
+    soundfile.write(tmp_path / name, np.stack([tone(22_050)] * 2, axis=1), 22_050)
+    samples = read_sound(tmp_path / name, 48_000)
+    assert samples.dtype == np.float32
+    assert abs(len(samples) - 48_000) < 3
+    assert np.abs(samples[2000:-2000] - tone(48_000)[: len(samples)][2000:-2000]).max() < 0.03
+
+
+def test_sounds_that_cannot_be_played(tmp_path: Path) -> None:
+    (tmp_path / "text.ogg").write_text("hello")
+    soundfile.write(tmp_path / "empty.wav", np.zeros(0), 48_000)
+    soundfile.write(tmp_path / "long.wav", np.zeros(601 * 4000, np.int16), 4000)
+    assert "no such file" in sound_error(tmp_path / "none.wav")
+    assert "is a folder" in sound_error(tmp_path)
+    assert "no recording that can be read" in sound_error(tmp_path / "text.ogg")
+    assert "holds no sound" in sound_error(tmp_path / "empty.wav")
+    assert "longer than 10 minutes" in sound_error(tmp_path / "long.wav")
+
+
+@pytest.mark.parametrize("subtype", ["VORBIS", "OPUS"])
+@pytest.mark.parametrize("left", [0.02, 0.5, 0.9, 0.9999])
+def test_an_ogg_that_is_cut_short(subtype: str, left: float, tmp_path: Path) -> None:
+    path = tmp_path / "a.ogg"
+    soundfile.write(path, noise(3), 48_000, format="OGG", subtype=subtype)
+    assert len(read_sound(path, 48_000)) == len(noise(3))
+    size = path.stat().st_size
+    truncated(path, min(int(left * size), size - 1))
+    sound_error(path)
+
+
+def test_an_ogg_with_a_hole(tmp_path: Path) -> None:
+    path = tmp_path / "a.ogg"
+    soundfile.write(path, noise(3), 48_000)
+    data = bytearray(path.read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 3000] = bytes(3000)
+    path.write_bytes(data)
+    assert "cut short" in sound_error(path)
+    assert "cut short" in error_of(path)

@@ -1,0 +1,105 @@
+"""While the loudspeaker sounds, only what must not be missed is heard."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from recordings import Recording
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.events import Utterance
+from voz.hearing.half_duplex import AFTERWARDS, HalfDuplex
+from voz.recognition.recognizer import Recognizer
+
+BLOCK = 480
+
+
+class Loudspeaker:
+    """One whose sound, at 16 kHz, is known from the beginning."""
+
+    def __init__(self, sound: npt.NDArray[np.float64]) -> None:
+        self.sound = sound
+        self.now = 0.0
+
+    def busy_until(self) -> float:
+        """The end of the sound."""
+        return len(np.trim_zeros(self.sound, "b")) / SAMPLE_RATE
+
+    def recent(self, seconds: float) -> tuple[npt.NDArray[np.float32], float]:
+        """The sound up to now."""
+        length = round(seconds * SAMPLE_RATE)
+        at = round(self.now * SAMPLE_RATE)
+        padded = np.pad(self.sound, (length, len(self.sound) + at))
+        return padded[at : at + length].astype(np.float32), self.now
+
+
+def heard(
+    recognizer: Recognizer,
+    samples: Samples,
+    loudspeaker: Loudspeaker | None,
+    ignored: list[str] | None = None,
+) -> list[tuple[float, str]]:
+    """What counts, and when; what is only told goes into a list of its own."""
+    duplex = HalfDuplex(recognizer, loudspeaker, ("stop",))
+    found = []
+    ignored = [] if ignored is None else ignored
+    for end in range(BLOCK, len(samples), BLOCK):
+        if loudspeaker:
+            loudspeaker.now = end / SAMPLE_RATE
+        for event in duplex.feed(samples[end - BLOCK : end], end / SAMPLE_RATE):
+            if not isinstance(event, Utterance) or (event.accepted and not event.ignored):
+                found.append((event.t, event.text))
+            elif event.accepted:
+                ignored.append(event.text)
+    return found
+
+
+def spoken(recordings: list[Recording], *texts: str) -> Samples:
+    """Commands with a second of pause before and after each."""
+    clips = [
+        next(r for r in recordings if r.text == text and r.voice == "flite_slt") for text in texts
+    ]
+    parts = [part for clip in clips for part in (np.zeros(SAMPLE_RATE), clip.samples())]
+    sound = np.concatenate([*parts, np.zeros(SAMPLE_RATE)])
+    return (sound + np.random.default_rng(0).normal(0, 8, len(sound))).astype(np.int16)
+
+
+def test_with_a_headset_all_is_heard(recognizer: Recognizer, recordings: list[Recording]) -> None:
+    samples = spoken(recordings, "start speech", "go forward", "stop")
+    texts = [text for _, text in heard(recognizer, samples, None)]
+    assert list(dict.fromkeys(texts)) == ["start speech", "go forward", "stop"]
+
+
+def test_after_the_reply_all_is_heard_again(
+    recognizer: Recognizer, recordings: list[Recording], session: Recording
+) -> None:
+    samples = spoken(recordings, "go forward", "go back", "turn left")
+    reply = np.zeros(len(samples))
+    quiet = session.samples()[SAMPLE_RATE : 4 * SAMPLE_RATE] / 32768 * 1e-3
+    reply[: len(quiet)] = quiet  # too quiet to be heard by the microphone: only known of
+    loudspeaker = Loudspeaker(reply)
+    ignored: list[str] = []
+    found = heard(recognizer, samples, loudspeaker, ignored)
+    assert ignored == ["go forward"]
+    assert [text for _, text in found][-1] == "turn left"
+    assert "go forward" not in [text for _, text in found]
+    assert all(t > loudspeaker.busy_until() + AFTERWARDS for t, _ in found)
+
+
+def test_stop_is_heard_while_the_robot_speaks(
+    recognizer: Recognizer, recordings: list[Recording], session: Recording
+) -> None:
+    samples = spoken(recordings, "go forward", "stop")
+    reply = np.resize(session.samples() / 32768, len(samples))
+    mixed = (samples + 0.05 * 32768 * reply).astype(np.int16)
+    found = heard(recognizer, mixed, Loudspeaker(reply))
+    assert {text for _, text in found} == {"stop"}
+    said_at = len(spoken(recordings, "go forward")) / SAMPLE_RATE
+    assert said_at < found[0][0] < said_at + 2.5
+
+
+def test_the_robot_does_not_obey_itself(recognizer: Recognizer, session: Recording) -> None:
+    said = session.samples()
+    mixed = np.concatenate([said, np.zeros(SAMPLE_RATE, np.int16)])
+    assert heard(recognizer, mixed, None)  # it says commands
+    assert heard(recognizer, mixed, Loudspeaker(mixed / 32768)) == []

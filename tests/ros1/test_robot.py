@@ -1,0 +1,123 @@
+"""A robot on ROS 1 for whoever hands it events; the nodes are tested in `tests/ros1`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from recordings import ROOT
+from ros1.ros import Program, Ros, eventually, running_ros
+
+PROGRAM = """
+import sys, time
+from voz.config import Ros1
+from voz.errors import RobotError
+from voz.events import *
+from voz.ros1.robot import Ros1Robot
+
+robot = Ros1Robot(Ros1(node="own", selected_object="arm"), arguments=["cmd_vel:=/base"])
+try:
+    robot.open()
+except RobotError as error:
+    sys.exit(str(error))
+events = {
+    "forward": Twist(0, 0.1, 0.05),
+    "beer": SelectedObject(0, 1),
+    "heard": Utterance(0, "go back", 0.9, True, 0, 1, "text", obeyed=True),
+    "ignored": Utterance(0, "go on", 0.9, True, 0, 1, "text", obeyed=False),
+    "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
+}
+for line in sys.stdin:
+    robot.receive(events[line.strip()])
+    print(robot.lost())
+robot.close()
+"""
+
+
+@pytest.fixture
+def ros(tmp_path: Path) -> Iterator[Ros]:
+    with running_ros(tmp_path) as ros:
+        yield ros
+
+
+def robot(ros: Ros) -> Program:
+    return ros.start(str(ROOT / "ros" / "python"), "-c", PROGRAM)
+
+
+def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
+    client = ros.client("/base", "/arm", "/recognizer/output")
+    driven = robot(ros)
+
+    def arrives() -> bool:  # each topic finds its listener by itself, and in its own time
+        for event in ("beer", "refused", "ignored", "heard", "forward"):
+            driven.type(event)
+        heard = (client.velocities("/base"), client.of("/arm"), client.of("/recognizer/output"))
+        return all(heard)
+
+    eventually(arrives)
+    driven.process.stdin.close()
+    assert driven.wait() == 0
+    client.wait_for_velocity(0, 0, "/base")
+    assert set(client.velocities("/base")) == {(0.1, 0.05), (0, 0)}
+    assert all(message == {"data": 1} for message in client.of("/arm"))
+    assert all(message == {"data": "go back"} for message in client.of("/recognizer/output"))
+
+
+def test_it_says_that_the_master_is_lost_and_lets_nothing_move(ros: Ros) -> None:
+    client = ros.client("/base")
+    driven = robot(ros)
+
+    def arrives() -> bool:
+        driven.type("forward")
+        return bool(client.velocities("/base"))
+
+    eventually(arrives)
+    assert "None\n" in driven.text
+    ros.master.kill()
+
+    def is_lost() -> bool:
+        driven.type("forward")
+        return "does not answer" in driven.text
+
+    eventually(is_lost)
+    driven.type("forward")
+    client.wait_for_velocity(0, 0, "/base")
+
+
+def test_without_a_master_it_cannot_be_opened(ros: Ros) -> None:
+    ros.master.kill()
+    done = robot(ros)
+    assert done.wait() == 1
+    assert done.text.startswith("there is no ROS master at http://127.0.0.1")
+
+
+def test_voz_run_drives_it_and_tells_where_the_simulated_robot_is(ros: Ros) -> None:
+    client = ros.client("/robot1/cmd_vel", "/robot1/odom", "/tf", "/robot1/selected_object")
+    run = ros.start(
+        *(str(ROOT / "ros" / "python"), "-m", "voz", "run", "--robot", "simulator,ros1"),
+        *("--text", "-", "--listening", "--no-sound"),
+        env={"ROS_NAMESPACE": "robot1"},
+    )
+
+    def drives() -> bool:
+        run.type("go forward")
+        return (0.1, 0.0) in client.velocities("/robot1/cmd_vel")
+
+    eventually(drives)
+    run.type("point cocacola")
+    eventually(lambda: client.of("/robot1/selected_object") == [{"data": 2}])
+    eventually(lambda: client.of("/robot1/odom")[-1]["pose"]["pose"]["position"]["x"] > 0.72)
+    assert client.of("/tf")
+    run.process.terminate()
+    assert run.wait() == 143
+    client.wait_for_velocity(0, 0, "/robot1/cmd_vel")
+
+
+def test_voz_run_without_a_master_says_so_in_one_line(ros: Ros) -> None:
+    ros.master.kill()
+    command = [str(ROOT / "ros" / "python"), "-m", "voz", "run", "--robot", "ros1", "--text", "-"]
+    done = ros.call(*command, input="stop\n")
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("voz: there is no ROS master at ")

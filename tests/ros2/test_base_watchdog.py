@@ -1,0 +1,67 @@
+"""The example for bases that drive on when no velocity comes any more, run by the real rclpy."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+
+import pytest
+from cyclonedds.pub import DataWriter
+from programs import Program, wait_until
+from recordings import ROOT
+from ros2.conftest import RCLPY
+
+from voz.config import Ros2
+from voz.ros2.messages import Twist, Vector3
+from voz.ros2.node import Node
+
+pytestmark = pytest.mark.slow
+
+
+class Base:
+    """A base behind the watchdog, and who drives it."""
+
+    def __init__(self) -> None:
+        node = Node(Ros2())
+        self.driver: DataWriter[Twist] = node.writer("cmd_vel", Twist)
+        self.wheels = node.reader("base_cmd_vel", Twist)
+
+    def drive(self, linear: float) -> None:
+        """Send a velocity again and again until it arrives."""
+
+        def arrives() -> bool:
+            self.driver.write(Twist(Vector3(x=linear), Vector3()))
+            time.sleep(0.05)
+            return linear in self.heard()
+
+        wait_until(arrives)
+
+    def stands(self) -> None:
+        wait_until(lambda: self.heard()[-1:] == [0.0])
+
+    def heard(self) -> list[float]:
+        return [message.linear.x for message in self.wheels.take(100)]
+
+
+@pytest.fixture
+def watchdog(programs: Callable[..., Program]) -> Program:
+    return programs(RCLPY, str(ROOT / "examples" / "base_watchdog_ros2.py"))
+
+
+def test_what_comes_is_passed_on_and_when_nothing_comes_the_base_gets_zero(
+    watchdog: Program,
+) -> None:
+    base = Base()
+    for linear in (0.2, -0.1):
+        base.drive(linear)
+        base.stands()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_last_it_sends_is_zero(number: int, watchdog: Program) -> None:
+    base = Base()
+    base.drive(0.2)
+    watchdog.end(number)
+    assert watchdog.process.returncode == 0
+    base.stands()

@@ -1,0 +1,58 @@
+"""`voz run --listen-ros`: two recognisers for one robot, a microphone's and another program's."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from live_robot import live_robot, moves, speak
+from programs import Program, wait_until
+from recordings import FIXTURES
+
+from voz.config import Ros2
+from voz.ros2 import heard_on_ros
+
+pytestmark = pytest.mark.slow
+
+
+def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
+    pulse: dict[str, str], domain: int, own: Callable[..., Program]
+) -> None:
+    environment = pulse | {name: os.environ[name] for name in os.environ if name.startswith("ROS_")}
+    other, published = own("cyclone_peer.py"), list[str]()
+
+    def until(true: Callable[[], object], say: Callable[[str], None], text: str) -> None:
+        """Say it until it is true: programs need some time to find each other."""
+
+        def said() -> object:
+            say(text)
+            return true()
+
+        wait_until(said)
+
+    with (
+        heard_on_ros(Ros2(), published.append),
+        live_robot(environment, "--robot", "ros2", "--listen-ros", "--listening") as robot,
+    ):
+        until(lambda: "hello" in published, other.say, "hello")
+        until(lambda: any(moves(arrived.event) for arrived in robot.arrived), other.say, "go back")
+        until(lambda: "stop" in published, robot.type, "stop")
+
+        since = len(robot.arrived)
+        other.say("Turn  LEFT")
+        obeyed = robot.wait_for(is_obeyed("turn left"), since).event
+        assert (obeyed["source"], obeyed["confidence"]) == ("ros2", 1.0)
+        speak(environment, FIXTURES / "commands" / "festival_slt__point_beer.flac")
+        assert robot.wait_for(is_obeyed("point beer"), since).event["source"] == "microphone"
+        # It publishes in lower case, single spaces between, in the order of what it obeys.
+        wait_until(lambda: "point beer" in published)
+        assert [event["value"] for event in robot.of("selected_object", since)] == [1]
+    assert "turn left" not in published
+
+
+def is_obeyed(text: str) -> Callable[[dict[str, Any]], bool]:
+    return lambda event: (
+        event["type"] == "utterance" and event["accepted"] and event["text"] == text
+    )

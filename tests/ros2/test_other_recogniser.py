@@ -1,0 +1,68 @@
+"""Commands that another recogniser publishes as ROS 2 texts: what is heard, and what is not."""
+
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+from programs import Program, wait_until
+
+from voz.config import Ros2
+from voz.events import Utterance
+from voz.ros2 import Ros2Robot, heard_on_ros
+from voz.ros2.node import QUEUE
+
+pytestmark = pytest.mark.usefixtures("domain")
+
+
+@pytest.fixture
+def texts() -> Iterator[list[str]]:
+    heard: list[str] = []
+    with heard_on_ros(Ros2(), heard.append):
+        yield heard
+
+
+@pytest.fixture
+def other(texts: list[str], own: Callable[..., Program]) -> Program:
+    """Another recogniser, that has been heard once."""
+    program = own("cyclone_peer.py")
+
+    def heard() -> bool:
+        program.say("hello")
+        return bool(texts)
+
+    wait_until(heard)
+    return program
+
+
+def test_what_another_program_recognises_is_heard_in_order(
+    texts: list[str], other: Program
+) -> None:
+    commands = [f"go forward {number}" for number in range(QUEUE)]
+    for command in commands:
+        other.say(command)
+    wait_until(lambda: texts[-1] == commands[-1])
+    assert [text for text in texts if text != "hello"] == commands
+
+
+def test_what_is_no_text_is_passed_over(texts: list[str], other: Program) -> None:
+    other.say("señor")
+    other.say("stop")
+    wait_until(lambda: texts[-1] == "stop")
+    assert set(texts) == {"hello", "stop"}
+
+
+def test_what_this_process_publishes_is_not_heard(texts: list[str], other: Program) -> None:
+    robot = Ros2Robot(Ros2(wait=0))
+    robot.open()
+    robot.receive(Utterance(0.0, "go back", 0.9, True, 0.0, 0.0, "microphone", obeyed=True))
+    robot.close()
+    other.say("stop")
+    wait_until(lambda: texts[-1] == "stop")
+    assert "go back" not in texts
+
+
+def test_the_end_leaves_no_thread(other: Program) -> None:
+    before = {thread.name for thread in threading.enumerate()}
+    with heard_on_ros(Ros2(), lambda text: None):
+        pass
+    assert {thread.name for thread in threading.enumerate()} == before

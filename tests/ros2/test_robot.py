@@ -1,0 +1,315 @@
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import pi, sqrt
+from threading import Timer
+from typing import Any
+
+import pytest
+from cyclonedds.qos import Policy
+from cyclonedds.sub import DataReader
+from programs import Program, wait_until
+
+from voz.config import Ros2
+from voz.errors import ConfigError
+from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.extras import how_to_install
+from voz.ros2 import HEARD_ON_ROS, Ros2Robot, messages
+from voz.ros2.node import Node
+from voz.simulation.base import Pose
+from voz.simulation.world import WorldState
+
+pytestmark = pytest.mark.usefixtures("domain")
+
+NOW = Ros2(wait=0)
+SOMEBODY = "a program without a node's name"
+
+
+@contextmanager
+def opened(settings: Ros2 = NOW) -> Iterator[tuple[Ros2Robot, list[Warning]]]:
+    told: list[Warning] = []
+    robot = Ros2Robot(settings, told.append)
+    robot.open()
+    try:
+        yield robot, told
+    finally:
+        robot.close()
+
+
+def reader(topic: str, message: type[Any], *policies: Any, domain: int | None = None) -> Any:
+    return Node(Ros2(domain=domain)).reader(topic, message, *policies)
+
+
+def heard(reader: DataReader[Any]) -> list[Any]:
+    return list(reader.take(1000))
+
+
+def said(text: str, accepted: bool = True, source: str = "microphone") -> Utterance:
+    return Utterance(0.0, text, 0.9, accepted, 0.0, 0.0, source, obeyed=accepted)
+
+
+def test_velocities_arrive_exactly() -> None:
+    velocities = [(0.1, 0.0), (-0.15, 0.1), (0.0, -1.0), (0.0, 0.0)]
+    with opened() as (robot, _):
+        base = reader("cmd_vel", messages.Twist)
+        for linear, angular in velocities:
+            robot.receive(Twist(0.0, linear, angular))
+    assert heard(base) == [
+        messages.Twist(messages.Vector3(linear, 0, 0), messages.Vector3(0, 0, angular))
+        for linear, angular in velocities
+    ]
+
+
+def test_a_stamped_velocity_has_the_time_of_day_and_a_frame() -> None:
+    with opened(Ros2(wait=0, stamped=True, frame_id="base")) as (robot, _):
+        base = reader("cmd_vel", messages.TwistStamped)
+        before = time.time_ns()
+        robot.receive(Twist(0.0, 0.2, 0.1))
+        after = time.time_ns()
+    (message,) = heard(base)
+    assert message.twist.linear.x == 0.2
+    assert message.twist.angular.z == 0.1
+    assert message.header.frame_id == "base"
+    stamp = message.header.stamp
+    assert before <= stamp.sec * 1_000_000_000 + stamp.nanosec <= after
+
+
+def test_the_arm_gets_its_objects() -> None:
+    with opened() as (robot, _):
+        arm = reader("selected_object", messages.Int16)
+        for value in (1, 2, 100):
+            robot.receive(SelectedObject(0.0, value))
+    assert [message.data for message in heard(arm)] == [1, 2, 100]
+
+
+def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:
+    robot = Ros2Robot(Ros2(wait=0, namespace="robot1", frame_id="base"))
+    robot.where = lambda t: WorldState(t, Pose(t, -0.5, pi / 2), 0.1, -0.2)
+    robot.open()
+    odom = reader("/robot1/odom", messages.Odometry)
+    tf = reader("/tf", messages.TFMessage)
+    before = time.time_ns()
+    for t in (1.0, 2.0):
+        robot.receive(Twist(t, 0.0, 0.0))
+    after = time.time_ns()
+    robot.close()
+    half = sqrt(0.5)
+    transforms = [transform for message in heard(tf) for transform in message.transforms]
+    for t, odometry, transform in zip((1.0, 2.0), heard(odom), transforms, strict=True):
+        turned = odometry.pose.pose.orientation
+        assert odometry.pose.pose.position == messages.Point(t, -0.5)
+        assert (turned.x, turned.y, turned.z, turned.w) == pytest.approx((0, 0, half, half))
+        assert odometry.twist.twist == messages.velocity(0.1, -0.2)
+        assert transform.transform == messages.Transform(messages.Vector3(t, -0.5), turned)
+        assert transform.header == odometry.header
+        assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base")
+        assert transform.child_frame_id == "base"
+        stamp = odometry.header.stamp
+        assert before <= stamp.sec * 1_000_000_000 + stamp.nanosec <= after
+
+
+def test_without_a_simulated_robot_nothing_tells_where_it_is() -> None:
+    with opened():
+        odom = reader("odom", messages.Odometry)
+        assert not odom.get_matched_publications()
+
+
+def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
+    events: list[Event] = [
+        said("go back"),
+        said("go back", accepted=False),
+        said("stop", source=HEARD_ON_ROS),
+        Partial(0.0, "stop", 0.5),
+        Reply(0.0, "bep bep"),
+        Warning(0.0, "no loudspeaker"),
+        said("Point BEER"),
+    ]
+    with opened() as (robot, _):
+        others = reader("recognizer/output", messages.String)
+        for event in events:
+            robot.receive(event)
+    assert [message.data for message in heard(others)] == ["go back", "point beer"]
+
+
+def test_names_can_be_others_and_stand_in_a_namespace() -> None:
+    settings = Ros2(wait=0, namespace="/robot1", cmd_vel="wheels/vel", output="/ears")
+    with opened(settings) as (robot, _):
+        base = reader("/robot1/wheels/vel", messages.Twist)
+        arm = reader("/robot1/selected_object", messages.Int16)
+        others = reader("/ears", messages.String)
+        for event in (Twist(0.0, 0.1, 0.0), SelectedObject(0.0, 1), said("stop")):
+            robot.receive(event)
+    assert [len(heard(one)) for one in (base, arm, others)] == [1, 1, 1]
+
+
+def test_the_domain_of_the_settings_is_another_one(domain: int) -> None:
+    with opened(Ros2(wait=0, domain=domain + 100)) as (robot, _):
+        here, there = (reader("cmd_vel", messages.Twist, domain=d) for d in (None, domain + 100))
+        robot.receive(Twist(0.0, 0.1, 0.0))
+        assert [len(heard(here)), len(heard(there))] == [0, 1]
+
+
+def test_diagnostics_come_once_a_second_and_tell_how_it_is() -> None:
+    with opened() as (robot, _):
+        monitor = reader("/diagnostics", messages.DiagnosticArray)
+        base = reader("cmd_vel", messages.Twist)
+        robot.receive(said("go forward"))
+        robot.receive(said("go", accepted=False))
+        for cycle in range(31):
+            if cycle == 15:
+                robot.receive(Warning(1.5, "the microphone is gone"))
+                robot.receive(Warning(1.6, "listening again", good=True))
+            robot.receive(Twist(cycle / 10, 0.1, 0.0))
+        robot.receive(Twist(20.0, 0.1, 0.0))
+        del base
+        robot.receive(Twist(21.0, 0.1, 0.0))
+    statuses = [message.status[0] for message in heard(monitor)]
+    forward = "robot drives forward at 0.10 m/s"
+    assert [(status.level, status.message) for status in statuses] == [
+        (0, forward),
+        (0, forward),
+        (1, "the microphone is gone"),
+        (1, "the microphone is gone"),
+        (0, forward),
+        (1, "nobody listens to /cmd_vel"),
+    ]
+    values = {value.key: value.value for value in statuses[0].values}
+    assert values["last heard"] == "go"
+    assert (values["obeyed"], values["refused"]) == ("1", "1")
+
+
+def test_it_waits_for_somebody_to_listen() -> None:
+    bases: list[Any] = []
+    later = Timer(0.3, lambda: bases.append(reader("cmd_vel", messages.Twist)))
+    later.start()
+    with opened(Ros2(wait=30)) as (robot, told):
+        assert robot.lost() is None
+    later.join()
+    assert [warning.text for warning in told] == [f"{SOMEBODY} listens to /cmd_vel"]
+
+
+def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
+    with opened() as (robot, told):
+        assert robot.lost() == "nobody listens to /cmd_vel"
+        base = reader("cmd_vel", messages.Twist)
+        assert robot.lost() is None
+        robot.receive(Twist(1.5, 0.0, 0.0))
+        del base
+        assert robot.lost() == "nobody listens to /cmd_vel"
+        robot.receive(Twist(1.6, 0.0, 0.0))
+    assert told == [
+        Warning(1.5, f"{SOMEBODY} listens to /cmd_vel", good=True),
+        Warning(1.6, f"{SOMEBODY} left /cmd_vel"),
+    ]
+
+
+def test_a_listener_that_wants_the_other_type_is_told_of() -> None:
+    with opened() as (robot, _):
+        base = reader("cmd_vel", messages.TwistStamped)
+        robot.receive(Twist(0.0, 0.0, 0.0))
+        assert robot.lost() == (
+            "a listener to /cmd_vel wants geometry_msgs/msg/TwistStamped, "
+            "not geometry_msgs/msg/Twist: see `stamped` in voz.toml"
+        )
+        del base
+        robot.receive(Twist(1.0, 0.0, 0.0))
+        assert robot.lost() == "nobody listens to /cmd_vel"
+
+
+def test_a_listener_that_asks_for_too_much_is_told_of() -> None:
+    with opened() as (robot, _):
+        base = reader("cmd_vel", messages.Twist, Policy.Deadline(100_000_000))
+        robot.receive(Twist(0.0, 0.0, 0.0))
+        assert "quality of service that is not offered" in (robot.lost() or "")
+        del base
+
+
+def test_a_listener_that_hangs_is_lost_until_it_answers_again(own: Callable[..., Program]) -> None:
+    with opened() as (robot, _):
+        base = own("cyclone_peer.py")
+        drive_until(robot, lambda: robot.lost() is None)
+        base.process.send_signal(signal.SIGSTOP)
+        drive_until(robot, robot.lost)
+        assert (robot.lost() or "").endswith("gives no answer to /cmd_vel")
+        base.process.send_signal(signal.SIGCONT)
+        drive_until(robot, lambda: robot.lost() is None)
+
+
+def drive_until(robot: Ros2Robot, true: Callable[[], object]) -> None:
+    """Send velocities until it is true."""
+    begun = time.monotonic()
+
+    def send() -> object:
+        robot.receive(Twist(time.monotonic() - begun, 0.0, 0.0))
+        time.sleep(0.1)  # the beat that a robot is driven in
+        return true()
+
+    wait_until(send)
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "told"),
+    [
+        ("ROS_STATIC_PEERS", "127.0.0.1;no-such-robot.invalid", "no-such-robot.invalid: unknown"),
+        ("ROS_STATIC_PEERS", "[::1]:7400", "[::1]:7400"),
+        ("ROS_STATIC_PEERS", "a b", "a b: unknown address"),
+        ("CYCLONEDDS_URI", "<CycloneDDS><Domain><Nonsense/></Domain></CycloneDDS>", "Nonsense"),
+        ("CYCLONEDDS_URI", "<", "parser error"),
+        ("CYCLONEDDS_URI", "file:///none.xml", "can't open configuration file"),
+    ],
+)
+def test_what_cyclone_cannot_use_is_one_line(
+    name: str,
+    said: str,
+    told: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv(name, said)
+    with pytest.raises(ConfigError, match=f"^{name} cannot be used .*; correct it$") as raised:
+        Ros2Robot(NOW).open()
+    assert told in str(raised.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_peers_that_are_known_are_no_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_STATIC_PEERS", "127.0.0.1:7400;localhost")
+    robot = Ros2Robot(NOW)
+    robot.open()
+    robot.close()
+
+
+def test_an_environment_that_cannot_be_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "a")
+    with pytest.raises(ConfigError, match="ROS_DOMAIN_ID"):
+        Ros2Robot(NOW).open()
+
+
+def test_a_loopback_that_the_user_names_too_is_taken_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    place = '<General><Interfaces><NetworkInterface name="lo"/></Interfaces></General>'
+    uri = f"<CycloneDDS><Domain>{place}</Domain></CycloneDDS>"
+    monkeypatch.setenv("CYCLONEDDS_URI", uri)  # ROS_AUTOMATIC_DISCOVERY_RANGE is LOCALHOST
+    with opened() as (robot, _):
+        robot.receive(Twist(0.0, 0.1, 0.0))
+
+
+def test_without_cyclonedds_one_line_says_what_to_install() -> None:
+    program = (
+        "import sys\n"
+        "from voz.errors import RobotError\n"
+        "sys.modules['cyclonedds'] = None\n"
+        "try:\n"
+        "    import voz.ros2\n"
+        "except RobotError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.endswith(f"; {how_to_install('ros2')}\n")
+    assert done.stdout.count("\n") == 1

@@ -1,0 +1,182 @@
+"""`voz run` with a microphone: commands spoken into it, and how it ends."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from calls import VOZ, in_process
+from live_robot import LiveRobot, live_robot, moves, rests, speak, velocity
+from recordings import FIXTURES
+
+from voz.audio import SAMPLE_RATE
+from voz.audio.capture.files import read_blocks
+
+pytestmark = pytest.mark.slow
+
+
+def clip(text: str, voice: str = "festival_slt") -> Path:
+    return FIXTURES / "commands" / f"{voice}__{text.replace(' ', '_')}.flac"
+
+
+def spoken(path: Path) -> np.ndarray:
+    """A clip without the silence around it."""
+    samples = np.concatenate(list(read_blocks(path)))
+    loud = np.flatnonzero(np.abs(samples) > 0.03 * np.abs(samples).max())
+    return samples[loud[0] : loud[-1] + 1]
+
+
+def say(robot: LiveRobot, environment: dict[str, str], text: str) -> None:
+    """Say a command and wait until it is settled."""
+    since = len(robot.arrived)
+    speak(environment, clip(text))
+    robot.wait_for(lambda event: event["type"] == "utterance", since)
+
+
+@pytest.fixture
+def robot(pulse: dict[str, str]) -> Iterator[LiveRobot]:
+    with live_robot(pulse, "--listening") as robot:
+        yield robot
+
+
+def test_all_commands_that_are_spoken_are_obeyed(pulse: dict[str, str]) -> None:
+    texts = ["go forward", "start speech", "go forward", "turn left", "speed up", "slow down"]
+    texts += ["rotate right", "point beer", "fold arm", "go back", "stop", "stop speech"]
+    with live_robot(pulse) as robot:
+        for text in texts:
+            say(robot, pulse, text)
+        assert robot.end() == 143
+    first, *others = robot.of("utterance")
+    assert (first["text"], first["obeyed"], first["ignored"]) == (texts[0], False, "not_listening")
+    assert [event["text"] for event in others] == robot.commands() == texts[1:]
+    assert [event["value"] for event in robot.of("selected_object")] == [1, 100]
+    assert [event["text"] for event in robot.of("reply")] == [
+        "bep bep. I am listening you",
+        "bep bep. I stop listening",
+    ]
+    seen = list(dict.fromkeys(velocity(event) for event in robot.of("cmd_vel")))
+    assert seen == [(0, 0), (0.1, 0), (0.1, 0.1), (0.15, 0.1), (0, -0.1), (-0.1, 0)]
+    assert velocity(robot.arrived[-1].event) == (0, 0)
+    assert all(0 < event["latency"] < 5 for event in robot.of("utterance"))
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129)]
+)
+def test_s7_a_signal_ends_with_zero_velocity_as_the_last_event(
+    number: signal.Signals, code: int, robot: LiveRobot
+) -> None:
+    robot.type("go forward")
+    robot.wait_for(moves)
+    assert robot.end(number) == code
+    assert rests(robot.arrived[-1].event)
+    assert moves(robot.arrived[-2].event)
+    assert "Traceback" not in robot.words
+
+
+def test_s7_more_signals_do_not_keep_it_from_that(robot: LiveRobot) -> None:
+    robot.type("go forward")
+    robot.wait_for(moves)
+    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGINT]
+    for number in numbers:
+        robot.process.send_signal(number)
+    assert robot.end() in (130, 143, 129)
+    assert rests(robot.arrived[-1].event)
+    assert "Traceback" not in robot.words
+
+
+def test_two_commands_close_together_are_both_obeyed(
+    robot: LiveRobot, pulse: dict[str, str], tmp_path: Path
+) -> None:
+    pause = np.zeros(int(0.3 * SAMPLE_RATE), np.int16)
+    both = [spoken(clip("go forward")), pause, spoken(clip("turn left")), pause]
+    soundfile.write(tmp_path / "both.wav", np.concatenate(both), SAMPLE_RATE)
+    speak(pulse, tmp_path / "both.wav")
+    robot.wait_for(lambda event: event["type"] == "cmd_vel" and event["angular"] == 0.1)
+    assert robot.commands() == ["go forward", "turn left"]
+
+
+def test_a_near_miss_does_not_move_the_robot(robot: LiveRobot, pulse: dict[str, str]) -> None:
+    speak(pulse, FIXTURES / "near_misses" / "festival_kal__back_to_school.flac")
+    robot.wait_for(lambda event: event["type"] == "utterance")
+    assert robot.commands() == []
+    assert all(velocity(event) == (0, 0) for event in robot.of("cmd_vel"))
+
+
+def test_without_the_option_it_waits_for_start_speech(pulse: dict[str, str]) -> None:
+    with live_robot(pulse) as robot:
+        robot.type("go forward")
+        robot.wait_for(lambda event: event["type"] == "utterance")
+        robot.type("start speech")
+        robot.wait_for(lambda event: event["type"] == "reply")
+        assert not any(map(moves, robot.of("cmd_vel")))
+        robot.type("go forward")
+        robot.wait_for(moves)
+
+
+@pytest.mark.parametrize(
+    ("options", "input_", "told"),
+    [
+        (
+            [],
+            subprocess.PIPE,
+            'the microphone default and typed commands; say "start speech" first',
+        ),
+        (
+            ["--listening", "-d", "mic.mon"],
+            subprocess.PIPE,
+            "the microphone mic.monitor and typed commands",
+        ),
+        ([], subprocess.DEVNULL, 'the microphone default; say "start speech" first'),
+    ],
+)
+def test_without_a_terminal_it_says_when_it_hears_and_whom(
+    options: list[str], input_: int, told: str, pulse: dict[str, str], tmp_path: Path
+) -> None:
+    events = tmp_path / "events.jsonl"
+    with subprocess.Popen(
+        [*VOZ, "run", "--no-sound", *options, "--events", str(events)],
+        env=pulse,
+        stdin=input_,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        while not (events.exists() and events.read_text()):
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.terminate()
+        _, said = process.communicate(timeout=60)
+    assert said == f"listening to {told}\n"
+
+
+def test_the_time_is_that_since_the_start(robot: LiveRobot) -> None:
+    begun = time.monotonic() - robot.arrived[-1].event["t"]
+    robot.type("go forward")
+    moved = robot.wait_for(moves)
+    assert moved.event["t"] == pytest.approx(moved.when - begun, abs=1)
+    times = [event["t"] for event in robot.of("cmd_vel")]
+    assert times == sorted(times)
+
+
+def test_an_unknown_microphone_is_one_line(pulse: dict[str, str]) -> None:
+    result = in_process("run", "--no-sound", "--device", "nobody has this", env=pulse)
+    assert result.complaint.startswith(
+        'voz: there is no microphone "nobody has this"; take the number or the name of one of: '
+    )
+
+
+def test_no_microphone_at_all_is_one_line_that_names_the_ways_without_one(
+    no_sound: dict[str, str],
+) -> None:
+    result = in_process("run", "--no-sound", env=no_sound)
+    assert result.complaint == (
+        "voz: there is no microphone; connect one, or use `--text -` to type commands or "
+        "`--wav FILE` for recordings"
+    )

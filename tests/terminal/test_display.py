@@ -1,0 +1,163 @@
+"""What the terminal shows, as plain text."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from voz.events import Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.terminal.display import SHOWN, Display
+
+
+def shown(display: Display, colours: bool = False) -> str:
+    text = io.StringIO()
+    system = "standard" if colours else None
+    console = Console(file=text, width=90, force_terminal=colours, color_system=system)
+    console.print(display)
+    return text.getvalue()
+
+
+def a_display(
+    peak: float = 0.1, listening: bool = True, speaking: bool = False, note: str = ""
+) -> Display:
+    return Display(
+        lambda: peak,
+        lambda: -52.3,
+        lambda: listening,
+        lambda: speaking,
+        lambda: "go fo",
+        "USB Audio",
+        lambda: note,
+    )
+
+
+def heard(text: str, **others: object) -> Utterance:
+    fields = {"confidence": 0.87, "accepted": True, "start": 0, "end": 1, "source": "microphone"}
+    fields["obeyed"] = bool(others.get("accepted", True))
+    return Utterance(1.0, text, **(fields | others))  # type: ignore[arg-type]
+
+
+def line_with(text: str, display: Display) -> str:
+    (line,) = [line for line in shown(display).splitlines() if text in line]
+    return line
+
+
+def test_a_command_is_shown_with_how_sure_and_how_soon() -> None:
+    display = a_display()
+    display.receive(heard("go forward", latency=0.214))
+    assert "go forward  87%  0.21 s" in line_with("go forward", display)
+
+
+def test_it_shows_how_loud_the_room_is_and_how_far_the_speaker_stands_out_of_it() -> None:
+    display = a_display()
+    assert "-52 dB" in line_with("room", display)
+    assert "above it" not in shown(display)
+    display.receive(heard("go forward", above=24.6))
+    assert "-52 dB, the last speech 25 dB above it" in line_with("room", display)
+    display.receive(heard("", accepted=False, above=9.0))
+    assert "9 dB above it" in line_with("room", display)
+    assert "\x1b[33m, the last speech 9 dB" in shown(display, colours=True)
+
+
+def test_what_is_refused_is_dimmed_and_says_what_it_may_have_been_and_why() -> None:
+    display = a_display()
+    between = ("turn left", "rotate left")
+    refused = heard("turn left", accepted=False, reason="unsure_between", between=between)
+    display.receive(refused)
+    assert '(perhaps "turn left" 87%, unsure between "turn left" and' in shown(display)
+    assert '"rotate left")' in shown(display)
+    assert "\x1b[2m(perhaps" in shown(display, colours=True)
+
+
+def test_what_was_understood_and_not_obeyed_is_dimmed_and_says_why() -> None:
+    display = a_display()
+    display.receive(heard("go back", obeyed=False, ignored="not_listening"))
+    assert 'go back  not obeyed: say "start speech" first' in shown(display)
+    assert "\x1b[2mgo back" in shown(display, colours=True)
+    display.receive(heard("go back", obeyed=False, ignored="robot_speaking"))
+    assert "go back  not obeyed: the robot was speaking" in shown(display)
+
+
+def test_what_was_no_command_says_so() -> None:
+    display = a_display()
+    display.receive(heard("", accepted=False, reason="too_quiet"))
+    assert "(too quiet)" in shown(display)
+
+
+def test_the_motion_the_arm_the_reply_and_warnings_are_shown() -> None:
+    display = a_display()
+    for event in (
+        Twist(1, 0.1, 0),
+        SelectedObject(1, 2),
+        Reply(1, "bep bep. I am listening you"),
+        Warning(1, "the microphone is gone"),
+        Partial(1, "stop", 0.5),
+    ):
+        display.receive(event)
+    text = shown(display)
+    for part in ("forward at 0.10 m/s", "object 2", "bep bep. I am", "microphone is gone"):
+        assert part in text
+    assert "perhaps" not in text
+    display.receive(SelectedObject(1, 100))
+    display.receive(Twist(1.1, 0, 0))
+    assert "folded" in shown(display)
+    assert "stands still" in shown(display)
+
+
+def test_only_what_is_wrong_stands_out() -> None:
+    display = a_display()
+    display.receive(Warning(1, "the microphone is gone"))
+    display.receive(Warning(2, "listening again", good=True))
+    lines = shown(display, colours=True).splitlines()
+    yellow = [line for line in lines if "\x1b[33m" in line]
+    assert [text in "".join(yellow) for text in ("microphone is gone", "again")] == [True, False]
+    assert "listening again" in shown(display)
+
+
+def test_only_the_last_lines_stay_and_the_picture_does_not_grow() -> None:
+    display = a_display()
+    height = len(shown(display).splitlines())
+    for number in range(SHOWN + 3):
+        display.receive(Warning(number, f"warning {number}."))
+    text = shown(display)
+    assert "warning 2." not in text
+    assert "warning 3." in text
+    assert f"warning {SHOWN + 2}." in text
+    assert len(text.splitlines()) == height
+
+
+@pytest.mark.parametrize(
+    ("peak", "full", "words"),
+    [(0.0, 0, "silent"), (0.001, 0, "silent"), (0.0317, 15, "-30 dB"), (1.0, 30, "0 dB")],
+)
+def test_the_bar_shows_the_level(peak: float, full: int, words: str) -> None:
+    line = line_with("microphone", a_display(peak))
+    assert line.count("█") == full
+    assert line.count("·") == 30 - full
+    assert words in line
+
+
+def test_the_bar_turns_red_before_the_microphone_clips() -> None:
+    assert "\x1b[31m█" in shown(a_display(0.9), colours=True)
+    assert "\x1b[32m█" in shown(a_display(0.5), colours=True)
+
+
+def test_it_says_whether_it_listens_to_which_microphone_and_what_is_typed() -> None:
+    assert "listening" in shown(a_display()).splitlines()[0]
+    assert "speaking" in shown(a_display(speaking=True)).splitlines()[0]
+    text = shown(a_display(listening=False, note="everything is recorded"))
+    assert 'say "start speech"' in text.splitlines()[0]
+    for part in ("USB Audio", "go fo", "everything is recorded", "space or Esc stops"):
+        assert part in text
+
+
+def test_what_others_say_is_seen_and_not_obeyed_by_the_terminal() -> None:
+    display = a_display()
+    display.receive(Warning(1.0, "the robot says \x1b[2J\r"))
+    display.receive(heard("\x1b]0;mine\x07", accepted=False, reason="not_a_command"))
+    text = shown(display)
+    assert r"\x1b[2J\r" in text
+    assert r"\x1b]0;mine\x07" in text
+    assert all(line.isprintable() for line in text.splitlines())

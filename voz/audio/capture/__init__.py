@@ -1,0 +1,1 @@
+"""Sound that comes in: microphones, recordings, arrays, all as 16 kHz."""

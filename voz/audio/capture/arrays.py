@@ -1,0 +1,86 @@
+"""Sound in arrays of others' making: any rate, one channel or several, floats or 16 bits. Pure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import Samples
+from voz.audio.capture.files import HIGHEST_RATE, LOWEST_RATE
+from voz.audio.capture.resampling import Mono, Resampler
+from voz.errors import AudioError
+
+MOST_CHANNELS = 64
+
+LOUDEST = 4.0
+"""Floats go from -1 to 1, and somewhat beyond after a filter; 16 bits in floats go far beyond."""
+
+
+class Converter:
+    """Turns a stream of arrays into `Samples`, block by block."""
+
+    def __init__(self, rate: float) -> None:
+        """Start a stream.
+
+        Args:
+            rate: of all its arrays, Hz.
+
+        Raises:
+            AudioError: there is no speech in sound of that rate.
+        """
+        if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+            raise AudioError(
+                f"a sample rate of {rate:g} Hz is not usable; give one from {LOWEST_RATE} to "
+                f"{HIGHEST_RATE} Hz"
+            )
+        self._resampler = Resampler(rate)
+
+    def feed(self, array: npt.ArrayLike) -> Samples:
+        """Take the next sound.
+
+        Args:
+            array: samples, or samples x channels: int16, or floats from -1 to 1.
+
+        Returns:
+            The mean of its channels, as far as it is known by now.
+
+        Raises:
+            AudioError: it is something else.
+        """
+        return self._resampler.feed(_mono(np.asarray(array)))
+
+    def finish(self) -> Samples:
+        """End the stream; returns what was still to come."""
+        return self._resampler.finish()
+
+
+def converted(array: npt.ArrayLike, rate: float) -> Samples:
+    """Turn a whole recording into `Samples`; arguments and errors are those of `Converter`."""
+    converter = Converter(rate)
+    return np.concatenate([converter.feed(array), converter.finish()])
+
+
+def _mono(array: npt.NDArray[Any]) -> Mono:
+    if array.ndim not in (1, 2):
+        raise AudioError(f"an array of shape {array.shape} is no sound; give samples x channels")
+    if array.ndim == 2 and not 0 < array.shape[1] <= MOST_CHANNELS:
+        raise AudioError(f"an array of shape {array.shape} is no samples x channels; turn it round")
+    if array.dtype == np.int16:
+        scaled = array.astype(np.float32) / np.float32(32768)
+    elif array.dtype.kind == "f":
+        scaled = _checked(array).astype(np.float32)
+    else:
+        raise AudioError(f"samples are {array.dtype}; give int16, or floats from -1 to 1")
+    mono: Mono = scaled if scaled.ndim == 1 else scaled.mean(axis=1)
+    return mono
+
+
+def _checked(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if not np.isfinite(array).all():
+        raise AudioError("the sound holds samples that are no numbers; leave them out")
+    loudest = float(np.abs(array).max(initial=0))
+    if loudest > LOUDEST:
+        raise AudioError(f"floats go from -1 to 1, and one is {loudest:g}; divide by 32768?")
+    return array

@@ -1,0 +1,122 @@
+"""Which microphones there are, and which of them is meant: PortAudio's, and the sound server's."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from voz.audio.capture.pulse import PULSE, list_sources
+from voz.audio.portaudio import load_sounddevice
+from voz.errors import AudioError
+
+
+class Device(NamedTuple):
+    """A microphone.
+
+    Attributes:
+        number: PortAudio's, until devices come or go; that of the sound server for its sources.
+        name: PortAudio's, or that of the source.
+        channels: how many it has.
+        rate: that of its own, Hz.
+        system: the sound system that it belongs to, as ALSA or JACK.
+        is_source: whether it is one of several sources that share a number.
+    """
+
+    number: int
+    name: str
+    channels: int
+    rate: int
+    system: str
+    is_source: bool = False
+
+    @property
+    def handle(self) -> str:
+        """What chooses it and no other."""
+        return self.name if self.is_source else str(self.number)
+
+    def __str__(self) -> str:
+        return f'"{self.name}"' if self.is_source else f'{self.number} "{self.name}"'
+
+
+def microphones() -> list[Device]:
+    """List all devices of PortAudio's that record, in the order of their numbers.
+
+    Raises:
+        AudioError: PortAudio is not installed.
+    """
+    sounddevice = load_sounddevice()
+    systems = [system["name"] for system in sounddevice.query_hostapis()]
+    return [
+        Device(
+            found["index"],
+            found["name"],
+            found["max_input_channels"],
+            int(found["default_samplerate"]),
+            systems[found["hostapi"]],
+        )
+        for found in sounddevice.query_devices()
+        if found["max_input_channels"] > 0
+    ]
+
+
+def sources(there: list[Device]) -> list[Device]:
+    """List the sources of PulseAudio or PipeWire, if PortAudio has a way to it.
+
+    Args:
+        there: what `microphones` gives.
+    """
+    return [
+        Device(server.number, *source, "PulseAudio", is_source=True)
+        for server in there
+        if server.name == PULSE
+        for source in list_sources()
+    ]
+
+
+def choose(wanted: str | None = None, without: str = " and start again") -> Device:
+    """Find the microphone that is meant.
+
+    Args:
+        wanted: its number, or a part of its name that no other has; None is the default one. Only
+            if PortAudio has none of that name it is a source's.
+        without: what to do where there is none, besides connecting one.
+
+    Raises:
+        AudioError: there is no such microphone, or there are several.
+    """
+    there = microphones()
+    if not there:
+        raise AudioError(f"there is no microphone; connect one{without}")
+    meant = _default(there) if wanted is None else _matching(wanted, there)
+    if wanted is not None and not meant:
+        more = sources(there)
+        there, meant = there + more, _matching(wanted, more)
+    if len(meant) == 1:
+        return meant[0]
+    names = ", ".join(map(str, meant or there))
+    lacking = "there are several microphones" if meant else "there is no microphone"
+    named = "there is no default microphone" if wanted is None else f'{lacking} "{wanted}"'
+    raise AudioError(f"{named}; take the number or the name of one of: {names}")
+
+
+def _default(there: list[Device]) -> list[Device]:
+    """Ask sounddevice for the default microphone; none if it has none."""
+    sounddevice = load_sounddevice()
+    try:
+        number = sounddevice.query_devices(None, "input")["index"]
+    except (sounddevice.PortAudioError, ValueError):
+        return []
+    return [device for device in there if device.number == number]
+
+
+def _matching(wanted: str, there: list[Device]) -> list[Device]:
+    """Find what may be meant as sounddevice does, whose users know its way: words in their order.
+
+    sounddevice itself does not say which they are where there are several.
+    """
+    if wanted.isdecimal():
+        return [device for device in there if device.handle == wanted]
+    words = re.compile(".*".join(map(re.escape, wanted.lower().split())))
+    full = {device: f"{device.name}, {device.system}".lower() for device in there}
+    exact = [d for d in there if wanted.lower() in (d.name.lower(), full[d])]
+    return exact if len(exact) == 1 else [d for d in there if words.search(full[d])]

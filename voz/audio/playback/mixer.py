@@ -1,0 +1,153 @@
+"""What is to be heard: several sounds at once on the loudspeaker, and what was heard when."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from voz.audio.playback.history import History, to_heard
+from voz.audio.playback.loudspeaker import LATENCY, Loudspeaker
+from voz.audio.playback.mixing import RATE, Source, Wave, mix
+
+LATE = 2.0
+"""A sound that could not begin for so long is left out, s: it would no longer belong there."""
+
+LOOK = 0.1
+"""How often who waits for a sound looks whether it is late, s."""
+
+LAST_WORD = 0.2
+"""Seconds at most that `close` takes for the last fade to be heard."""
+
+
+class Mixer:
+    """Plays sounds on the default output device, which is open only while there are any.
+
+    Without a loudspeaker sounds are left out, but those that repeat are heard when it is back.
+
+    Args:
+        warn: called with one line, from another thread, when the loudspeaker is lost.
+    """
+
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        self._warn = warn
+        self._changed = threading.Condition()  # guards what follows
+        self._sources: dict[Source, float] = {}  # with when they were to begin
+        self._history = History()
+        self._gain = 1.0
+        self._closed = False
+        self._loudspeaker = Loudspeaker(self._fill, self._needed, self._leave_out)
+
+    def prepare(self) -> None:
+        """Load in the background what playing needs, so that the first sound need not wait."""
+        self._loudspeaker.wake()
+
+    def play(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> Source:
+        """Let a sound begin now, beside what is heard already.
+
+        Args:
+            sound: at least one sample, at `mixing.RATE`.
+            volume: 0 to 1.
+            repeats: whether it goes on until it is stopped.
+
+        Returns:
+            The sound on its way, for `stop` and `wait`.
+        """
+        source = Source(sound, volume, repeats)
+        with self._changed:
+            if self._closed:
+                source.drop()
+            self._sources[source] = time.monotonic()
+            self._clear()
+        self._loudspeaker.wake()
+        return source
+
+    def stop(self, source: Source) -> None:
+        """Let a sound fade out; it is over some 30 ms later."""
+        with self._changed:
+            source.stop()
+            self._clear()
+
+    def wait(self, source: Source) -> None:
+        """Wait until a sound has ended, was stopped, or was left out for want of a loudspeaker."""
+        with self._changed:
+            while not source.over:
+                self._changed.wait(LOOK)
+                self._clear()
+
+    def busy_until(self) -> float:
+        """Tell when the last audible sample has left the loudspeaker.
+
+        Returns:
+            The time by `time.monotonic`, as well as the device tells its delay, some 10 ms. It
+            is past if nothing sounds, and infinity while something repeats.
+        """
+        with self._changed:
+            left = max((source.audible_left for source in self._sources), default=0)
+            if not left or self._loudspeaker.is_lost:
+                return self._history.audible_until
+            now = time.monotonic()
+            handed = self._history.end if self._loudspeaker.is_open else now + LATENCY
+            return max(now, handed) + left / RATE
+
+    def recent(self, seconds: float) -> tuple[Wave, float]:
+        """Tell what was given to the loudspeaker last, silence in between included.
+
+        Args:
+            seconds: how much, up to 5.9.
+
+        Returns:
+            That many seconds at 16 kHz, -1 to 1; and when the last of these samples leaves the
+            loudspeaker, by `time.monotonic`: while it is open, some 20 ms ahead.
+        """
+        with self._changed:
+            cut, end = self._history.last(seconds, time.monotonic())
+        return to_heard(cut), end
+
+    def close(self) -> None:
+        """Fade out whatever sounds, and play nothing any more."""
+        with self._changed:
+            self._closed = True
+            for source in self._sources:
+                source.stop()
+            self._clear()
+            deadline = time.monotonic() + LAST_WORD
+            while self._sources and (left := deadline - time.monotonic()) > 0:
+                self._changed.wait(left)
+            heard = min(self._history.audible_until, deadline)
+        time.sleep(max(0.0, heard - time.monotonic()))
+        self._loudspeaker.close()
+
+    # Called by the loudspeaker's threads
+
+    def _fill(self, frames: int, time: float) -> Wave:
+        with self._changed:
+            self._clear()
+            block, self._gain = mix(list(self._sources), frames, self._gain)
+            self._history.add(block, time)
+            self._clear()
+        return block
+
+    def _needed(self) -> bool:
+        with self._changed:
+            self._clear()
+            return bool(self._sources)
+
+    def _leave_out(self, problem: str | None) -> None:
+        with self._changed:
+            for source in self._sources:
+                if not source.repeats:
+                    source.drop()
+            self._clear()
+        if problem:
+            self._warn(problem)
+
+    def _clear(self) -> None:
+        """Leave out what is too late to begin, and forget what is over."""
+        latest = time.monotonic() - LATE
+        for source, begin in self._sources.items():
+            if not (source.begun or source.repeats or begin > latest):
+                source.drop()
+        if any(source.over for source in self._sources):
+            self._sources = {s: begin for s, begin in self._sources.items() if not s.over}
+            self._changed.notify_all()

@@ -1,0 +1,1 @@
+"""The microphone's thread: half duplex, loss and return."""

@@ -1,0 +1,244 @@
+"""Listens to the microphone on a thread of its own, and comes back by itself when it was lost."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Collection
+
+import numpy as np
+from msgspec.structs import replace
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.microphone import BLOCK_SECONDS, Microphone, open_microphone
+from voz.audio.level import FULL_SCALE, LOWEST
+from voz.errors import AudioError, VozError
+from voz.events import Partial, Utterance, Warning, later
+from voz.hearing.half_duplex import HalfDuplex, PlayedSound
+from voz.process.memory import give_back_large_blocks
+from voz.recognition.recognizer import MICROPHONE, Recognizer
+from voz.recordings.recorder import Recorder
+from voz.run.inbox import Inbox
+
+NO_BLOCK = 0.35
+"""Without a block for so long nothing is heard any more, s: with the beat, half a second."""
+
+TOO_LATE = 0.4
+"""What is heard so late is as good as not heard, s: the longest command takes half of it."""
+
+MUTED = 5.0
+"""A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
+
+MUTED_IN_MOTION = 0.35
+"""The same while the robot moves, s: with the beat, half a second. Nobody could stop it."""
+
+RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Pauses before a lost microphone is opened again, s; the last one goes on."""
+
+LOSS_TOLD_EVERY = 5.0
+"""Of sound that is lost block after block a user wants to read a line now and then, s."""
+
+CLOSING_TIME = 1.0
+"""For the microphone to be closed, s; a sound server that hangs would never let go."""
+
+SILENT = "the microphone gives only silence"
+
+MUTE_WARNING = f"{SILENT}: is it muted? `voz devices --test` tells"
+
+
+class Silence:
+    """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
+
+    def __init__(self) -> None:
+        self._matters = False
+
+    def trouble(self, silent: bool, moving: bool) -> str | None:
+        """Tell that nothing is heard; None while it does not matter.
+
+        Args:
+            silent: whether the microphone gives only zeros.
+            moving: whether the robot moves.
+        """
+        self._matters = silent and (moving or self._matters)
+        return SILENT if self._matters else None
+
+
+class Hearing:
+    """From a microphone to what is said, as messages in an inbox.
+
+    Use it in a `with` block: it listens for the length of it.
+
+    Attributes:
+        peak: the highest sample of the last block, 0 to 1.
+        background: the level of the room, dBFS.
+        deaf: whether the robot speaks, so that only commands count that must not be missed.
+        device: the name of the microphone.
+        source: what its utterances say that they come from.
+    """
+
+    source = MICROPHONE
+
+    def __init__(
+        self,
+        recognizer: Recognizer,
+        device: str | None,
+        inbox: Inbox,
+        clock: Callable[[], float],
+        loudspeaker: PlayedSound | None = None,
+        never_missed: Collection[str] = (),
+        recorder: Recorder | None = None,
+    ) -> None:
+        """Prepare to listen.
+
+        Args:
+            recognizer: what understands.
+            device: the microphone's number or a part of its name; None is the default one.
+            inbox: where what is heard goes.
+            clock: the time of the run, s.
+            loudspeaker: what the microphone hears of the robot itself, if it does.
+            never_missed: the commands that are heard also while the robot speaks.
+            recorder: keeps what is heard.
+        """
+        self.peak = 0.0
+        self.background = LOWEST
+        self.deaf = False
+        self.device = ""
+        self._recognizer = recognizer
+        self._wanted = device
+        self._inbox = inbox
+        self._clock = clock
+        self._loudspeaker = loudspeaker
+        self._never_missed = never_missed
+        self._recorder = recorder
+        self._microphone: Microphone | None = None
+        self._silence = Silence()
+        self._zeros = 0.0  # how long it gave nothing else, s
+        self._problem: str | None = None
+        self._failures = 0  # to listen, one after the other
+        self._busy_since: float | None = None
+        self._closing = threading.Event()
+        self._opened = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="voz-hearing", daemon=True)
+
+    def __enter__(self) -> Hearing:
+        """Start to listen; raises AudioError if there is no such microphone."""
+        give_back_large_blocks()
+        self._thread.start()
+        self._opened.wait()
+        if self._microphone is None:
+            self._closing.set()
+            raise AudioError(self._problem)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closing.set()
+        self._thread.join(CLOSING_TIME)
+
+    def trouble(self, moving: bool) -> str | None:
+        """Tell why nothing is heard right now; None if all is well.
+
+        Args:
+            moving: whether the robot moves; a microphone that is muted matters then.
+        """
+        microphone, now = self._microphone, time.monotonic()
+        if self._problem or microphone is None:
+            return self._problem
+        if now - microphone.alive > NO_BLOCK:
+            return "no sound comes from the microphone"
+        busy_since = self._busy_since
+        if busy_since is not None and now - busy_since > TOO_LATE:
+            return "the computer is too slow to follow"
+        if not self._thread.is_alive():
+            return "nobody listens to the microphone any more"
+        return self._silence.trouble(self._zeros >= MUTED_IN_MOTION, moving)
+
+    def _work(self) -> None:
+        while not self._closing.is_set():
+            try:
+                with open_microphone(self._wanted) as microphone:
+                    self._begin(microphone)
+                    self._listen(microphone)
+            except VozError as error:
+                self._lose(str(error))
+            except BaseException as error:  # whatever it is, the robot must not drive on unheard
+                self._lose(f"the recogniser fails ({error!r})")
+            if self._recorder:
+                self._recorder.end_stream()
+            self._opened.set()
+            self._closing.wait(RETRIES[min(self._failures, len(RETRIES) - 1)])
+            self._failures += 1
+
+    def _begin(self, microphone: Microphone) -> None:
+        self.device = microphone.name
+        microphone.alive = time.monotonic()  # to open it may have taken long
+        self._microphone = microphone
+        self._opened.set()
+
+    def _lose(self, problem: str) -> None:
+        self.peak = 0.0
+        self.deaf = False
+        self._busy_since = None
+        self._problem = problem
+
+    def _listen(self, microphone: Microphone) -> None:
+        ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed)
+        watch = _Watch(self._inbox, self._clock)
+        fed = 0
+        for block in microphone:
+            if self._closing.is_set():
+                return
+            self._busy_since = microphone.arrived
+            fed += len(block)
+            self.peak = watch.look_at(block, microphone.blocks_lost)
+            self._zeros = watch.zeros
+            # When the stream began, by the clock of the run.
+            begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
+            if self._recorder:
+                self._recorder.feed(block)
+            for event in ears.feed(block, microphone.arrived):
+                told = self._now(event, begun)
+                self._inbox.put(told)
+                if self._recorder and isinstance(told, Utterance):
+                    self._recorder.mark(told, begun)
+            self.deaf = ears.deaf
+            self.background = ears.background - FULL_SCALE
+            self._problem, self._failures = None, 0
+            if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
+                self._busy_since = None
+
+    def _now(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
+        """Give what was heard the times of the run."""
+        now = self._clock()
+        moved = replace(later(event, begun), t=round(now, 3))
+        if isinstance(event, Utterance) and event.latency is not None:
+            spoken_until = begun + event.t - event.latency
+            return replace(moved, latency=round(now - spoken_until, 3))
+        return moved
+
+
+class _Watch:
+    """Warns of a microphone that is muted, and of sound that is lost."""
+
+    def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
+        self._inbox = inbox
+        self._clock = clock
+        self._blocks_lost = 0
+        self._loss_told = -LOSS_TOLD_EVERY  # when
+        self.zeros = 0.0  # how long there was nothing else, s
+
+    def look_at(self, block: Samples, blocks_lost: int) -> float:
+        """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
+        now = self._clock()
+        if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_TOLD_EVERY:
+            seconds = (blocks_lost - self._blocks_lost) * BLOCK_SECONDS
+            self._blocks_lost, self._loss_told = blocks_lost, now
+            self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
+        peak = float(np.abs(block).max(initial=0)) / 32768
+        before = self.zeros
+        self.zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
+        if before < MUTED <= self.zeros:
+            self._warn(MUTE_WARNING)
+        return peak
+
+    def _warn(self, text: str) -> None:
+        self._inbox.put(Warning(round(self._clock(), 3), text))

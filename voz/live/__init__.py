@@ -1,1 +1,0 @@
-"""Live control: a microphone, a keyboard and a clock in place of recordings."""

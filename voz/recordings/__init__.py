@@ -1,0 +1,1 @@
+"""What was heard, kept: manifests, folders of recordings, bags."""

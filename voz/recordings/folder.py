@@ -1,0 +1,84 @@
+"""A folder of recordings with a manifest, as the evaluation reads it: a test set of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from voz.errors import AudioError
+from voz.events import to_json
+from voz.files import replaced
+from voz.recordings.keeping import MANIFEST, keep
+from voz.recordings.recent_sound import Excerpt
+
+HEADER = ("file", "text", "speaker", "kind", "event")
+SPEAKER = "user"
+
+TO_SPARE = 0.05
+"""Part of the limit that is made free when it is reached: the manifest is seldom written anew."""
+
+
+class Folder:
+    """Recordings with a manifest, to which more are added; with a limit on what they take.
+
+    A user may correct the manifest meanwhile: it is read anew whenever it is changed.
+    """
+
+    def __init__(self, path: Path, limit: float) -> None:
+        """Open a folder, or make it.
+
+        Args:
+            path: of the folder.
+            limit: what the recordings may take, bytes; beyond it the oldest are removed.
+
+        Raises:
+            AudioError: its manifest is another one.
+            OSError: it cannot be written.
+        """
+        self._path = path
+        self._limit = limit
+        self._manifest = path / MANIFEST
+        path.mkdir(parents=True, exist_ok=True)
+        rows = self._rows() if self._manifest.exists() else []
+        self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
+        self._write(rows)
+
+    def add(self, excerpt: Excerpt) -> None:
+        """Keep a recording; raises OSError if it cannot be written."""
+        utterance = excerpt.utterance
+        kind = "command" if utterance.accepted else "near-miss"
+        fields = [utterance.text, SPEAKER, kind, to_json(utterance)]
+        self._size += keep(excerpt.samples, self._path, HEADER, fields)
+        if self._size > self._limit:
+            self._make_room()
+
+    def _make_room(self) -> None:
+        rows = self._rows()
+        for oldest in [row for row in rows if _is_recorded(row)]:
+            if self._size <= self._limit * (1 - TO_SPARE):
+                break
+            self._size -= self._size_of(oldest)
+            (self._path / oldest[0]).unlink(missing_ok=True)
+            rows.remove(oldest)
+        self._write(rows)
+
+    def _rows(self) -> list[list[str]]:
+        *lines, unfinished = self._manifest.read_text(encoding="utf-8-sig").split("\n")
+        rows = [line.rstrip("\r").split("\t") for line in [*lines, unfinished] if line]
+        if rows and tuple(rows.pop(0)) != HEADER:
+            raise AudioError(f"{self._manifest}: is not one of recordings; name another folder")
+        if unfinished and rows and len(rows[-1]) < len(HEADER):  # the power failed
+            rows.pop()
+        return rows
+
+    def _write(self, rows: list[list[str]]) -> None:
+        with replaced(self._manifest) as manifest:
+            manifest.writelines("\t".join(row) + "\n" for row in [list(HEADER), *rows])
+
+    def _size_of(self, row: list[str]) -> int:
+        path = self._path / row[0]
+        return path.stat().st_size if path.is_file() else 0
+
+
+def _is_recorded(row: list[str]) -> bool:
+    """Whether a row is not a user's own; those stay, with their files."""
+    return len(row) == len(HEADER) and row[-1] != "" and Path(row[0]).name == row[0] != ""

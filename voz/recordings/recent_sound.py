@@ -1,0 +1,71 @@
+"""The last seconds of a stream, from which the sound of an utterance is cut: pure."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.events import Utterance
+
+MARGIN = int(0.3 * SAMPLE_RATE)
+"""Kept on either side, so that the end-pointer finds the same speech in it."""
+
+KEPT = 30 * SAMPLE_RATE
+"""An utterance of 10 s may be settled only after the next, of another 10 s."""
+
+
+class Excerpt(NamedTuple):
+    """What was heard, and its sound."""
+
+    utterance: Utterance
+    samples: Samples
+
+
+class RecentSound:
+    """Takes a stream block by block, and gives the sound of its utterances."""
+
+    def __init__(self) -> None:
+        self._blocks: deque[Samples] = deque()
+        self._begin = 0  # of the blocks in the stream, in samples
+        self._end = 0
+        self._open: list[tuple[int, int, Utterance]] = []  # the sound after them is to come
+
+    def feed(self, block: Samples) -> Iterator[Excerpt]:
+        """Take the next samples, 16 kHz.
+
+        Yields:
+            The utterances marked before whose sound is complete by now.
+        """
+        self._blocks.append(block)
+        self._end += len(block)
+        while self._end - self._begin - len(self._blocks[0]) >= KEPT:
+            self._begin += len(self._blocks.popleft())
+        yield from self._cut([piece for piece in self._open if piece[1] <= self._end])
+
+    def mark(self, start: float, end: float, utterance: Utterance) -> None:
+        """Ask for the sound of an utterance.
+
+        Args:
+            start: where it begins in the stream, s.
+            end: where it ends, s.
+            utterance: what was heard.
+        """
+        first, last = round(start * SAMPLE_RATE), round(end * SAMPLE_RATE)
+        self._open.append((first - MARGIN, last + MARGIN, utterance))
+
+    def finish(self) -> Iterator[Excerpt]:
+        """End the stream; yields what is still open, with the sound that there is."""
+        yield from self._cut(list(self._open))
+
+    def _cut(self, pieces: list[tuple[int, int, Utterance]]) -> Iterator[Excerpt]:
+        for piece in pieces:
+            self._open.remove(piece)
+            first, last, utterance = piece
+            samples = np.concatenate(self._blocks) if self._blocks else np.empty(0, np.int16)
+            begin, end = max(0, first - self._begin), max(0, last - self._begin)
+            if len(samples[begin:end]):
+                yield Excerpt(utterance, samples[begin:end].copy())

@@ -1,0 +1,62 @@
+"""The microphone of a node: everything that its parameters say, ready to listen."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from voz.audio.capture.pulse import CHOSEN, PULSE
+from voz.audio.playback.mixer import Mixer
+from voz.config import Config
+from voz.hearing.microphone_thread import Hearing
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.profiles import load_profile
+from voz.ros1.language import read_language
+from voz.ros1.node import load_rospy
+from voz.ros1.parameters import text
+from voz.run.inbox import Inbox
+
+
+def make_hearing(
+    settings: Config,
+    inbox: Inbox,
+    clock: Callable[[], float],
+    loudspeaker: Mixer | None = None,
+) -> Hearing:
+    """Read the node's parameters and load the recogniser; its `with` block listens.
+
+    Args:
+        settings: how it is recognised, and whether while the robot speaks.
+        inbox: where what is heard goes.
+        clock: the time of the run, s.
+        loudspeaker: what this process lets the robot say, which the microphone hears too.
+
+    Raises:
+        VozError: the language files cannot be used.
+    """
+    with tempfile.TemporaryDirectory(prefix="voz-lm-") as folder:
+        language, warnings = read_language(settings.lm, Path(folder))
+        for warning in warnings:
+            load_rospy().logwarn(warning)
+        profile = text("profile")
+        known = load_profile(profile) if profile else None
+        recognizer = Recognizer(language, settings.recognition, known)
+    return Hearing(
+        recognizer,
+        _device(),
+        inbox,
+        clock,
+        loudspeaker if settings.speech.half_duplex else None,
+        settings.recognition.never_missed,
+    )
+
+
+def _device() -> str | None:
+    """The microphone: `~device` as in `voz run`, or `~mic_name`, a source of PulseAudio's."""
+    device, source = text("device"), text("mic_name")
+    if device or not source:
+        return device
+    os.environ[CHOSEN] = source
+    return PULSE

@@ -1,0 +1,147 @@
+"""A robot that is driven by ROS 1: publishes the velocity, the selected object, what was heard."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+from voz.config import Ros1
+from voz.events import Event, SelectedObject, Twist, Utterance
+from voz.robot.base import Robot
+from voz.robot.process import RobotSpec
+from voz.ros1.node import Node
+from voz.ros1.odometry import OdometryPublisher
+
+
+class Ros1Robot(Robot):
+    """Publishes the events on topics.
+
+    `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
+    as `std_msgs/String` in lower case on `recognizer/output`; where a simulated robot is, as `odom`
+    and `tf`.
+    """
+
+    def __init__(
+        self,
+        settings: Ros1,
+        node: Node | None = None,
+        arguments: Sequence[str] = (),
+        says_heard: bool = True,
+    ) -> None:
+        """Prepare to publish.
+
+        Args:
+            settings: the names of the topics.
+            node: the process's node; None makes one, and ends it in the end.
+            arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
+            says_heard: whether what is obeyed is published, or comes from that topic.
+        """
+        self._settings = settings
+        self._own = node is None
+        self._node = node
+        self._arguments = arguments
+        self._says_heard = says_heard
+        self._lock = threading.Lock()
+        self._ended = False
+        self._velocity: Any = None
+        self._selected: Any = None
+        self._heard: Any = None
+        self._odometry: OdometryPublisher | None = None
+
+    def open(self) -> None:
+        """Join ROS and tell it what will be published; raises RobotError if there is no master."""
+        self._node = self._node or Node(self._settings.node, self._arguments)
+        from rospy import Publisher
+        from std_msgs.msg import Int16, String
+
+        names = self._settings
+        self._velocity = _velocity_topic(names)
+        self._selected = Publisher(names.selected_object, Int16, queue_size=10)
+        if self._says_heard:
+            self._heard = Publisher(names.recognizer_output, String, queue_size=10)
+        if self.where:
+            self._odometry = OdometryPublisher()
+        self._node.before_the_end(self._stop)
+
+    def receive(self, event: Event) -> None:
+        """Publish an event; this never waits for anybody. While ROS is lost, zero goes out."""
+        if isinstance(event, Twist):
+            with self._lock:
+                if self._ended:
+                    return
+                lost = self.lost()
+                self._publish_velocity(*((0.0, 0.0) if lost else (event.linear, event.angular)))
+            if self._odometry and self.where:
+                self._odometry.publish(self.where(event.t))
+        elif isinstance(event, SelectedObject):
+            self._selected.publish(event.value)
+        elif isinstance(event, Utterance) and event.obeyed and self._heard:
+            self._heard.publish(event.text)
+
+    def lost(self) -> str | None:
+        """Tell why ROS cannot be reached now; None if it can."""
+        return self._node.trouble() if self._node else "ROS was not joined yet"
+
+    def close(self) -> None:
+        """Leave ROS with zero velocity as the last message."""
+        if self._node and self._velocity:
+            self._stop()
+        if self._node and self._own:
+            self._node.close()
+
+    def _stop(self) -> None:
+        """Publish zero, and no velocity after it: another thread may be about to."""
+        with self._lock:
+            self._ended = True
+            self._publish_velocity(0.0, 0.0)
+
+    def _publish_velocity(self, linear: float, angular: float) -> None:
+        self._velocity.publish(_velocity(linear, angular))
+
+
+class Ros1Watchdog(Robot):
+    """Stops a robot of ROS 1 from a process besides the one that drives it: a node of its own."""
+
+    def __init__(self, order: RobotSpec) -> None:
+        """Prepare to publish, on the same topic as the robot that the order names."""
+        self._settings = order.settings.ros1
+        self._arguments = order.arguments
+
+    def open(self) -> None:
+        """Join ROS; raises RobotError if there is no master."""
+        self._node = Node(f"{self._settings.node}_watchdog", self._arguments)
+        self._topic = _velocity_topic(self._settings)
+
+    def receive(self, event: Event) -> None:
+        """Publish a velocity."""
+        if isinstance(event, Twist):
+            self._topic.publish(_velocity(event.linear, event.angular))
+
+    def lost(self) -> str | None:
+        """Tell if somebody ended the node; without a master it can still reach the base."""
+        return "its node was ended" if self._node.over else None
+
+    def close(self) -> None:
+        """Leave ROS."""
+        self._node.close()
+
+
+def _velocity_topic(names: Ros1) -> Any:
+    """What publishes velocities."""
+    from geometry_msgs.msg import Twist as Velocity
+    from rospy import Publisher
+
+    # A base wants the latest velocity; what waits for a slow one is out of date. With Nagle's
+    # algorithm a stop would also wait until the message just before it is acknowledged.
+    return Publisher(names.cmd_vel, Velocity, queue_size=1, tcp_nodelay=True)
+
+
+def _velocity(linear: float, angular: float) -> Any:
+    """A velocity as a message, from m/s and rad/s."""
+    from geometry_msgs.msg import Twist as Velocity
+
+    message = Velocity()
+    message.linear.x = linear
+    message.angular.z = angular
+    return message

@@ -1,0 +1,66 @@
+"""What `/diagnostics` shows: whether all is well, what was heard last, who listens."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from voz.events import Event, Twist, Utterance, Warning
+from voz.robot.console import motion_in_words
+from voz.ros2.messages import DiagnosticStatus, KeyValue
+
+OK, WARN = 0, 1
+
+REMEMBERED = 10.0
+"""So long a warning is shown, s; a monitor that looks in now and then sees it too."""
+
+
+class Diagnosis:
+    """Gathers from the events what is worth knowing."""
+
+    def __init__(self) -> None:
+        self._velocity = (0.0, 0.0)
+        self._heard = ""
+        self._confidence = 0.0
+        self._obeyed = 0
+        self._refused = 0
+        self._warning: Warning | None = None
+
+    def receive(self, event: Event) -> None:
+        """Take an event into account."""
+        if isinstance(event, Twist):
+            self._velocity = (event.linear, event.angular)
+        elif isinstance(event, Warning):
+            self._warning = self._warning if event.good else event
+        elif isinstance(event, Utterance):
+            self._heard, self._confidence = event.text, event.confidence
+            self._obeyed += event.obeyed is True
+            self._refused += not event.obeyed
+
+    def status(self, now: float, listeners: Sequence[str], trouble: str | None) -> DiagnosticStatus:
+        """Put it into words.
+
+        Args:
+            now: the time of the run, s.
+            listeners: who receives the velocities.
+            trouble: what keeps them from it.
+        """
+        warning = self._warning
+        if trouble is None and warning and now - warning.t < REMEMBERED:
+            trouble = warning.text
+        linear, angular = self._velocity
+        values = {
+            "linear": f"{linear:g}",
+            "angular": f"{angular:g}",
+            "last heard": self._heard,
+            "confidence": f"{self._confidence:.2f}",
+            "obeyed": str(self._obeyed),
+            "refused": str(self._refused),
+            "listeners": ", ".join(listeners),
+        }
+        return DiagnosticStatus(
+            level=WARN if trouble else OK,
+            name="voz: voice control",
+            message=trouble or f"robot {motion_in_words(linear, angular)}",
+            hardware_id="voz",
+            values=[KeyValue(key, value) for key, value in values.items()],
+        )

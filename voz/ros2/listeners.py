@@ -1,0 +1,71 @@
+"""Who listens to a topic: by name, so that a person can tell whether it is the right one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsSubscription
+from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+from cyclonedds.pub import DataWriter
+
+from voz.ros2.node import Node
+
+MOST = 10_000
+"""So many readers in the domain are looked at; a large robot has some hundred."""
+
+SERVICE = "/describe_parametersRequest"
+"""Each ordinary node reads this below its own name; its names are nowhere else in all of ROS 2."""
+
+
+class Listeners:
+    """The readers that a writer's messages go to."""
+
+    def __init__(self, node: Node, writer: DataWriter[Any]) -> None:
+        self._writer = writer
+        self._readers = BuiltinDataReader(node.participant, BuiltinTopicDcpsSubscription)
+        any_sample = ViewState.Any | SampleState.Any
+        self._there = ReadCondition(self._readers, any_sample | InstanceState.Alive)
+        gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
+        self._gone = ReadCondition(self._readers, any_sample | gone)
+
+    def handles(self) -> set[int]:
+        """One number for each listener."""
+        return set(self._writer.get_matched_subscriptions())
+
+    def name(self, handle: int) -> str:
+        """The node, or nodes of one process, to which a listener belongs."""
+        listener = self._writer.get_matched_subscription_data(handle)
+        if listener is None:
+            return "somebody"
+        nodes = sorted(
+            reader.topic_name.removeprefix("rq").removesuffix(SERVICE)
+            for reader in self._others()
+            if reader.participant_key == listener.participant_key
+            and reader.topic_name.endswith(SERVICE)
+        )
+        return " or ".join(nodes) or "a program without a node's name"
+
+    def obstacle(self, topic: str) -> str | None:
+        """Why somebody who wants to listen cannot; for when nobody does.
+
+        Args:
+            topic: its name for people.
+        """
+        ours = self._writer.topic
+        for reader in self._others():
+            if reader.topic_name != ours.name:
+                continue
+            if reader.type_name == ours.typename:
+                return f"a listener to {topic} asks for a quality of service that is not offered"
+            wanted, sent = _as_in_ros(reader.type_name), _as_in_ros(ours.typename)
+            return f"a listener to {topic} wants {wanted}, not {sent}: see `stamped` in voz.toml"
+        return None
+
+    def _others(self) -> list[Any]:
+        """All readers in the domain."""
+        self._readers.take(MOST, self._gone)  # or they would be kept for ever
+        return list(self._readers.read(MOST, self._there))
+
+
+def _as_in_ros(type_name: str) -> str:
+    return type_name.replace("::dds_::", "/").replace("::", "/").rstrip("_")

@@ -1,0 +1,143 @@
+"""A part of a ROS 2 domain, by Cyclone DDS and with no ROS installed."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, TypeVar
+from weakref import WeakValueDictionary
+
+from cyclonedds.core import DDSException
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import BasePolicy, Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+from voz.config import Ros2
+from voz.errors import RobotError
+from voz.ros2.discovery import cyclone_settings, domain_number
+from voz.ros2.messages import TYPE_HASHES
+from voz.ros2.trial import try_out
+
+Message = TypeVar("Message", bound=IdlStruct)
+
+QUEUE = 10
+"""Messages kept for a reader that does not keep up; ROS 2's own default."""
+
+MOST_WAITING = 100_000_000
+"""So long a full queue holds up a message, ns; one cycle."""
+
+LAST_WORD = 0.3
+"""How long an end waits for the last velocity to be acknowledged, s."""
+
+_domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
+"""A process can be in a domain only once."""
+
+
+class _Participant(DomainParticipant):
+    """Keeps its domain, with all that is in it: that ends with the last reference to it."""
+
+    def __init__(self, number: int) -> None:
+        self._domain = _domains.get(number) or _domain(number)
+        _domains[number] = self._domain
+        super().__init__(number)
+
+
+def _domain(number: int) -> Domain:
+    configuration = cyclone_settings(os.environ)
+    try_out(number, configuration, os.environ)
+    return Domain(number, configuration)
+
+
+class Node:
+    """Makes writers and readers of topics; lives until nobody uses them."""
+
+    def __init__(self, settings: Ros2) -> None:
+        """Join the domain.
+
+        Args:
+            settings: which one, and the namespace; what they leave open the environment says.
+
+        Raises:
+            ConfigError: the environment says what cannot be.
+            RobotError: it cannot be joined.
+        """
+        self._namespace = settings.namespace
+        number = domain_number(settings, os.environ)
+        try:
+            self.participant = _Participant(number)
+        except DDSException as error:
+            raise RobotError(
+                f"ROS 2 domain {number} cannot be joined ({_short(error)}): "
+                "look at CYCLONEDDS_URI, ROS_STATIC_PEERS and the network"
+            ) from error
+
+    def name(self, topic: str) -> str:
+        """The full name of a topic, as `ros2 topic list` shows it."""
+        return topic if topic.startswith("/") else "/".join(["", *self._prefix(), topic])
+
+    def writer(
+        self, topic: str, message: type[Message], *policies: BasePolicy
+    ) -> DataWriter[Message]:
+        """A writer that ROS 2 nodes can read.
+
+        Args:
+            topic: its name.
+            message: what is written.
+            policies: what is offered besides that messages arrive.
+        """
+        qos = self._qos(message, *policies)
+        return DataWriter(self.participant, self._topic(topic, message), qos)
+
+    def reader(
+        self, topic: str, message: type[Message], *policies: BasePolicy
+    ) -> DataReader[Message]:
+        """A reader of what ROS 2 nodes write; the arguments are those of `writer`."""
+        qos = self._qos(message, *policies)
+        return DataReader(self.participant, self._topic(topic, message), qos)
+
+    def _topic(self, topic: str, message: type[Message]) -> Topic[Message]:
+        return Topic(self.participant, f"rt{self.name(topic)}", message)
+
+    def _qos(self, message: type[Any], *policies: BasePolicy) -> Qos:
+        return Qos(
+            Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING),
+            Policy.History.KeepLast(QUEUE),
+            # ROS 2 does not read the newer representation.
+            Policy.DataRepresentation(use_cdrv0_representation=True),
+            Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode()),
+            *policies,
+        )
+
+    def _prefix(self) -> list[str]:
+        return [part for part in self._namespace.split("/") if part]
+
+
+def write(writer: DataWriter[Message], message: Message) -> None:
+    """Publish a message.
+
+    Raises:
+        RobotError: it cannot be, and not because somebody is slow to read it.
+    """
+    try:
+        writer.write(message)
+    except DDSException as error:
+        if error.code != DDSException.DDS_RETCODE_TIMEOUT:
+            raise RobotError(
+                f"ROS 2: {writer.topic.name.removeprefix('rt')} cannot be published "
+                f"({_short(error)}); start voz again"
+            ) from error
+
+
+def answered(writer: DataWriter[Any], seconds: float) -> bool:
+    """Whether all who listen have acknowledged all messages, at the latest after some seconds."""
+    try:
+        return bool(writer.wait_for_acks(round(seconds * 1e9)))
+    except AttributeError:
+        # cyclonedds 11.0 looks the code of a timeout up in the wrong class.
+        return False
+
+
+def _short(error: DDSException) -> str:
+    return str(error).replace("\n", " ")

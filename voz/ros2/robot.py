@@ -1,0 +1,112 @@
+"""A robot on ROS 2: what voz wants becomes messages that any of its nodes can read."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from voz.config import Ros2
+from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.robot.base import Robot
+from voz.ros2 import messages
+from voz.ros2.audience import Audience
+from voz.ros2.diagnostics import Diagnosis
+from voz.ros2.listeners import Listeners
+from voz.ros2.node import LAST_WORD, Node, answered, write
+from voz.ros2.odometry import OdometryPublisher
+from voz.ros2.other_recogniser import HEARD_ON_ROS
+from voz.ros2.velocity import VelocityTopic
+
+DIAGNOSED = 1.0
+"""From one message on `/diagnostics` to the next, s."""
+
+
+class Ros2Robot(Robot):
+    """Publishes what it receives, and where a simulated robot is; tells whether anybody listens."""
+
+    def __init__(self, settings: Ros2, warn: Callable[[Warning], None] = lambda _: None) -> None:
+        """Remember what to do; `open` does it.
+
+        Args:
+            settings: the domain, the topics and their types.
+            warn: told who comes to listen and who leaves, from within `open` and `receive`.
+        """
+        self._settings = settings
+        self._warn = warn
+        self._audience = Audience()
+        self._diagnosis = Diagnosis()
+        self._names: dict[int, str] = {}
+        self._obstacle: str | None = None
+        self._diagnosed = -DIAGNOSED
+        self._odometry: OdometryPublisher | None = None
+
+    def open(self) -> None:
+        """Join the domain, and give a base the time to be found: until then no command counts.
+
+        Raises:
+            ConfigError: the environment says what cannot be.
+            RobotError: the domain cannot be joined.
+        """
+        settings = self._settings
+        self._node = node = Node(settings)
+        self._topic = node.name(settings.cmd_vel)
+        self._velocities = VelocityTopic(node, settings)
+        self._selected_object = node.writer(settings.selected_object, messages.Int16)
+        self._output = node.writer(settings.output, messages.String)
+        self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
+        if self.where:
+            self._odometry = OdometryPublisher(node, settings.frame_id)
+        self._listeners = Listeners(node, self._velocities.writer)
+        self._velocities.wait_for_listener(settings.wait)
+        self._look_around(0.0)
+
+    def receive(self, event: Event) -> None:
+        """Publish the event, if ROS 2 has a topic for it."""
+        self._diagnosis.receive(event)
+        if isinstance(event, Twist):
+            handles = self._listeners.handles()
+            self._audience.note(time.monotonic(), handles, answered(self._velocities.writer, 0.0))
+            self._velocities.publish(event)
+            if self._odometry and self.where:
+                self._odometry.publish(self.where(event.t))
+            if event.t - self._diagnosed >= DIAGNOSED:
+                self._look_around(event.t)
+                self._diagnose(event.t)
+            elif handles != self._names.keys():
+                self._look_around(event.t)
+        elif isinstance(event, SelectedObject):
+            write(self._selected_object, messages.Int16(event.value))
+        elif isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
+            write(self._output, messages.String(event.text.lower()))
+
+    def lost(self) -> str | None:
+        """Tell why no base can receive a velocity now; None if one can."""
+        handles = self._listeners.handles()
+        if self._audience.present(handles):
+            return None
+        if handles:
+            names = " and ".join(self._names.get(handle, "somebody") for handle in handles)
+            return f"{names} gives no answer to {self._topic}"
+        return self._obstacle or f"nobody listens to {self._topic}"
+
+    def close(self) -> None:
+        """Wait until the last velocity has arrived, and leave the domain."""
+        answered(self._velocities.writer, LAST_WORD)
+        del self._velocities, self._selected_object, self._output, self._diagnostics
+        self._odometry = None
+        del self._listeners, self._node
+
+    def _look_around(self, now: float) -> None:
+        """Say who came and who went; if nobody is there, look why."""
+        handles = self._listeners.handles()
+        for handle in handles - self._names.keys():
+            self._names[handle] = self._listeners.name(handle)
+            self._warn(Warning(now, f"{self._names[handle]} listens to {self._topic}", good=True))
+        for handle in self._names.keys() - handles:
+            self._warn(Warning(now, f"{self._names.pop(handle)} left {self._topic}"))
+        self._obstacle = None if handles else self._listeners.obstacle(self._topic)
+
+    def _diagnose(self, now: float) -> None:
+        self._diagnosed = now
+        status = self._diagnosis.status(now, list(self._names.values()), self.lost())
+        write(self._diagnostics, messages.DiagnosticArray(messages.header(""), [status]))

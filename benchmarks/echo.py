@@ -17,8 +17,7 @@ from machine import machine
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
-from voz.config import Recognition
-from voz.control.controller import STARTED, STOPPED
+from voz.config import Recognition, usual_commands
 from voz.evaluation.noise import room_response
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
@@ -102,7 +101,7 @@ def main() -> None:
     rng = np.random.default_rng(0)
     found: dict[str, list[bool]] = {}
     for number, clip in enumerate(clips):
-        reply = speech(cached((STARTED, STOPPED)[number % 2], "kal_diphone"))
+        reply = speech(cached(usual_commands().replies[number % 2], "kal_diphone"))
         played = np.concatenate([np.zeros(24000), reply, np.zeros(24000)])
         echo = np.convolve(played, room_response(rng))[: len(played)]
         echo = np.concatenate([np.zeros(round(LATE * SAMPLE_RATE)), echo])[: len(played)]

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from pulseaudio import sound_server
 
 from voz.audio.playback.mixing import AUDIBLE, RATE
-from voz.control.controller import REPLIES
+from voz.config import usual_commands
 from voz.speech.sound_client import SoundClient
 from voz.speech.speaker import Speaker
 
@@ -70,11 +70,12 @@ class Recorder:
 
 def robot(wait: float, rounds: int) -> None:
     """Say replies; print when each was asked for."""
-    with Speaker("kal_diphone", REPLIES) as speaker:
+    replies = usual_commands().replies
+    with Speaker("kal_diphone", replies) as speaker:
         time.sleep(wait)
         for number in range(rounds):
             asked = time.monotonic()
-            speaker.say(REPLIES[number % 2])
+            speaker.say(replies[number % 2])
             print(json.dumps(asked), flush=True)
             time.sleep(0.5)
             while speaker.mixer.busy_until() > time.monotonic():

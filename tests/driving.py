@@ -7,17 +7,22 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from voz.config import Config, Safety, Speech
-from voz.control.controller import COMMANDS
+from voz.config import Config, Safety, Speech, usual_commands
+from voz.control.bound import Place
+from voz.control.table import USUAL
 from voz.events import Receiver
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Played, run_at_its_pace, run_at_once
 from voz.run.sources import lines_typed, recordings_played
 
+COMMANDS = tuple(usual_commands().sets[USUAL])
+STARTED, STOPPED = usual_commands().replies
+
 
 class Robots(NamedTuple):
     receivers: list[Receiver]
     troubles: Mapping[str, Callable[[], str | None]]
+    odometry: Callable[[float], Place | None] = lambda _: None
 
 
 def play(

@@ -7,6 +7,7 @@ import pytest
 from recordings import ROOT
 
 from voz.config import Config, load_config, overridden
+from voz.control.steps import Step
 from voz.errors import ConfigError
 
 
@@ -113,3 +114,29 @@ def test_a_room_may_be_another() -> None:
 def test_the_settings_in_the_readme_are_the_defaults(tmp_path: Path) -> None:
     (shown,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     assert load_config(write(tmp_path, shown)) == Config(lm="my_robot")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("[commands]\nadvance = { drives = 1 }\n", ':2: [commands] "advance": '),
+        ('\n[commands."go far"]\ndrive = 0\n', ':2: [commands] "go far": `drive` is 0'),
+        ('[states.menu]\n\n"back" = [{ }]\n', ':3: [states.menu] "back": does nothing'),
+        ('[commands]\n"a.b" = 3\n', ':2: [commands] "a.b": Expected'),
+    ],
+)
+def test_a_wrong_command_is_told_with_its_line(tmp_path: Path, text: str, told: str) -> None:
+    path = tmp_path / "voz.toml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        load_config(path)
+    assert str(caught.value).startswith(f"{path}{told}")
+
+
+def test_own_commands_stand_beside_those_of_voz_and_stop_is_never_missed(tmp_path: Path) -> None:
+    path = tmp_path / "voz.toml"
+    path.write_text('[commands]\n"para" = "stop"\n"go back" = { drive = -0.3 }\n')
+    config = overridden(load_config(path), {})
+    assert config.table.steps("go back") == (Step(drive=-0.3),)
+    assert config.table.steps("go forward") == (Step(drive=0.1),)
+    assert config.recognition.never_missed == ("stop", "para")

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
+from msgspec.structs import replace
 
+from voz.control.steps import Command
+from voz.control.table import CommandTable, command_table
 from voz.errors import ConfigError
 from voz.files import FEW_BYTES, read_text
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
@@ -214,6 +219,8 @@ class Config(Section, frozen=True, kw_only=True):
         lm: folder of the language files; None looks for `lm/` here, then in the package.
         robot: who receives the motion, by the names in `voz.robot.kinds`.
         own: settings of the user's own robots, by their modules: the arguments of their classes.
+        commands: what each command does, beside or in place of what voz's own commands do.
+        states: other sets of commands, by the name that the step `state` switches to.
     """
 
     lm: str | None = None
@@ -226,6 +233,42 @@ class Config(Section, frozen=True, kw_only=True):
     ros1: Ros1 = Ros1()
     ros2: Ros2 = Ros2()
     own: dict[str, dict[str, Any]] = {}
+    commands: dict[str, Command] = {}
+    states: dict[str, dict[str, Command]] = {}
+
+    @property
+    def table(self) -> CommandTable:
+        """What each command does, with those that voz brings.
+
+        Raises:
+            ConfigError: with it the robot might not stop, or it contradicts itself.
+        """
+        return command_table({**_brought(), **self.commands}, self.states)
+
+
+USUAL_COMMANDS = Path(__file__).parent / "control" / "commands.toml"
+"""What the commands do that voz brings, as a user would write it."""
+
+
+@cache
+def usual_commands() -> CommandTable:
+    """What the commands do that voz brings."""
+    return Config().table
+
+
+@cache
+def _brought() -> dict[str, Command]:
+    return load_config(USUAL_COMMANDS).commands
+
+
+def never_missing_a_stop(config: Config) -> Config:
+    """Let the commands that stop the robot be among those that are not missed.
+
+    Raises:
+        ConfigError: the table of commands cannot be used.
+    """
+    names = dict.fromkeys([*config.recognition.never_missed, *sorted(config.table.stops)])
+    return replace(config, recognition=replace(config.recognition, never_missed=tuple(names)))
 
 
 def load_config(path: Path) -> Config:
@@ -242,7 +285,9 @@ def load_config(path: Path) -> Config:
     """
     text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", FEW_BYTES)
     try:
-        return msgspec.convert(tomllib.loads(text), Config)
+        settings = tomllib.loads(text)
+        _check_commands(settings, text, path)
+        return msgspec.convert(settings, Config)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     except RecursionError:
@@ -251,6 +296,29 @@ def load_config(path: Path) -> Config:
         raise ConfigError(f"{path}: {error}; the README lists the settings") from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long; shorten it") from None
+
+
+def _check_commands(settings: dict[str, Any], text: str, path: Path) -> None:
+    """Refuse a command that is wrong in itself; msgspec would leave out its name and line."""
+    states = settings.get("states", {})
+    tables = {"commands": settings.get("commands", {})}
+    if isinstance(states, dict):
+        tables |= {f"states.{name}": table for name, table in states.items()}
+    for table, commands in tables.items():
+        for name, command in commands.items() if isinstance(commands, dict) else ():
+            try:
+                msgspec.convert(command, Command)
+            except msgspec.ValidationError as error:
+                why = str(error).partition(" - at `$`")[0]
+                where = f"{path}{_line_of(name, text)}"
+                raise ConfigError(f'{where}: [{table}] "{name}": {why}') from error
+
+
+def _line_of(name: str, text: str) -> str:
+    """Find where a command stands; empty if it is written in an unusual way."""
+    quoted = rf"""["']?{re.escape(name)}["']?"""
+    found = re.search(rf"^\s*({quoted}\s*[.=]|\[+[^\n]*{quoted}\s*\])", text, re.MULTILINE)
+    return f":{text.count(chr(10), 0, found.end()) + 1}" if found else ""
 
 
 def overridden(config: Config, options: dict[str, Any]) -> Config:
@@ -270,6 +338,6 @@ def overridden(config: Config, options: dict[str, Any]) -> Config:
         elif value is not None:
             settings[name] = value
     try:
-        return msgspec.convert(settings, Config)
+        return never_missing_a_stop(msgspec.convert(settings, Config))
     except msgspec.ValidationError as error:
         raise ConfigError(f"an option cannot be used: {error}; see --help") from error

@@ -23,7 +23,7 @@ Reason = Literal[
 ]
 """Why an utterance is not accepted; `unsure_between` comes with two commands."""
 
-Ignored = Literal["not_listening", "robot_speaking", "too_late"]
+Ignored = Literal["not_listening", "robot_speaking", "too_late", "not_now", "nothing_asked"]
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
@@ -64,6 +64,8 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         above: how far it stood out of the room, dB; None for typed text.
         ears: what pocketsphinx and the network make of it, each alone; None where one is missing.
         refused_by: which of them was not convinced, if it is not accepted.
+        command: the name of the command, where it is not the text itself.
+        slots: what was said in the slots of the command, by their names.
     """
 
     t: float
@@ -81,9 +83,16 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
     above: float | None = None
     ears: tuple[Ear, Ear] | None = None
     refused_by: RefusedBy | None = None
+    command: str | None = None
+    slots: dict[str, str | float] = {}
+
+    @property
+    def name(self) -> str:
+        """The name of the command."""
+        return self.command or self.text
 
 
-class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
+class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial", omit_defaults=True):
     """A command that seems to have been said; an utterance that settles what it was follows.
 
     Attributes:
@@ -91,11 +100,18 @@ class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial"):
         text: the command.
         confidence: how sure it is, if nothing else was said around it, 0 to 1; while the sound
             around it goes on, only how well it fits.
+        command: the name of the command, where it is not the text itself.
     """
 
     t: float
     text: str
     confidence: float
+    command: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the command."""
+        return self.command or self.text
 
 
 class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
@@ -126,6 +142,52 @@ class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
     text: str
 
 
+class Publish(msgspec.Struct, frozen=True, tag_field="type", tag="publish"):
+    """A value for a topic of the user's own."""
+
+    t: float
+    topic: str
+    value: bool | int | float | str
+
+
+class Play(msgspec.Struct, frozen=True, tag_field="type", tag="play"):
+    """A sound that the robot plays: a name of voz's own, or a file."""
+
+    t: float
+    sound: str
+
+
+class Run(msgspec.Struct, frozen=True, tag_field="type", tag="run", omit_defaults=True):
+    """A program that is started: it and its arguments, and how long it may take, s."""
+
+    t: float
+    program: tuple[str, ...]
+    seconds: float | None = None
+
+
+class Call(msgspec.Struct, frozen=True, tag_field="type", tag="call", omit_defaults=True):
+    """A function in Python that is called, `module:function`, and how long it may take, s."""
+
+    t: float
+    function: str
+    arguments: tuple[str | float, ...] = ()
+    seconds: float | None = None
+
+
+class Ended(msgspec.Struct, frozen=True, tag_field="type", tag="ended", omit_defaults=True):
+    """The end of a program or a function.
+
+    Attributes:
+        t: when it was noticed, s.
+        name: the program or function.
+        problem: why it did not end well; empty if it did.
+    """
+
+    t: float
+    name: str
+    problem: str = ""
+
+
 class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning", omit_defaults=True):
     """Something the user should know that does not end the run.
 
@@ -140,7 +202,19 @@ class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning", omit
     good: bool = False
 
 
-Event: TypeAlias = Utterance | Partial | Twist | SelectedObject | Reply | Warning
+Event: TypeAlias = (
+    Utterance
+    | Partial
+    | Twist
+    | SelectedObject
+    | Publish
+    | Reply
+    | Play
+    | Run
+    | Call
+    | Ended
+    | Warning
+)
 
 Receiver: TypeAlias = Callable[[Event], None]
 """What is called with every event of a run, in order."""
@@ -159,6 +233,8 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
     "not_listening": 'say "start speech" first',
     "robot_speaking": "the robot was speaking",
     "too_late": "it came too late",
+    "not_now": "it has no meaning now",
+    "nothing_asked": "nothing was asked",
 }
 
 

@@ -6,9 +6,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.control.controller import COMMANDS, OBJECTS, STARTED, STOPPED, Mode, State, obey
+from voz.config import Config, Safety, usual_commands
+from voz.control.controller import Command, Outcome, State, go_on
+from voz.control.controller import obey as obeyed
+from voz.control.motion import Mode, Motion
+from voz.control.steps import Step
+from voz.control.table import USUAL
+from voz.events import Call, Play, Publish, Reply, Run, SelectedObject, Warning
+
+TABLE = usual_commands()
+COMMANDS = tuple(TABLE.sets[USUAL])
+STARTED, STOPPED = TABLE.replies
+OBJECTS = {"point beer": 1, "point cocacola": 2, "fold arm": 100}
+BARE = Safety(enabled=False)
+MOVING = State(listening=True, motion=Motion(linear=100))
 
 commands = st.lists(st.sampled_from([*COMMANDS, "open the door"]), max_size=60)
+
+
+def obey(state: State, command: str) -> Outcome:
+    return obeyed(state, Command(command), TABLE, BARE)
 
 
 def drive(*spoken: str) -> State:
@@ -19,7 +36,7 @@ def drive(*spoken: str) -> State:
 
 
 def velocities(*spoken: str) -> tuple[float, float]:
-    return drive(*spoken).velocities()
+    return drive(*spoken).motion.velocities()
 
 
 class Original:
@@ -84,7 +101,9 @@ def test_the_rules_move_as_the_original_program_did(spoken: list[str]) -> None:
     for command in spoken:
         state = obey(state, command).state
         original.hear(command)
-        assert state.velocities() == pytest.approx((original.linear, original.angular), abs=1e-3)
+        assert state.motion.velocities() == pytest.approx(
+            (original.linear, original.angular), abs=1e-3
+        )
         assert state.listening == original.listening
 
 
@@ -103,30 +122,28 @@ def test_stop_stops(spoken: list[str]) -> None:
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c != "start speech"])
 def test_nothing_is_obeyed_before_start_speech(command: str) -> None:
-    assert obey(State(), command) == (State(), None, None, False)
+    assert obey(State(), command) == (State(), (), False, "not_listening")
 
 
 def test_an_unknown_sentence_changes_nothing() -> None:
-    state = State(listening=True, linear=2)
-    assert obey(state, "open the door") == (state, None, None, state.listening)
+    assert obey(MOVING, "open the door") == (MOVING, (), True, None)
 
 
 def test_start_and_stop_speech_reply_once_each() -> None:
     state, replies = State(), []
     for command in ["stop speech", "start speech", "start speech", "stop speech", "stop speech"]:
-        state, _, reply, _ = obey(state, command)
-        replies.append(reply)
-    assert replies == [None, STARTED, None, STOPPED, None]
+        state, events, _, _ = obey(state, command)
+        replies.append(events)
+    assert replies == [(), (Reply(0, STARTED),), (), (Reply(0, STOPPED),), ()]
 
 
 @pytest.mark.parametrize(("command", "value"), OBJECTS.items())
 def test_an_object_is_selected_once_and_the_motion_goes_on(command: str, value: int) -> None:
-    moving = State(listening=True, linear=2)
-    assert obey(moving, command) == (moving, value, None, True)
+    assert obey(MOVING, command) == (MOVING, (SelectedObject(0, value),), True, None)
 
 
 def test_stop_keeps_the_mode() -> None:
-    assert drive("rotate left", "stop").mode is Mode.ROTATING
+    assert drive("rotate left", "stop").motion.mode is Mode.ROTATING
 
 
 @pytest.mark.parametrize(
@@ -155,3 +172,74 @@ def test_stop_keeps_the_mode() -> None:
 )
 def test_the_table(spoken: list[str], expected: tuple[float, float]) -> None:
     assert velocities(*spoken) == expected
+
+
+LAMPS = Config(
+    commands={
+        "light": Step(publish=True, topic="lamp", say="it is light"),
+        "knife": Step(publish="knife", topic="bring", confirm="the knife?"),
+        "drive on": (Step(drive=0.1, confirm=True), Step(say="here I go")),
+        "yes": Step(answer=True, say="well"),
+        "no": Step(answer=False),
+        "menu": Step(state="menu"),
+        "tea": Step(run=("echo", "{cups}"), seconds=2, play="backing-up"),
+    },
+    states={"menu": {"coffee": Step(call=("bar:coffee", "{cups}")), "back": Step(state="")}},
+).table
+LISTENING = State(listening=True)
+
+
+def say(state: State, name: str, t: float = 0.0, **slots: str | float) -> Outcome:
+    return obeyed(state, Command(name, slots, t), LAMPS, Safety())
+
+
+def test_a_step_publishes_and_speaks() -> None:
+    events = (Publish(1, "lamp", True), Reply(1, "it is light"))
+    assert say(LISTENING, "light", 1) == (LISTENING, events, True, None)
+
+
+def test_a_program_and_a_function_get_the_slots() -> None:
+    assert say(LISTENING, "tea", cups=2.0).events == (
+        Run(0, ("echo", "2"), 2),
+        Play(0, "backing-up"),
+    )
+    menu = say(LISTENING, "menu").state
+    assert say(menu, "coffee", cups=2.0).events == (Call(0, "bar:coffee", (2.0,)),)
+
+
+def test_a_slot_that_was_not_said_is_a_warning_and_nothing_is_done() -> None:
+    outcome = say(LISTENING, "tea")
+    assert not outcome.obeyed
+    assert outcome.state == LISTENING
+    assert outcome.events == (Warning(0, '"tea" cannot be done: nothing was said for {cups}'),)
+
+
+def test_each_state_has_its_own_commands_and_what_stops_is_in_all() -> None:
+    menu = say(MOVING, "menu").state
+    assert menu.motion == MOVING.motion
+    assert say(menu, "go back") == (menu, (), False, "not_now")
+    assert not say(menu, "stop").state.moving
+    assert say(menu, "stop").state.commands == "menu"
+    assert say(menu, "back").state == MOVING
+    assert say(menu, "stop speech").state == State()
+
+
+def test_what_is_to_be_confirmed_waits_for_a_yes() -> None:
+    asked = say(LISTENING, "drive on", 1)
+    assert asked.events == (Reply(1, "drive on?"),)
+    assert not asked.state.moving
+    done = say(asked.state, "yes", 2)
+    assert done.events == (Reply(2, "well"), Reply(2, "here I go"))
+    assert done.state.motion.velocities() == (0.1, 0)
+    assert say(done.state, "yes", 3).ignored == "nothing_asked"
+
+
+def test_a_no_another_command_or_silence_takes_it_back() -> None:
+    asked = say(LISTENING, "knife", 1)
+    assert asked.events == (Reply(1, "the knife?"),)
+    assert say(asked.state, "no", 2) == (LISTENING, (), True, None)
+    assert say(say(asked.state, "light", 2).state, "yes", 3).ignored == "nothing_asked"
+    assert say(asked.state, "yes", 12).ignored == "nothing_asked"
+    assert go_on(asked.state, 11, Safety()) == (asked.state, (), True, None)
+    told = Warning(11.1, 'no answer: "knife" is not done')
+    assert go_on(asked.state, 11.1, Safety()) == (LISTENING, (told,), True, None)

@@ -3,13 +3,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
-from driving import speak, type_lines
+from driving import COMMANDS, speak, type_lines
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.config import Simulator
-from voz.control.controller import COMMANDS
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip

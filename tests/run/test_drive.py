@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.config import Safety
-from voz.control.controller import OBJECTS, RULES
+from voz.config import Safety, usual_commands
+from voz.control.table import USUAL
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.run.drive import Controller
 
-COMMANDS = [*RULES, *OBJECTS, "start speech", "stop speech"]
+COMMANDS = sorted(usual_commands().sets[USUAL])
 STOPPING = ("stop", "stop speech")
 
 

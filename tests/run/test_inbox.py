@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Partial, Utterance, Warning
-from voz.run.inbox import MOST_WAITING, End, Halt, Inbox, Message, Taken, stops
+from voz.run.inbox import MOST_WAITING, End, Halt, Inbox, Message, Taken
 
 
 def said(text: str, accepted: bool = True) -> Utterance:
@@ -32,7 +32,7 @@ def all_of(inbox: Inbox) -> list[Taken]:
 
 @pytest.mark.parametrize("message", STOPPING)
 def test_what_stops_overtakes_what_waits_and_that_is_known_of_it(message: Message) -> None:
-    inbox = Inbox()
+    inbox = Inbox({"stop", "stop speech"})
     for one in (said("go back"), message, said("go forward")):
         inbox.put(one)
     assert all_of(inbox) == [
@@ -44,12 +44,12 @@ def test_what_stops_overtakes_what_waits_and_that_is_known_of_it(message: Messag
 
 @given(st.lists(st.sampled_from([*ORDINARY, *STOPPING])))
 def test_each_message_is_taken_once_and_stops_first(messages: list[Message]) -> None:
-    inbox = Inbox()
+    inbox = Inbox({"stop", "stop speech"})
     for message in messages:
         inbox.put(message)
     taken = [one.message for one in all_of(inbox)]
-    first = [message for message in messages if stops(message)]
-    rest = [message for message in messages if not stops(message)]
+    first = [message for message in messages if message in STOPPING]
+    rest = [message for message in messages if message not in STOPPING]
     kept = [m for n, m in enumerate(first) if n < MOST_WAITING or m == End()]
     assert taken == kept + rest[:MOST_WAITING]
     assert inbox.dropped == len(messages) - len(taken)
@@ -59,21 +59,21 @@ def test_each_message_is_taken_once_and_stops_first(messages: list[Message]) -> 
 def test_what_was_said_before_a_stop_is_known_to_be_even_if_that_was_dropped(
     messages: list[Message],
 ) -> None:
-    inbox = Inbox()
+    inbox = Inbox({"stop", "stop speech"})
     for message in messages:
         inbox.put(message)
-    places = [n for n, message in enumerate(messages) if stops(message)]
-    usual = [n for n, message in enumerate(messages) if not stops(message)][:MOST_WAITING]
-    taken = [one for one in all_of(inbox) if not stops(one.message)]
+    places = [n for n, message in enumerate(messages) if message in STOPPING]
+    usual = [n for n, message in enumerate(messages) if message not in STOPPING][:MOST_WAITING]
+    taken = [one for one in all_of(inbox) if one.message not in STOPPING]
     assert [one.overtaken for one in taken] == [n < max(places, default=-1) for n in usual]
 
 
 def test_nothing_is_taken_where_nothing_is() -> None:
-    assert Inbox().take(0.01) is None
+    assert Inbox({"stop", "stop speech"}).take(0.01) is None
 
 
 def test_a_flood_from_many_threads_is_cut_and_counted() -> None:
-    inbox = Inbox()
+    inbox = Inbox({"stop", "stop speech"})
 
     def flood() -> None:
         for number in range(2000):
@@ -104,7 +104,7 @@ def alarms(handler: object) -> Iterator[None]:
 
 
 def test_signals_may_put_messages_in_the_midst_of_any_call() -> None:
-    inbox = Inbox()
+    inbox = Inbox({"stop", "stop speech"})
     put = 0
 
     def handler(*_: object) -> None:

@@ -7,13 +7,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
-from driving import COMMANDS, speak, type_lines
+from driving import COMMANDS, STARTED, STOPPED, speak, type_lines
 from hypothesis import given
 from hypothesis import strategies as st
 from recordings import FIXTURES, Recording
 
 from voz.config import Safety
-from voz.control.controller import STARTED, STOPPED
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 

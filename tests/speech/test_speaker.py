@@ -18,11 +18,12 @@ from programs import wait_until
 
 from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixing import RATE
-from voz.control.controller import REPLIES
+from voz.config import usual_commands
 from voz.speech import festival
 from voz.speech.festival import cached, is_cached
 from voz.speech.speaker import LONGEST_QUEUE, Speaker
 
+REPLIES = usual_commands().replies
 KAL = "kal_diphone"
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeAlias
 
 from voz.cli.terminal import tell, warn
+from voz.control.bound import Place
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning
 
@@ -69,11 +70,13 @@ class Robots(NamedTuple):
         receivers: what takes the events.
         troubles: tells of each robot, by its name, why it is lost; none without a clock.
         view: the simulated room, for a terminal.
+        odometry: tells where the simulated robot is at a time of the run, s.
     """
 
     receivers: list[Receiver]
     troubles: Troubles
     view: RoomView | None
+    odometry: Callable[[float], Place | None] = lambda _: None
 
 
 @contextmanager
@@ -102,7 +105,24 @@ def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> 
             receivers.append(view.receive)
         if CONSOLE not in plan.names and not displayed:
             receivers.append(_tell_warnings)
-        yield Robots(receivers, troubles, view)
+        yield Robots(receivers, troubles, view, _odometry(robots))
+
+
+def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
+    """What tells where the robot is: known of the simulated one."""
+    simulator = robots.get(SIMULATOR)
+    if simulator is None:
+        return lambda _: None
+    from voz.robot.simulator import SimulatedRobot
+
+    assert isinstance(simulator, SimulatedRobot)
+    state_at = simulator.state_at
+
+    def place(t: float) -> Place:
+        pose = state_at(t).pose
+        return pose.x, pose.y, pose.heading
+
+    return place
 
 
 def _above_the_drawing(plan: Plan) -> TextIO:

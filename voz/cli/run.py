@@ -53,12 +53,26 @@ def run(options: Running) -> None:
             parts.enter_context(unblocked_output())
         plan = _plan(options, settings)
         language = options.language(settings)
+        options.listening = _listening(options, settings, language)
         if options.live:
             _run_live(options, settings, plan, language, parts)
         else:
             _run_by_files(options, settings, plan, language, parts, unreadable)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
+
+
+def _listening(options: Running, settings: Config, language: LanguageFiles) -> bool:
+    """Whether commands are obeyed from the start; refuses a list that drives and cannot stop."""
+    from voz.control.table import check_commands
+    from voz.language.files import read_sentences
+
+    table, names = settings.table, read_sentences(language)
+    check_commands(table, names, str(language.sentences))
+    if options.listening or not table.starts.isdisjoint(names):
+        return options.listening
+    tell("no command of the list begins the listening: commands are obeyed from the start")
+    return True
 
 
 def _has_a_clock(options: Running, settings: Config) -> bool:
@@ -101,7 +115,7 @@ def _run_live(
 
     microphone = choose(options.device, WITHOUT).name
     recognizer = parts.enter_context(_recognizer(options, settings, language, microphone))
-    inbox = Inbox()
+    inbox = Inbox(settings.table.halts)
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
     seat = Seat(
         options.device,
@@ -111,6 +125,7 @@ def _run_live(
         options.record,
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,
+        robots.odometry,
     )
     commands = read_sentences(language)
     run_live(robots.receivers, robots.troubles, settings, recognizer, commands, inbox, seat)

@@ -1,34 +1,48 @@
-"""The robot's command rules: a pure state machine with no I/O and no clock.
+"""What an obeyed command does to the robot: a pure state machine, with time as an argument.
 
-`RULES` is the command table of the README, line by line. These are the bare rules of the original
-program; `voz.control.safety` stands between them and a robot that runs away.
+The table of commands (`voz.control.table`) says what each does, the motion's own rules are in
+`voz.control.motion`, and `voz.control.safety` stands between them and a robot that runs away.
 """
 
 from __future__ import annotations
 
-import enum
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple, TypeAlias
 
 import msgspec
 from msgspec.structs import replace
 
-STEPS_PER_UNIT = 20
-"""Velocities are counted in whole steps of 1/20 m/s and rad/s: 0.05 leaves no float residue."""
+from voz.config import Safety
+from voz.control.bound import Bound, Place, begun, gone_on, reached
+from voz.control.motion import Motion, halt, moved
+from voz.control.safety import secured
+from voz.control.steps import Step, filled
+from voz.control.table import USUAL, CommandTable, Steps, is_selection
+from voz.events import Call, Event, Ignored, Play, Publish, Reply, Run, SelectedObject, Warning
 
-ONCE = 1
-"""The step of `speed up` and `slow down`: 0.05 m/s or rad/s."""
+ANSWER_TIME = 10.0
+"""How long an answer is waited for, s."""
 
-TWICE = 2
-"""The step of every other command: 0.1 m/s or rad/s."""
+Slots: TypeAlias = Mapping[str, str | float]
+
+NO_SLOTS: Slots = MappingProxyType({})
 
 
-class Mode(enum.Enum):
-    """Whether the last change of direction was a turn on the way or a rotation on the spot."""
+class Command(NamedTuple):
+    """What was said: the command's name, what its slots hold, and when, s."""
 
-    NONE = "none"
-    TURNING = "turning"
-    ROTATING = "rotating"
+    name: str
+    slots: Slots = NO_SLOTS
+    t: float = 0.0
+
+
+class Asked(msgspec.Struct, frozen=True):
+    """A command that waits for a yes: what it would do, and until when, s."""
+
+    name: str
+    steps: Steps
+    until: float
 
 
 class State(msgspec.Struct, frozen=True):
@@ -36,121 +50,205 @@ class State(msgspec.Struct, frozen=True):
 
     Attributes:
         listening: whether commands are obeyed.
-        linear: forward velocity in steps of 0.05 m/s.
-        angular: turning velocity to the left in steps of 0.05 rad/s.
-        mode: turning, rotating or neither.
+        motion: the velocities.
+        commands: the set of commands in use, of the table.
+        bound: the motion under way, if it ends by itself.
+        to_do: the steps after it.
+        asked: what waits for a yes.
+        last_moved: the steps of the last command that moved the robot.
     """
 
     listening: bool = False
-    linear: int = 0
-    angular: int = 0
-    mode: Mode = Mode.NONE
+    motion: Motion = Motion()
+    commands: str = USUAL
+    bound: Bound | None = None
+    to_do: Steps = ()
+    asked: Asked | None = None
+    last_moved: Steps = ()
 
     @property
     def moving(self) -> bool:
-        """Whether any velocity is not 0."""
-        return bool(self.linear or self.angular)
-
-    def velocities(self) -> tuple[float, float]:
-        """The linear (m/s) and angular (rad/s) velocity, exact multiples of 0.05."""
-        return self.linear / STEPS_PER_UNIT, self.angular / STEPS_PER_UNIT
+        """Whether any velocity is not 0, or will not be without another command."""
+        return self.motion.moving or bool(self.to_do)
 
 
 class Outcome(NamedTuple):
-    """What one command did: the new state, and what goes out once because of it.
+    """What a command or the time did.
 
-    `obeyed` is False for a command that was ignored, as all but one are while not listening.
+    Attributes:
+        state: the state after it.
+        events: what goes out once because of it.
+        obeyed: False for a command that was ignored.
+        ignored: why it was.
     """
 
     state: State
-    selected_object: int | None = None
-    reply: str | None = None
+    events: tuple[Event, ...] = ()
     obeyed: bool = True
+    ignored: Ignored | None = None
 
 
-def halt(state: State) -> State:
-    """Both velocities 0; the mode stays."""
-    return replace(state, linear=0, angular=0)
+def at_rest(state: State) -> State:
+    """Both velocities 0, and nothing is to follow; the listening stays."""
+    return replace(state, motion=halt(state.motion), bound=None, to_do=(), asked=None)
 
 
-def go(state: State, linear: int) -> State:
-    """Drive straight with a new linear velocity."""
-    return replace(state, linear=linear, angular=0)
-
-
-def turn(state: State, side: int) -> State:
-    """Turn to a side (1 left, -1 right) while driving on; a turn to that side gets tighter."""
-    if state.angular * side <= 0 or state.mode is Mode.ROTATING:
-        return replace(state, angular=TWICE * side, mode=Mode.TURNING)
-    return replace(state, angular=state.angular + TWICE * side)
-
-
-def rotate(state: State, side: int) -> State:
-    """Rotate on the spot to a side (1 left, -1 right)."""
-    if state.angular * side <= 0 or state.mode is Mode.TURNING:
-        return replace(state, linear=0, angular=TWICE * side, mode=Mode.ROTATING)
-    return replace(state, linear=0)
-
-
-def speed_up(state: State) -> State:
-    """Move the velocity in use 0.05 away from 0."""
-    if state.linear:
-        return replace(state, linear=state.linear + (ONCE if state.linear > 0 else -ONCE))
-    if state.mode is Mode.ROTATING:
-        return replace(state, angular=state.angular + (ONCE if state.angular > 0 else -ONCE))
-    return state
-
-
-def slow_down(state: State) -> State:
-    """Move the velocity in use 0.05 towards 0, and from 0 on to the other side."""
-    if state.linear:
-        return replace(state, linear=state.linear - (ONCE if state.linear > 0 else -ONCE))
-    if state.mode is Mode.ROTATING:
-        return replace(state, angular=state.angular - (ONCE if state.angular > 0 else -ONCE))
-    return state
-
-
-RULES: Mapping[str, Callable[[State], State]] = {
-    "stop": halt,
-    "go forward": lambda state: go(state, TWICE),
-    "go back": lambda state: go(state, -TWICE),
-    "turn left": lambda state: turn(state, 1),
-    "turn right": lambda state: turn(state, -1),
-    "rotate left": lambda state: rotate(state, 1),
-    "rotate right": lambda state: rotate(state, -1),
-    "speed up": speed_up,
-    "slow down": slow_down,
-}
-"""What each motion command does while listening."""
-
-OBJECTS: Mapping[str, int] = {"point beer": 1, "point cocacola": 2, "fold arm": 100}
-"""What each object command publishes on `selected_object` while listening."""
-
-COMMANDS = (*RULES, *OBJECTS, "start speech", "stop speech")
-"""All that it knows: the list that comes with voz, in another order."""
-
-STARTED = "bep bep. I am listening you"
-STOPPED = "bep bep. I stop listening"
-REPLIES = (STARTED, STOPPED)
-
-
-def obey(state: State, command: str) -> Outcome:
-    """Apply one command by the bare rules.
+def obey(
+    state: State,
+    command: Command,
+    table: CommandTable,
+    safety: Safety,
+    place: Place | None = None,
+) -> Outcome:
+    """Apply one command.
 
     Args:
         state: the state before it.
-        command: a sentence in lower case; one that has no rule changes nothing.
+        command: one that has no line in the table changes nothing.
+        table: what each command does.
+        safety: the limits; with `enabled` False the bare rules.
+        place: where odometry has the robot.
 
     Returns:
-        The state after it, the object to select and the reply to say, if any, and whether it was
-        obeyed.
+        The state after it, and what goes out.
     """
-    if command == "start speech":
-        return Outcome(replace(state, listening=True), reply=None if state.listening else STARTED)
-    if not state.listening:
-        return Outcome(state, obeyed=False)
-    if command == "stop speech":
-        return Outcome(replace(state, listening=False), reply=STOPPED)
-    if command in RULES:
-        return Outcome(RULES[command](state))
-    return Outcome(state, selected_object=OBJECTS.get(command))
+    name = command.name
+    steps = table.steps(name, state.commands)
+    if not state.listening and name not in table.starts:
+        if safety.enabled and name in table.halts:  # S1, S2
+            return Outcome(at_rest(state))
+        return Outcome(state, obeyed=False, ignored="not_listening")
+    if steps is None and state.commands != USUAL:
+        return Outcome(state, obeyed=False, ignored="not_now")
+    try:
+        steps = tuple(filled(step, command.slots) for step in steps or ())
+    except ValueError as error:
+        return _refused(state, command, str(error))
+    if steps and steps[0].confirm:
+        return _ask(state, command, steps)
+    return _do(state, command, steps, safety, place)
+
+
+def go_on(state: State, t: float, safety: Safety, place: Place | None = None) -> Outcome:
+    """Let time pass: a bounded motion ends, what follows begins, a question expires.
+
+    Args:
+        state: the state before it.
+        t: the time, s.
+        safety: the limits.
+        place: where odometry has the robot.
+    """
+    if state.asked and t > state.asked.until:
+        told = Warning(t, f'no answer: "{state.asked.name}" is not done')
+        return Outcome(replace(state, asked=None), (told,))
+    if state.bound is None:
+        return Outcome(state)
+    bound = gone_on(state.bound, state.motion, t, place)
+    if not reached(bound, state.motion):
+        return Outcome(replace(state, bound=bound))
+    rested = replace(state, motion=halt(state.motion), bound=None, to_do=())
+    return _take(rested, state.to_do, t, safety, place)
+
+
+def _do(
+    state: State, command: Command, steps: Steps, safety: Safety, place: Place | None
+) -> Outcome:
+    """Take the steps of a command that is obeyed."""
+    first = steps[0] if steps else None
+    if first and first.answer is not None:
+        return _answer(state, command, first, safety, place)
+    state = replace(state, asked=None)
+    if first and first.again:
+        if not state.last_moved:
+            return _refused(state, command, "nothing has moved yet")
+        steps = (*state.last_moved, *steps[1:])
+    if any(step.moves for step in steps):
+        state = replace(state, last_moved=steps)
+    if any(step.stop or step.drives for step in steps):
+        state = _without_bound(state)
+    return _take(state, steps, command.t, safety, place)
+
+
+def _without_bound(state: State) -> State:
+    """End a motion that would have ended by itself: it must not go on for ever as another's."""
+    if state.bound is None:
+        return state
+    return replace(state, motion=halt(state.motion), bound=None, to_do=())
+
+
+def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | None) -> Outcome:
+    """Take steps one after the other, up to a motion that ends by itself."""
+    events: list[Event] = []
+    for number, step in enumerate(steps):
+        before = state
+        motion = secured(step, before.motion, moved(before.motion, step), safety)
+        state = replace(state, motion=motion, **_changed(step))
+        if step.slower is not None and not motion.moving:
+            state = at_rest(state)
+        if step.listen is None or state.listening != before.listening:
+            events += _events(step, t)
+        if step.bounded:
+            left = steps[number + 1 :]
+            return Outcome(replace(state, bound=begun(step, t, place), to_do=left), tuple(events))
+    return Outcome(state, tuple(events))
+
+
+def _changed(step: Step) -> dict[str, object]:
+    """What a step says of the state besides the velocities."""
+    changed: dict[str, object] = {}
+    if step.listen is not None:
+        changed["listening"] = step.listen
+    if step.listen is False:
+        changed |= {"bound": None, "to_do": (), "commands": USUAL}
+    if step.state is not None:
+        changed["commands"] = step.state
+    return changed
+
+
+def _events(step: Step, t: float) -> list[Event]:
+    """What goes out because of a step."""
+    events: list[Event] = []
+    if is_selection(step) and isinstance(step.publish, int):
+        events.append(SelectedObject(t, step.publish))
+    elif step.publish is not None and step.topic is not None:
+        events.append(Publish(t, step.topic, step.publish))
+    seconds = None if step.seconds is None else float(step.seconds)
+    if step.run:
+        events.append(Run(t, step.run, seconds))
+    if step.call:
+        function, *arguments = step.call
+        events.append(Call(t, str(function), tuple(arguments), seconds))
+    if step.play:
+        events.append(Play(t, step.play))
+    if step.say:
+        events.append(Reply(t, step.say))
+    return events
+
+
+def _ask(state: State, command: Command, steps: Steps) -> Outcome:
+    """Ask before anything is done; another command before the answer takes it back."""
+    question = steps[0].confirm
+    said = question if isinstance(question, str) else f"{command.name}?"
+    sure = (replace(steps[0], confirm=False), *steps[1:])
+    asked = Asked(command.name, sure, command.t + ANSWER_TIME)
+    return Outcome(replace(state, asked=asked), (Reply(command.t, said),))
+
+
+def _answer(
+    state: State, command: Command, answer: Step, safety: Safety, place: Place | None
+) -> Outcome:
+    """Do what was asked, or leave it."""
+    asked = state.asked
+    if asked is None or command.t > asked.until:
+        return Outcome(replace(state, asked=None), obeyed=False, ignored="nothing_asked")
+    state = replace(state, asked=None)
+    said = _events(answer, command.t)
+    if not answer.answer:
+        return Outcome(state, tuple(said))
+    done = _do(state, Command(asked.name, NO_SLOTS, command.t), asked.steps, safety, place)
+    return done._replace(events=(*said, *done.events))
+
+
+def _refused(state: State, command: Command, why: str) -> Outcome:
+    told = Warning(command.t, f'"{command.name}" cannot be done: {why}')
+    return Outcome(state, (told,), obeyed=False)

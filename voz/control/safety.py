@@ -1,8 +1,9 @@
 """What the command rules alone would let go wrong (the safety table of the README).
 
-S1 to S4 look at one command: the state before it and the state the bare rules gave. S6 looks at
-the time since the last command, S7 at the end of the program. S5 (hearing is lost) belongs to the
-live microphone.
+S1 to S4 look at one command: the velocities before it and those that the bare rules gave. S6 looks
+at the time since the last command, S7 at the end of the program. S5 (hearing is lost) belongs to
+the live microphone. That a command stops at all, whatever the table says, is checked in
+`voz.control.table`.
 """
 
 from __future__ import annotations
@@ -13,27 +14,34 @@ from contextlib import contextmanager
 from msgspec.structs import replace
 
 from voz.config import Safety
-from voz.control.controller import STEPS_PER_UNIT, Outcome, State, halt, obey
-
-STOP, STOP_SPEECH = "stop", "stop speech"
-
-STOPPING = (STOP, STOP_SPEECH)
-"""What stops the robot whatever its state: it overtakes all that waits."""
+from voz.control.motion import Motion, halt
+from voz.control.steps import PER_UNIT, Step
 
 
-def stop_always_works(command: str, after: State) -> State:
-    """S1: `stop` works always, listening or not."""
-    return halt(after) if command == STOP else after
+def secured(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:
+    """Apply S2, S3 and S4 to what a step makes of the velocities.
+
+    Args:
+        step: what a command does.
+        before: the velocities before it.
+        after: those of the bare rules.
+        safety: the limits; with `enabled` False nothing changes.
+    """
+    if not safety.enabled:
+        return after
+    after = stop_listening_stops(step, after)
+    after = slower_ends_at_zero(step, before, after)
+    return limited(after, safety.max_linear, safety.max_angular)
 
 
-def stop_speech_stops(command: str, after: State) -> State:
-    """S2: `stop speech` also stops the robot: nobody could stop it afterwards."""
-    return halt(after) if command == STOP_SPEECH else after
+def stop_listening_stops(step: Step, after: Motion) -> Motion:
+    """S2: what ends the listening also stops the robot: nobody could stop it afterwards."""
+    return halt(after) if step.listen is False else after
 
 
-def slow_down_ends_at_zero(command: str, before: State, after: State) -> State:
+def slower_ends_at_zero(step: Step, before: Motion, after: Motion) -> Motion:
     """S3: `slow down` never starts a motion or turns it round."""
-    if command != "slow down":
+    if step.slower is None:
         return after
     return replace(
         after,
@@ -42,9 +50,9 @@ def slow_down_ends_at_zero(command: str, before: State, after: State) -> State:
     )
 
 
-def limited(after: State, max_linear: float, max_angular: float) -> State:
+def limited(after: Motion, max_linear: float, max_angular: float) -> Motion:
     """S4: velocities stay within their limits, in m/s and rad/s."""
-    linear, angular = _whole_steps(max_linear), _whole_steps(max_angular)
+    linear, angular = _whole(max_linear), _whole(max_angular)
     return replace(
         after,
         linear=max(-linear, min(after.linear, linear)),
@@ -52,38 +60,16 @@ def limited(after: State, max_linear: float, max_angular: float) -> State:
     )
 
 
-def obey_safely(state: State, command: str, safety: Safety) -> Outcome:
-    """Apply one command by the rules of `obey`, then by S1 to S4.
-
-    Args:
-        state: the state before it.
-        command: a sentence in lower case.
-        safety: the limits; with `enabled` False this is `obey` itself.
-
-    Returns:
-        The state after it, the object to select and the reply to say, if any, and whether it was
-        obeyed.
-    """
-    outcome = obey(state, command)
-    if not safety.enabled:
-        return outcome
-    after = stop_always_works(command, outcome.state)
-    after = stop_speech_stops(command, after)
-    after = slow_down_ends_at_zero(command, state, after)
-    after = limited(after, safety.max_linear, safety.max_angular)
-    return outcome._replace(state=after, obeyed=outcome.obeyed or command in STOPPING)
-
-
-def motion_has_expired(state: State, silence: float, safety: Safety) -> bool:
+def motion_has_expired(moving: bool, silence: float, safety: Safety) -> bool:
     """S6: whether the robot has moved for too long since the last command.
 
     Args:
-        state: the state now.
+        moving: whether it moves now.
         silence: time since the last command was obeyed, s.
         safety: its `motion_time_limit` is the limit; 0 is none.
     """
     limit = safety.motion_time_limit
-    return safety.enabled and limit > 0 and state.moving and silence >= limit
+    return safety.enabled and limit > 0 and moving and silence >= limit
 
 
 @contextmanager
@@ -99,5 +85,5 @@ def _between_zero_and(before: int, after: int) -> int:
     return max(min(0, before), min(after, max(0, before)))
 
 
-def _whole_steps(velocity: float) -> int:
-    return int(velocity * STEPS_PER_UNIT)
+def _whole(velocity: float) -> int:
+    return int(round(velocity * PER_UNIT, 6))

@@ -8,14 +8,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from voz.control.controller import COMMANDS
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, replaced
 from voz.language import alike
 from voz.language.checks import fingerprint, locked
 from voz.language.commands import MAX_BYTES, CommandList, at_most, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
-from voz.language.files import LanguageFiles
+from voz.language.files import PACKAGED, LanguageFiles, read_sentences
 from voz.language.grammar import jsgf
 from voz.language.letter_to_sound import guess
 from voz.language.lexicon import (
@@ -218,7 +217,8 @@ def _guess_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[
 
 def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
-    if set(parsed.sentences) == set(COMMANDS):  # of the list that comes with voz the README tells
+    brought = read_sentences(LanguageFiles(PACKAGED))
+    if set(parsed.sentences) == set(brought):  # of these the documents tell
         return ()
     if too_many := _too_many(parsed):
         return (too_many,)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from voz.events import Event
+from voz.events import Event, Twist, Utterance
 
 if TYPE_CHECKING:
     from voz.simulation.world import WorldState
@@ -16,12 +16,11 @@ class Robot:
 
     `[own.MODULE]` in voz.toml holds the arguments of a class of a user's in a file `MODULE.py`.
 
-    A robot that only rolls is four lines:
+    A robot that only rolls is three lines; one that does other things has a `command`, too:
 
         class Wheels(Robot):
-            def receive(self, event: Event) -> None:
-                if isinstance(event, Twist):
-                    self.motors.set(event.linear, event.angular)
+            def move(self, linear: float, angular: float) -> None:
+                self.motors.set(linear, angular)
 
     Attributes:
         slow: whether what is no velocity may take long, as an arm that moves. Then `receive` gets
@@ -47,9 +46,29 @@ class Robot:
         Each robot has a thread of its own for this, and one of a user's a process too. If it takes
         too long, only the newest `Twist` is kept for it, and comes first; if it takes more than
         0.35 s it is lost, unless it is `slow` and the event is no `Twist`. An `Utterance` is a
-        command for it if it is `obeyed`; `accepted` only says that it was understood.
+        command for it if it is `obeyed`; `accepted` only says that it was understood. Unless a
+        robot has its own `receive`, it gets those as `command`, and velocities as `move`.
         """
-        raise NotImplementedError
+        if isinstance(event, Twist):
+            self.move(event.linear, event.angular)
+        elif isinstance(event, Utterance) and event.obeyed:
+            self.command(event.name, event.slots)
+
+    def move(self, linear: float, angular: float) -> None:
+        """Hold a velocity; called 10 times a second.
+
+        Args:
+            linear: forward, m/s.
+            angular: turning to the left, rad/s.
+        """
+
+    def command(self, name: str, slots: Mapping[str, str | float]) -> None:
+        """Do what a command says; called when, and only when, it is obeyed.
+
+        Args:
+            name: of the command, as the list of commands has it.
+            slots: what was said in its slots.
+        """
 
     def lost(self) -> str | None:
         """Tell why the robot cannot be reached now; None if it can. Asked after each event (S5)."""

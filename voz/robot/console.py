@@ -4,7 +4,22 @@ from __future__ import annotations
 
 from typing import TextIO
 
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, in_ears, why_not
+from voz.events import (
+    Call,
+    Ended,
+    Event,
+    Partial,
+    Play,
+    Publish,
+    Reply,
+    Run,
+    SelectedObject,
+    Twist,
+    Utterance,
+    Warning,
+    in_ears,
+    why_not,
+)
 from voz.printable import printable
 from voz.robot.base import Robot
 
@@ -50,7 +65,22 @@ def in_words(event: Event) -> str:
         return f"         robot selects object {event.value}"
     if isinstance(event, Reply):
         return f'         robot says "{event.text}"'
-    return event.text if event.good else f"warning: {event.text}"
+    if isinstance(event, Warning):
+        return event.text if event.good else f"warning: {event.text}"
+    return f"         {_done(event)}"
+
+
+def _done(event: Publish | Play | Run | Call | Ended) -> str:
+    """Say what is done besides moving and speaking."""
+    if isinstance(event, Publish):
+        return f"{event.topic}: {event.value}"
+    if isinstance(event, Play):
+        return f"robot plays {event.sound}"
+    if isinstance(event, Run):
+        return f"runs {' '.join(event.program)}"
+    if isinstance(event, Call):
+        return f"calls {event.function}"
+    return f"{event.name} has ended{f': {event.problem}' if event.problem else ''}"
 
 
 def _heard(event: Utterance) -> str:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from voz.control.controller import COMMANDS
+from voz.control.table import CommandTable, is_bound
 from voz.hearing.microphone_thread import SILENT, Silence
 from voz.language.commands import normalise
 from voz.ros1.driving import drive
@@ -18,8 +18,6 @@ from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, typed
-
-"""What has an effect; other strings are logged."""
 
 STALE = 0.35
 """Without a word from a recogniser that tells how it is, s; with the beat, half a second."""
@@ -36,17 +34,21 @@ class RemoteEars:
         source: the topic, with its namespace.
     """
 
-    def __init__(self, topic: str, inbox: Inbox, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, topic: str, table: CommandTable, inbox: Inbox, clock: Callable[[], float]
+    ) -> None:
         """Subscribe to it.
 
         Args:
             topic: of its strings; voz's own tells beside it, on `trouble`, how it is.
+            table: which commands have an effect; other strings are logged.
             inbox: where they go.
             clock: the time of the run, s.
         """
         from rospy import Subscriber
         from std_msgs.msg import String
 
+        self._table = table
         self._inbox = inbox
         self._clock = clock
         self._silence = Silence()
@@ -73,7 +75,7 @@ class RemoteEars:
         text = normalise(message.data[:LONGEST])
         if not text:
             return
-        known, now = text in COMMANDS, self._clock()
+        known, now = is_bound(self._table, text), self._clock()
         if not known and now - self._refused_at < BETWEEN_REFUSED:
             self._inbox.dropped += 1  # whoever floods the topic must not delay a `stop`
             return
@@ -88,10 +90,11 @@ class RemoteEars:
 def control(node: Node) -> None:
     """Drive until the node is ended."""
     settings = read_settings()
-    inbox = Inbox()
+    table = settings.table
+    inbox = Inbox(table.halts)
     clock = WallClock(inbox)
-    ears = RemoteEars(settings.ros1.recognizer_output, inbox, clock.now)
-    with replies(settings.speech, warner(inbox, clock)) as speech:
+    ears = RemoteEars(settings.ros1.recognizer_output, table, inbox, clock.now)
+    with replies(settings.speech, table.replies, warner(inbox, clock)) as speech:
         drive(node, settings, inbox, clock, ears, speech.receivers, says_heard=False)
 
 

@@ -17,7 +17,7 @@ from voz.robot.robots import mailboxes
 from voz.ros1.node import Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
-from voz.run.assembly import Ears, drive_by_clock
+from voz.run.assembly import Ears, drive_by_clock, starting
 from voz.run.clocks import Clock
 from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
@@ -48,16 +48,18 @@ def drive(
         says_heard: whether the node publishes what is obeyed.
     """
     robots = {
-        "ROS": Ros1Robot(settings.ros1, node, says_heard=says_heard),
+        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, settings.table.topics),
         "watchdog": RobotProcess(_order(node, settings), load_rospy().loginfo),
     }
     with ExitStack() as parts:
         boxes = parts.enter_context(mailboxes(robots, lambda line: load_rospy().logwarn(line)))
         log = parts.enter_context(logged(inbox.put))
         node.before_the_end(lambda: inbox.put(End()))
-        receivers = [*(box.receive for box in boxes.values()), *say, log]
+        table = settings.table
+        start = parts.enter_context(starting(table, inbox, clock))
+        receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
-        driven = Controller(receivers, settings.safety, bool(switch("listening")))
+        driven = Controller(receivers, settings.safety, bool(switch("listening")), table)
         drive_by_clock(driven, inbox, clock, troubles, ears)
 
 

@@ -18,10 +18,11 @@ from voz.run.inbox import Inbox
 def listen_and_drive(node: Node) -> None:
     """Drive by the microphone until the node is ended."""
     settings = read_settings()
-    inbox = Inbox()
+    table = settings.table
+    inbox = Inbox(table.halts)
     clock = WallClock(inbox)
     with (
-        replies(settings.speech, warner(inbox, clock)) as speech,
+        replies(settings.speech, table.replies, warner(inbox, clock)) as speech,
         make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
         drive(node, settings, inbox, clock, hearing, speech.receivers, says_heard=True)

@@ -62,7 +62,7 @@ def recognise(node: Node) -> None:
     from std_msgs.msg import String
     from std_srvs.srv import Empty
 
-    inbox = Inbox()
+    inbox = Inbox(read_settings().table.halts)
     clock = WallClock(inbox)
     ears = _Ears(inbox, clock.now)
     ears.start()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -28,18 +28,21 @@ class Replies(NamedTuple):
 
 
 @contextmanager
-def replies(settings: Speech, warn: Callable[[str], None]) -> Iterator[Replies]:
+def replies(
+    settings: Speech, prepared: Sequence[str], warn: Callable[[str], None]
+) -> Iterator[Replies]:
     """Let the replies be said, by `~sound`: `voz`, `ros` or `none`.
 
     Args:
         settings: whose voice, and whether at all.
+        prepared: replies to be rendered beforehand.
         warn: takes what goes wrong, on any thread.
     """
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "ros":
         yield Replies([_replies_on_robotsound(settings.voice)])
         return
-    with speaking(replace(settings, enabled=sound == "voz"), warn) as speaker:
+    with speaking(replace(settings, enabled=sound == "voz"), prepared, warn) as speaker:
         yield Replies(replies_to(speaker), speaker.mixer if speaker else None)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from voz.config import Ros1
-from voz.events import Event, SelectedObject, Twist, Utterance
+from voz.events import Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
 from voz.ros1.node import Node
@@ -28,6 +29,7 @@ class Ros1Robot(Robot):
         node: Node | None = None,
         arguments: Sequence[str] = (),
         says_heard: bool = True,
+        topics: Mapping[str, type] = MappingProxyType({}),
     ) -> None:
         """Prepare to publish.
 
@@ -36,7 +38,10 @@ class Ros1Robot(Robot):
             node: the process's node; None makes one, and ends it in the end.
             arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
             says_heard: whether what is obeyed is published, or comes from that topic.
+            topics: what commands publish besides, by the topic.
         """
+        self._topics = topics
+        self._others: dict[str, Any] = {}
         self._settings = settings
         self._own = node is None
         self._node = node
@@ -60,6 +65,8 @@ class Ros1Robot(Robot):
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
+        for topic, kind in self._topics.items():
+            self._others[topic] = Publisher(topic, _message(kind), queue_size=10)
         if self.where:
             self._odometry = OdometryPublisher()
         self._node.before_the_end(self._stop)
@@ -76,6 +83,8 @@ class Ros1Robot(Robot):
                 self._odometry.publish(self.where(event.t))
         elif isinstance(event, SelectedObject):
             self._selected.publish(event.value)
+        elif isinstance(event, Publish):
+            self._others[event.topic].publish(event.value)
         elif isinstance(event, Utterance) and event.obeyed and self._heard:
             self._heard.publish(event.text)
 
@@ -125,6 +134,13 @@ class Ros1Watchdog(Robot):
     def close(self) -> None:
         """Leave ROS."""
         self._node.close()
+
+
+def _message(kind: type) -> Any:
+    """What holds a value of a type in ROS."""
+    from std_msgs import msg
+
+    return {bool: msg.Bool, int: msg.Int32, float: msg.Float64, str: msg.String}[kind]
 
 
 def _velocity_topic(names: Ros1) -> Any:

@@ -52,6 +52,34 @@ class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
 
 @dataclass
 @final
+class Bool(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
+    """Yes or no."""
+
+    data: bool
+
+
+@dataclass
+@final
+class Int32(IdlStruct, typename="std_msgs::msg::dds_::Int32_"):
+    """A whole number."""
+
+    data: int32
+
+
+@dataclass
+@final
+class Float64(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
+    """A number."""
+
+    data: float64
+
+
+HOLDS: dict[type, Any] = {bool: Bool, int: Int32, float: Float64, str: String}
+"""What holds a value of a type in ROS."""
+
+
+@dataclass
+@final
 class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
     """Along or around the three axes; m/s or rad/s."""
 
@@ -217,6 +245,9 @@ def stamped(twist: Twist, frame_id: str) -> TwistStamped:
 TYPE_HASHES: dict[type[Any], str] = {
     Int16: "RIHS01_1dcc3464e47c288a55f943a389d337cdb06804de3f5cd7a266b0de718eee17e5",
     String: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    Bool: "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
+    Int32: "RIHS01_b6578ded3c58c626cfe8d1a6fb6e04f706f97e9f03d2727c9ff4e74b1cef0deb",
+    Float64: "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
     Twist: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     TwistStamped: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
     Odometry: "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",

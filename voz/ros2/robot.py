@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 from voz.config import Ros2
-from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
 from voz.ros2 import messages
 from voz.ros2.audience import Audience
@@ -24,13 +25,20 @@ DIAGNOSED = 1.0
 class Ros2Robot(Robot):
     """Publishes what it receives, and where a simulated robot is; tells whether anybody listens."""
 
-    def __init__(self, settings: Ros2, warn: Callable[[Warning], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        settings: Ros2,
+        warn: Callable[[Warning], None] = lambda _: None,
+        topics: Mapping[str, type] = MappingProxyType({}),
+    ) -> None:
         """Remember what to do; `open` does it.
 
         Args:
             settings: the domain, the topics and their types.
             warn: told who comes to listen and who leaves, from within `open` and `receive`.
+            topics: what commands publish besides, by the topic.
         """
+        self._topics = topics
         self._settings = settings
         self._warn = warn
         self._audience = Audience()
@@ -52,6 +60,9 @@ class Ros2Robot(Robot):
         self._topic = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
+        self._others = {
+            topic: node.writer(topic, messages.HOLDS[kind]) for topic, kind in self._topics.items()
+        }
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
         if self.where:
@@ -76,6 +87,8 @@ class Ros2Robot(Robot):
                 self._look_around(event.t)
         elif isinstance(event, SelectedObject):
             write(self._selected_object, messages.Int16(event.value))
+        elif isinstance(event, Publish):
+            write(self._others[event.topic], messages.HOLDS[type(event.value)](event.value))
         elif isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
             write(self._output, messages.String(event.text.lower()))
 
@@ -92,7 +105,7 @@ class Ros2Robot(Robot):
     def close(self) -> None:
         """Wait until the last velocity has arrived, and leave the domain."""
         answered(self._velocities.writer, LAST_WORD)
-        del self._velocities, self._selected_object, self._output, self._diagnostics
+        del self._velocities, self._selected_object, self._output, self._diagnostics, self._others
         self._odometry = None
         del self._listeners, self._node
 

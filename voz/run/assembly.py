@@ -9,19 +9,22 @@ Sources have threads of their own and put messages into an inbox, or tell the ti
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
+from msgspec.structs import replace
+
 from voz.config import Speech
-from voz.control.controller import REPLIES
 from voz.control.safety import zero_at_the_end
-from voz.events import Event, Receiver, Reply, Warning
+from voz.control.table import CommandTable
+from voz.events import Ended, Event, Play, Receiver, Reply, Warning
 from voz.process.signals import let_signals_wake
 from voz.run.beat import beat
 from voz.run.clocks import Clock
 from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
+from voz.run.programs import Programs
 from voz.run.watch import Flood, Watch, over_robots
 from voz.speech.speaker import Speaker
 
@@ -81,28 +84,53 @@ def drive_by_clock(
 
 
 @contextmanager
-def speaking(settings: Speech, warn: Callable[[str], None]) -> Iterator[Speaker | None]:
+def speaking(
+    settings: Speech, replies: Sequence[str], warn: Callable[[str], None]
+) -> Iterator[Speaker | None]:
     """Who says the replies, for a `with` block; None if the robot is to be silent.
 
     Args:
         settings: whose voice, and whether at all.
+        replies: what is said often, to be rendered beforehand.
         warn: takes what goes wrong, on any thread.
     """
     if not settings.enabled:
         yield None
         return
-    with Speaker(settings.voice, REPLIES, warn) as speaker:
+    with Speaker(settings.voice, replies, warn) as speaker:
         yield speaker
 
 
 def replies_to(speaker: Speaker | None) -> list[Receiver]:
-    """What lets a speaker say the replies; nothing if there is none."""
+    """What lets a speaker say the replies and play the sounds; nothing if there is none."""
 
     def receive(event: Event) -> None:
         if speaker and isinstance(event, Reply):
             speaker.say(event.text)
+        elif speaker and isinstance(event, Play):
+            speaker.play(event.sound)
 
     return [receive] if speaker else []
+
+
+@contextmanager
+def starting(table: CommandTable, inbox: Inbox, clock: Clock) -> Iterator[Receiver]:
+    """What starts the programs and functions of commands, for a `with` block.
+
+    Args:
+        table: what each command does.
+        inbox: where the end of each is told.
+        clock: tells when that is.
+
+    Raises:
+        ConfigError: there is no such program or function.
+    """
+
+    def tell(ended: Ended) -> None:
+        inbox.put(replace(ended, t=clock.now()))
+
+    with Programs(table, tell) as programs:
+        yield programs.receive
 
 
 def warner(inbox: Inbox, clock: Clock) -> Callable[[str], None]:

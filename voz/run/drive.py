@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
-from voz.config import Safety
-from voz.control.controller import Outcome, State, halt
-from voz.control.safety import STOP, motion_has_expired, obey_safely
-from voz.events import Event, Partial, Receiver, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.config import Safety, usual_commands
+from voz.control.bound import Place
+from voz.control.controller import Command, Outcome, State, at_rest, go_on, obey
+from voz.control.safety import motion_has_expired
+from voz.control.table import CommandTable
+from voz.events import Event, Partial, Receiver, Reply, Twist, Utterance, Warning
 
 
 class Controller:
@@ -18,6 +20,7 @@ class Controller:
     Attributes:
         stopped_at: when the motion was last ended by a loss, s. What was said before does not
             begin another.
+        table: what each command does.
     """
 
     def __init__(
@@ -25,6 +28,8 @@ class Controller:
         receivers: Sequence[Receiver],
         safety: Safety,
         listening: bool = False,
+        table: CommandTable | None = None,
+        odometry: Callable[[float], Place | None] = lambda _: None,
     ) -> None:
         """Start with the robot at rest.
 
@@ -32,9 +37,13 @@ class Controller:
             receivers: called with every event, in order; none of them may wait for anything.
             safety: the safety rules' settings.
             listening: whether commands are obeyed before a `start speech`.
+            table: what each command does; None is what they do in the list that comes with voz.
+            odometry: tells where the robot is at a time of the run, s, without waiting.
         """
         self._receivers = receivers
         self._safety = safety
+        self.table = table or usual_commands()
+        self._odometry = odometry
         self._state = State(listening=listening)
         self._last_command = 0.0
         self.stopped_at = 0.0
@@ -43,7 +52,7 @@ class Controller:
     @property
     def velocities(self) -> tuple[float, float]:
         """What the robot is asked to hold now, m/s and rad/s."""
-        return self._state.velocities()
+        return self._state.motion.velocities()
 
     @property
     def moving(self) -> bool:
@@ -65,7 +74,7 @@ class Controller:
         if isinstance(event, Partial):
             self.emit(event)
             # A needless halt is better than a late one, and what else it was is settled later.
-            if not obey_safely(self._state, event.text, self._safety).state.moving:
+            if self.moving and not self._try(event).state.moving:
                 self.halt()
         elif not event.accepted:
             self.emit(replace(event, obeyed=False))
@@ -79,7 +88,7 @@ class Controller:
 
     def halt(self) -> None:
         """Ask the robot to stand still from now on."""
-        self._state = halt(self._state)
+        self._state = at_rest(self._state)
 
     def stop(self, now: float, why: str, good: bool = False) -> None:
         """End the motion until a new command, and say why.
@@ -94,12 +103,13 @@ class Controller:
         self.emit(Warning(now, why, good))
 
     def send(self, now: float) -> None:
-        """Send the velocities once.
+        """Let time pass, and send the velocities once.
 
         Args:
             now: the time of the run, s.
         """
-        if motion_has_expired(self._state, now - self._last_command, self._safety):
+        self._follow(go_on(self._state, now, self._safety, self._odometry(now)))
+        if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
             self.emit(Warning(now, f"no command for {limit:g} s: the robot stops"))
@@ -114,29 +124,38 @@ class Controller:
         for receive in self._receivers:
             receive(event)
 
+    def _try(self, event: Utterance | Partial) -> Outcome:
+        """What a command would do."""
+        slots = event.slots if isinstance(event, Utterance) else {}
+        command = Command(event.name, slots, event.t)
+        return obey(self._state, command, self.table, self._safety, self._odometry(event.t))
+
     def _obey(self, utterance: Utterance) -> None:
         """Obey an accepted utterance, unless it is to be ignored."""
-        outcome = obey_safely(self._state, utterance.text, self._safety)
-        if utterance.ignored and not _harmless(utterance, outcome):
+        outcome = self._try(utterance)
+        if utterance.ignored and not self._harmless(utterance, outcome):
             self.emit(replace(utterance, obeyed=False))
         elif not outcome.obeyed:
-            self.emit(replace(utterance, obeyed=False, ignored="not_listening"))
+            self.emit(replace(utterance, obeyed=False, ignored=outcome.ignored))
+            self._follow(outcome)
         else:
             self.emit(replace(utterance, obeyed=True, ignored=None))
             self._last_command = utterance.t
-            self._state = outcome.state
-            if outcome.selected_object is not None:
-                self.emit(SelectedObject(utterance.t, outcome.selected_object))
-            if outcome.reply is not None:
-                self.emit(Reply(utterance.t, outcome.reply))
+            self._follow(outcome)
 
+    def _follow(self, outcome: Outcome) -> None:
+        """Take over what a command or the time did."""
+        self._state = outcome.state
+        for event in outcome.events:
+            self.emit(event)
 
-def _harmless(utterance: Utterance, outcome: Outcome) -> bool:
-    """Whether a command may be obeyed though it is to be ignored.
+    def _harmless(self, utterance: Utterance, outcome: Outcome) -> bool:
+        """Whether a command may be obeyed though it is to be ignored.
 
-    Over its own voice the robot hears nothing else well enough than `stop`. What comes too late may
-    still end the motion, and begin or end the listening.
-    """
-    if utterance.ignored == "too_late":
-        return not outcome.state.moving and outcome.selected_object is None
-    return utterance.text == STOP
+        Over its own voice the robot hears nothing else well enough than what stops it. What comes
+        too late may still end the motion, and begin or end the listening.
+        """
+        if utterance.ignored == "too_late":
+            silent = all(isinstance(event, Reply) for event in outcome.events)
+            return silent and not outcome.state.moving and outcome.state.asked is None
+        return utterance.name in self.table.stops

@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import queue
 from collections import deque
+from collections.abc import Collection
 from typing import NamedTuple, TypeAlias
 
-from voz.control.safety import STOPPING
-from voz.events import Partial, Utterance, Warning
+from voz.events import Ended, Partial, Utterance, Warning
 
 MOST_WAITING = 64
 """Messages that may wait besides those that stop: nobody says so much in the time of a beat."""
@@ -24,7 +24,7 @@ class End(NamedTuple):
     error: Exception | None = None
 
 
-Message: TypeAlias = Utterance | Partial | Warning | Halt | End
+Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | End
 
 
 class Taken(NamedTuple):
@@ -44,7 +44,13 @@ class Inbox:
         dropped: how many did not fit in, so far.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, halts: Collection[str]) -> None:
+        """Start with nothing in it.
+
+        Args:
+            halts: the names of the commands that leave the robot at rest.
+        """
+        self._halts = halts
         self._numbers = itertools.count(1)
         self._urgent: deque[tuple[int, Message]] = deque()
         self._usual: deque[tuple[int, Message]] = deque()
@@ -55,7 +61,7 @@ class Inbox:
     def put(self, message: Message) -> None:
         """Hand a message to the loop; if too many wait, it is dropped and counted."""
         number = next(self._numbers)
-        if stops(message):
+        if self._stops(message):
             self._newest_stop = number
             waiting = self._urgent
         else:
@@ -84,11 +90,10 @@ class Inbox:
         number, message = self._usual.popleft()
         return Taken(message, number < self._newest_stop)
 
-
-def stops(message: Message) -> bool:
-    """Whether a message ends the motion or the run."""
-    if isinstance(message, Utterance):
-        return message.accepted and message.text in STOPPING
-    return isinstance(message, Halt | End) or (
-        isinstance(message, Partial) and message.text in STOPPING
-    )
+    def _stops(self, message: Message) -> bool:
+        """Whether a message ends the motion or the run."""
+        if isinstance(message, Utterance):
+            return message.accepted and message.name in self._halts
+        return isinstance(message, Halt | End) or (
+            isinstance(message, Partial) and message.name in self._halts
+        )

@@ -11,12 +11,13 @@ from rich.console import Console, RenderableType
 from rich.live import Live
 
 from voz.config import Config
+from voz.control.bound import Place
 from voz.events import Receiver
 from voz.hearing.microphone_thread import Hearing
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
-from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
+from voz.run.assembly import drive_by_clock, replies_to, speaking, starting, warner
 from voz.run.clocks import WallClock
 from voz.run.drive import Controller
 from voz.run.inbox import Inbox
@@ -42,6 +43,7 @@ class Seat(NamedTuple):
         record: the folder in which what is heard is kept.
         extra: what the terminal shows besides.
         also: another recogniser, which is given what obeys a sentence from a source.
+        odometry: tells where the robot is at a time of the run, s, without waiting.
     """
 
     device: str | None = None
@@ -51,6 +53,7 @@ class Seat(NamedTuple):
     record: Path | None = None
     extra: RenderableType | None = None
     also: Callable[[Typist], AbstractContextManager[None]] | None = None
+    odometry: Callable[[float], Place | None] = lambda _: None
 
 
 def run_live(
@@ -76,6 +79,7 @@ def run_live(
     Raises:
         AudioError: there is no such microphone.
     """
+    table = settings.table
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
 
@@ -89,7 +93,7 @@ def run_live(
         if seat.record:
             recorder = Recorder(seat.record, settings.recording.gigabytes, warn)
             parts.enter_context(recorder)
-        speaker = parts.enter_context(speaking(settings.speech, warn))
+        speaker = parts.enter_context(speaking(settings.speech, table.replies, warn))
         hearing = Hearing(
             recognizer,
             seat.device,
@@ -103,7 +107,8 @@ def run_live(
         line = parts.enter_context(keys(inbox, obey, warn))
         if seat.also:
             parts.enter_context(seat.also(obey))
-        told = [*receivers, *replies_to(speaker)]
+        start = parts.enter_context(starting(table, inbox, clock))
+        told = [*receivers, *replies_to(speaker), start]
         if seat.terminal:
             display = Display(
                 lambda: hearing.peak,
@@ -116,7 +121,7 @@ def run_live(
                 seat.extra,
             )
             told.append(display.receive)
-        drive = Controller(told, settings.safety, seat.listening)
+        drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
         if seat.terminal:
             parts.enter_context(drawn(display, seat.terminal))
         else:

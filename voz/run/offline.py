@@ -7,14 +7,16 @@ from contextlib import AbstractContextManager
 from typing import Protocol, TypeAlias
 
 from voz.config import Config
+from voz.control.bound import Place
 from voz.control.safety import zero_at_the_end
 from voz.events import Receiver, Warning
-from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, warner
+from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, starting, warner
 from voz.run.beat import beat
 from voz.run.clocks import Item, PacedClock, RecordedClock
 from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 from voz.run.paced import pace
+from voz.run.programs import Programs
 
 Played: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
 """What drives the robot, made from what tells the time of the run, s."""
@@ -33,6 +35,10 @@ class OpenRobots(Protocol):
     def troubles(self) -> Mapping[str, Callable[[], str | None]]:
         """Tells of each robot, by its name, why it is lost."""
 
+    @property
+    def odometry(self) -> Callable[[float], Place | None]:
+        """Tells where the robot is at a time of the run, s, without waiting."""
+
 
 Opened: TypeAlias = Callable[[Tell], AbstractContextManager[OpenRobots]]
 """Opens the robots for a `with` block, given what takes their warnings."""
@@ -48,12 +54,15 @@ def run_at_once(played: Played, settings: Config, listening: bool, opened: Opene
         opened: opens the robots.
     """
     problems: list[str] = []
+    table = settings.table
     with opened(lambda told: drive.emit(told)) as robots:
         clock = RecordedClock(played(lambda: 0.0))
-        with speaking(settings.speech, problems.append) as speaker:
-            drive = Controller(
-                [*robots.receivers, *replies_to(speaker)], settings.safety, listening
-            )
+        with (
+            speaking(settings.speech, table.replies, problems.append) as speaker,
+            Programs(table, lambda ended: drive.emit(ended), wait=True) as programs,
+        ):
+            receivers = [*robots.receivers, *replies_to(speaker), programs.receive]
+            drive = Controller(receivers, settings.safety, listening, table, robots.odometry)
             with zero_at_the_end(lambda: drive.zero(clock.now())):
                 raise_if_any(beat(drive, clock))
                 if speaker:
@@ -65,12 +74,16 @@ def run_at_once(played: Played, settings: Config, listening: bool, opened: Opene
 
 def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: Opened) -> None:
     """Drive by the clock, for robots whose time is the real one; the arguments are the same."""
-    inbox = Inbox()
+    table = settings.table
+    inbox = Inbox(table.halts)
     with opened(inbox.put) as robots:
         clock = PacedClock(inbox)
         warn = warner(inbox, clock)
-        with speaking(settings.speech, warn) as speaker:
-            receivers = [*robots.receivers, *replies_to(speaker)]
-            drive = Controller(receivers, settings.safety, listening)
+        with (
+            speaking(settings.speech, table.replies, warn) as speaker,
+            starting(table, inbox, clock) as start,
+        ):
+            receivers = [*robots.receivers, *replies_to(speaker), start]
+            drive = Controller(receivers, settings.safety, listening, table, robots.odometry)
             pace(played(clock.exactly), inbox, clock)
             drive_by_clock(drive, inbox, clock, robots.troubles)

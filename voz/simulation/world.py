@@ -12,13 +12,15 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.config import Simulator
-from voz.control.controller import OBJECTS
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, Joints, Point, moved, pointing
 from voz.simulation.base import Pose, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
-FOLD = OBJECTS["fold arm"]
+OBJECTS = {"beer": 1, "cocacola": 2}
+"""What `selected_object` has for the things on the table."""
+
+FOLD = 100
 """The selected object that means none."""
 
 TOUCH = 0.0001
@@ -88,7 +90,7 @@ def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> Wor
 
 def place_of(selected: int, settings: Simulator) -> Point | None:
     """Where a selected object is; None for one that is not in the room, as 100."""
-    for name, place in (("point beer", settings.beer), ("point cocacola", settings.cocacola)):
+    for name, place in (("beer", settings.beer), ("cocacola", settings.cocacola)):
         if selected == OBJECTS[name]:
             return (*place, settings.table_height)
     return None

@@ -18,7 +18,7 @@ from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import RATE, from_first_audible
 from voz.errors import SpeechError, VozError
-from voz.speech.builtin_sounds import ALL, builtin, synthesised
+from voz.speech.builtin_sounds import ALL, BuiltinSound, builtin, synthesised
 from voz.speech.festival import cached, check_known, is_cached, speakable
 from voz.speech.orders import Order, Orders
 
@@ -113,6 +113,13 @@ class SoundClient:
             AudioError: it cannot be read.
         """
         self._wait_for(self._play_wave(sound, volume, repeats=False), blocking)
+
+    def play_named(self, name: str, volume: float = 1.0, blocking: bool | None = None) -> None:
+        """Play a built-in sound by its title, or a file; otherwise as `play` and `play_wave`."""
+        for builtin_sound in BuiltinSound:
+            if builtin_sound.title == name:
+                return self.play(builtin_sound, volume, blocking)
+        return self.play_wave(name, volume, blocking)
 
     def start_wave(self, sound: str | os.PathLike[str], volume: float = 1.0) -> None:
         """Play a sound file again and again, without a gap; otherwise as `play_wave`."""

@@ -29,10 +29,11 @@ STOPPING_TIME = 1.0
 
 
 class _Text(NamedTuple):
-    """What is to be said, and whether that has been rendered just now."""
+    """What is to be said, and whether that has been rendered just now; or a sound."""
 
     text: str
     is_rendered: bool = False
+    is_sound: bool = False
 
 
 class Speaker:
@@ -85,12 +86,23 @@ class Speaker:
         Args:
             text: what to say. After `close` nothing is said.
         """
+        self._queue(_Text(text))
+
+    def play(self, sound: str) -> None:
+        """Queue a sound among the replies and return at once.
+
+        Args:
+            sound: the title of a built-in sound, or a file.
+        """
+        self._queue(_Text(sound, is_sound=True))
+
+    def _queue(self, text: _Text) -> None:
         if self._closing.is_set():
             return
         if self._to_say.qsize() >= LONGEST_QUEUE:
             with contextlib.suppress(queue.Empty):  # the thread was faster: there is room
                 self._to_say.get_nowait()
-        self._to_say.put(_Text(text))
+        self._to_say.put(text)
 
     def close(self, timeout: float = CLOSING_TIME) -> None:
         """Say what is queued, then end; what is not said in time is left out.
@@ -144,7 +156,9 @@ class Speaker:
     def _take(self, text: _Text) -> None:
         try:
             # Looked at here, not in `say`: a disk may hang, and a robot is not to wait for it.
-            if text.is_rendered or is_cached(text.text, self._voice):
+            if text.is_sound:
+                self.client.play_named(text.text)
+            elif text.is_rendered or is_cached(text.text, self._voice):
                 self.client.say(text.text)
             else:
                 self._unrendered.put(text.text)

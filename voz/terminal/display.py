@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from voz.audio.level import NEAR
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning, why_not
+from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, why_not
 from voz.printable import printable
 from voz.robot.console import motion_in_words
 
@@ -85,7 +85,7 @@ class Display:
             self._selected = event.value
         elif isinstance(event, Reply):
             self._reply = event.text
-        elif not isinstance(event, Partial):
+        elif isinstance(event, Utterance | Warning):
             if isinstance(event, Utterance) and event.above is not None:
                 self._above = event.above
             self._lines.append(_line(event))

@@ -7,10 +7,9 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from driving import STARTED
 from live_robot import LiveRobot, live_robot, speak
 from recordings import FIXTURES
-
-from voz.control.controller import STARTED
 
 pytestmark = pytest.mark.slow
 

@@ -1,0 +1,167 @@
+"""Motions that end by themselves: by time, by odometry, one after the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, reject
+from hypothesis import strategies as st
+
+from voz.config import Config, Safety
+from voz.control.bound import Place
+from voz.control.controller import Command, State, go_on, obey
+from voz.control.steps import Command as Written
+from voz.control.steps import Step
+from voz.errors import ConfigError
+
+SAFE = Safety()
+NOWHERE: Callable[[float], Place | None] = lambda _: None  # noqa: E731
+TABLE = Config(
+    commands={
+        "one metre": Step(drive=0.25, metres=1),
+        "half a turn": Step(rotate=-0.5, degrees=180),
+        "a while": Step(turn=0.1, seconds=2),
+        "square": (Step(drive=0.1, metres=0.2), Step(rotate=0.5, degrees=90), Step(say="there")),
+        "again": Step(again=True),
+    }
+).table
+
+
+def say(state: State, name: str, t: float = 0.0, place: Place | None = None) -> State:
+    return obey(state, Command(name, {}, t), TABLE, SAFE, place).state
+
+
+def until_rest(
+    state: State, where: Callable[[float], Place | None] = NOWHERE, begin: float = 0.0
+) -> tuple[float, list[object]]:
+    """Let the beat go on until nothing moves; gives when that is, and what went out."""
+    events: list[object] = []
+    for beat in range(1, 2000):
+        t = begin + beat / 10
+        state, more, _, _ = go_on(state, t, SAFE, where(t))
+        events += more
+        if not state.moving:
+            return t, events
+    raise AssertionError("it goes on and on")
+
+
+LISTENING = State(listening=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"),
+    [("one metre", 4.0), ("half a turn", 2 * math.pi), ("a while", 2.0)],
+)
+def test_without_odometry_it_ends_by_time(name: str, seconds: float) -> None:
+    t, _ = until_rest(say(LISTENING, name))
+    assert t == pytest.approx(seconds, abs=0.06)
+
+
+def test_odometry_ends_it_where_it_is() -> None:
+    slow = lambda t: (0.2 * t, 0.0, 0.0)  # noqa: E731 (a base that slips a fifth of its way)
+    t, _ = until_rest(say(LISTENING, "one metre", place=slow(0)), slow)
+    assert t == pytest.approx(5.0, abs=0.11)
+    round_the_back = lambda t: (0.0, 0.0, math.remainder(3 - 0.5 * t, math.tau))  # noqa: E731
+    t, _ = until_rest(say(LISTENING, "half a turn", place=round_the_back(0)), round_the_back)
+    assert t == pytest.approx(2 * math.pi, abs=0.11)
+
+
+def test_odometry_that_stands_still_drives_it_not_for_ever() -> None:
+    here: Place = (1.0, 2.0, 0.5)
+    t, _ = until_rest(say(LISTENING, "one metre", place=here), lambda _: here)
+    assert t == pytest.approx(6.0, abs=0.11)
+
+
+def test_odometry_that_is_lost_on_the_way_leaves_the_time() -> None:
+    lost = lambda t: (0.25 * t, 0.0, 0.0) if t < 2 else None  # noqa: E731
+    t, _ = until_rest(say(LISTENING, "one metre", place=lost(0)), lost)
+    assert t == pytest.approx(4.0, abs=0.11)
+
+
+def test_steps_follow_each_other() -> None:
+    state = say(LISTENING, "square")
+    assert state.motion.velocities() == (0.1, 0)
+    t, events = until_rest(state)
+    assert t == pytest.approx(2.0 + math.pi, abs=0.2)
+    assert [getattr(event, "text", None) for event in events] == ["there"]
+
+
+@pytest.mark.parametrize("name", ["stop", "stop speech"])
+def test_what_stops_leaves_nothing_to_do(name: str) -> None:
+    state = say(say(LISTENING, "square"), name, 1.0)
+    assert not state.moving
+    assert go_on(state, 60.0, SAFE).state == state
+
+
+def test_another_motion_takes_its_place_and_does_not_inherit_it() -> None:
+    state = say(say(LISTENING, "one metre"), "turn left", 1.0)
+    assert state.motion.velocities() == (0, 0.1)
+    assert state.bound is None
+
+
+def test_speed_up_keeps_the_end() -> None:
+    state = go_on(say(LISTENING, "one metre"), 2.0, SAFE).state
+    state = say(state, "speed up", 2.0)
+    assert state.motion.velocities() == (0.3, 0)
+    t, _ = until_rest(state, begin=2.0)
+    assert t == pytest.approx(2 + 0.5 / 0.3, abs=0.11)
+
+
+def test_slow_down_to_rest_ends_it() -> None:
+    state = say(LISTENING, "square")
+    for _ in range(2):
+        state = say(state, "slow down", 0.1)
+    assert not state.moving
+    assert state.bound is None
+
+
+def test_again_repeats_the_last_command_that_moved() -> None:
+    first = say(LISTENING, "again")
+    assert not first.moving
+    state = say(say(LISTENING, "one metre"), "point beer", 1.0)
+    t, _ = until_rest(state, begin=0.0)
+    rested = go_on(state, t, SAFE).state
+    again = say(rested, "again", t)
+    assert again.motion.velocities() == (0.25, 0)
+    assert again.bound is not None
+
+
+names = st.sampled_from(sorted(TABLE.sets[""]))
+steps = st.one_of(
+    st.builds(Step, drive=st.floats(0.05, 2), metres=st.floats(0.1, 5)),
+    st.builds(Step, rotate=st.floats(-2, -0.05), degrees=st.floats(1, 720)),
+    st.builds(Step, turn=st.floats(0.05, 2), seconds=st.floats(0.1, 60)),
+    st.builds(Step, faster=st.floats(0.05, 2)),
+    st.builds(Step, say=st.just("well")),
+    st.builds(Step, state=st.sampled_from(["", "menu"])),
+    st.builds(Step, confirm=st.just(True), drive=st.floats(0.05, 2)),
+    st.builds(Step, again=st.just(True)),
+)
+written: st.SearchStrategy[Written] = st.one_of(steps, st.tuples(steps), st.tuples(steps, steps))
+
+
+@given(st.data())
+def test_no_table_makes_a_state_from_which_stop_does_not_stop(data: st.DataObject) -> None:
+    answers = {"yes": Step(answer=True), "no": Step(answer=False)}
+    own = st.dictionaries(st.sampled_from(["a", "b", "c"]), written)
+    settings = Config(
+        commands={**answers, **data.draw(own)}, states={"menu": {**answers, **data.draw(own)}}
+    )
+    try:
+        table = settings.table
+    except ConfigError:
+        reject()
+    known = sorted({*table.sets[""], *table.sets["menu"]})
+    state, t = State(listening=True), 0.0
+    for name in data.draw(st.lists(st.sampled_from(known), max_size=20)):
+        t += data.draw(st.floats(0, 30))
+        state = go_on(state, t, SAFE).state
+        state = obey(state, Command(name, {}, t), table, SAFE).state
+    for stop in ("stop", "stop speech"):
+        rested = obey(state, Command(stop, {}, t), table, SAFE).state
+        assert not rested.moving
+        for later in range(1, 100):
+            rested = go_on(rested, t + later, SAFE).state
+            assert not rested.moving

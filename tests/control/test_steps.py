@@ -1,0 +1,66 @@
+"""What a step may say, and what is refused."""
+
+from __future__ import annotations
+
+import re
+
+import msgspec
+import pytest
+
+from voz.control.steps import Step, filled
+
+
+@pytest.mark.parametrize(
+    ("written", "why"),
+    [
+        ({}, "does nothing; write one of drive, "),
+        ({"drive": 0.1, "rotate": 0.1}, "`drive` and `rotate` are two steps"),
+        ({"drive": 0}, "`drive` is 0; to end a motion write stop = true"),
+        ({"faster": -0.1}, "`faster` is -0.1"),
+        ({"drive": "fast"}, '`drive` is a number or a slot as "{way}", no "fast"'),
+        ({"drive": 0.1, "degrees": 90}, "`degrees` is how far to `rotate` or `turn`"),
+        ({"rotate": 0.1, "metres": 1}, "`metres` is how far to `drive`"),
+        ({"stop": True, "seconds": 1}, "`seconds` is for one of drive, "),
+        ({"publish": 1}, "`publish` and `topic` go together"),
+        ({"topic": "lamp", "say": "x"}, "`publish` and `topic` go together"),
+        ({"publish": 1, "topic": "a b"}, "matching regex"),
+        ({"call": ["os.system"]}, '`call` begins with "module:function", not with "os.system"'),
+        ({"run": []}, "length >= 1"),
+        ({"drives": 0.1}, "unknown field `drives`"),
+    ],
+)
+def test_what_contradicts_itself_is_refused(written: dict[str, object], why: str) -> None:
+    with pytest.raises(msgspec.ValidationError) as caught:
+        msgspec.convert(written, Step)
+    assert why in str(caught.value)
+
+
+def test_false_is_something_to_do_but_for_stop_and_again() -> None:
+    assert Step(listen=False).actions == ("listen",)
+    assert Step(answer=False).actions == ("answer",)
+    assert Step(publish=False, topic="lamp").actions == ("publish",)
+    assert Step(stop=False, again=False, say="well").actions == ()
+
+
+def test_slots_are_filled_as_numbers_and_in_texts() -> None:
+    step = Step(drive="{speed}", metres="{way}", say="{way} metres, {who}", confirm="{who}?")
+    assert step.slots == {"speed", "way", "who"}
+    found = filled(step, {"speed": 0.2, "way": 1.0, "who": "ana"})
+    assert found == Step(drive=0.2, metres=1.0, say="1 metres, ana", confirm="ana?")
+    program = filled(Step(run=("echo", "{who}; rm", "{way}")), {"way": 1.5, "who": "ana"})
+    assert program.run == ("echo", "ana; rm", "1.5")
+    call = filled(Step(call=("arm:bring", "{who}", "{way}")), {"way": 1.5, "who": "ana"})
+    assert call.call == ("arm:bring", "ana", 1.5)
+
+
+@pytest.mark.parametrize(
+    ("slots", "why"),
+    [
+        ({}, "nothing was said for {way}"),
+        ({"way": "far"}, '{way} is "far", and no number'),
+        ({"way": 0}, "`metres` is 0"),
+    ],
+)
+def test_a_slot_that_does_not_fit_is_refused(slots: dict[str, str | float], why: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(why)):
+        filled(Step(drive=0.1, metres="{way}"), slots)

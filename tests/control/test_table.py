@@ -1,0 +1,85 @@
+"""Which tables there may be: with none of them can the robot not be stopped."""
+
+from __future__ import annotations
+
+import pytest
+
+from voz.config import Config, usual_commands
+from voz.control.steps import Command, Step
+from voz.control.table import check_commands
+from voz.errors import ConfigError
+
+YES, NO = Step(answer=True), Step(answer=False)
+
+
+def table(commands: dict[str, Command], **states: dict[str, Command]):  # type: ignore[no-untyped-def]
+    return Config(commands=commands, states=states).table
+
+
+def test_what_voz_brings_has_its_fourteen_commands() -> None:
+    usual = usual_commands()
+    assert len(usual.sets[""]) == 14
+    assert usual.stops == {"stop"}
+    assert usual.halts == {"stop", "stop speech"}
+    assert usual.starts == {"start speech"}
+    assert usual.topics == {}
+
+
+def test_another_word_does_the_same() -> None:
+    found = table({"advance": "go forward", "halt": "whoa", "whoa": "stop"})
+    assert found.steps("advance") == found.steps("go forward") == (Step(drive=0.1),)
+    assert found.stops == {"stop", "halt", "whoa"}
+
+
+@pytest.mark.parametrize(
+    ("commands", "why"),
+    [
+        ({"stop": Step(drive=0.1)}, '"stop" is given another meaning'),
+        ({"stop": "go back"}, '"stop" is given another meaning'),
+        ({"stop": (Step(say="now"), Step(stop=True))}, '"stop" is given another meaning'),
+        ({"stop": Step(stop=True, confirm=True)}, '"stop" is given another meaning'),
+        ({"stop": (Step(stop=True), Step(drive=0.1))}, '"stop" is given another meaning'),
+        ({"stop": (Step(stop=True), Step(run=("sleep", "1")))}, '"stop" is given another'),
+        ({"a": "b"}, '"a" is to do the same as "b", which is no command here'),
+        ({"a": "b", "b": "a"}, '"a" is to do the same as "a", and that as this one'),
+        ({"off": (Step(listen=False), Step(drive=0.1))}, '"off" ends the listening, and can do'),
+        ({"menu": Step(state="arm")}, '"menu" switches to "arm", and there is no [states] of it'),
+        ({"a": Step(drive=0.1, confirm=True)}, '"a" asks first, and no command answers'),
+        (
+            {"a": (Step(stop=True), Step(drive=0.1, confirm=True)), "yes": YES, "no": NO},
+            '"a" asks in the midst of it',
+        ),
+        ({"a": (Step(drive=0.1), Step(rotate=0.1, degrees=90))}, "goes on after a motion"),
+        (
+            {"a": Step(publish=1, topic="lamp"), "b": Step(publish="on", topic="lamp")},
+            '"b" publishes another kind of value on lamp',
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(commands: dict[str, Command], why: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        table(commands)
+    assert str(caught.value).startswith("[commands] ")
+    assert why in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["stop", "stop speech", "start speech"])
+def test_no_state_changes_what_stops_or_listens(name: str) -> None:
+    with pytest.raises(ConfigError, match=rf'\[states.menu\] "{name}" stops or listens'):
+        table({}, menu={name: Step(drive=0.1)})
+
+
+def test_a_list_that_drives_has_a_command_that_stops() -> None:
+    usual = usual_commands()
+    check_commands(usual, ["open gripper"], "list")
+    check_commands(usual, ["go forward", "stop"], "list")
+    with pytest.raises(ConfigError, match='list: has "go back", which moves the robot, and no'):
+        check_commands(usual, ["open gripper", "go back"], "list")
+    check_commands(table({"para": "stop", "adelante": "go forward"}), ["adelante", "para"], "list")
+
+
+def test_no_command_that_drives_begins_with_the_one_that_stops() -> None:
+    found = table({"stop and turn": Step(turn=0.1), "stop the music": Step(say="well")})
+    check_commands(found, ["stop", "stop the music"], "list")
+    with pytest.raises(ConfigError, match='"stop and turn" moves the robot and begins with "stop"'):
+        check_commands(found, ["stop", "stop and turn"], "list")

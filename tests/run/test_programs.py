@@ -1,0 +1,127 @@
+"""Programs and functions that commands start: they end, and hold nothing up."""
+
+from __future__ import annotations
+
+import os
+import queue
+import time
+from pathlib import Path
+
+import pytest
+
+from voz.config import Config
+from voz.control.steps import Step
+from voz.control.table import CommandTable
+from voz.errors import ConfigError
+from voz.events import Call, Ended, Run, Twist
+from voz.run.programs import MOST, Programs
+
+NONE = Config().table
+PATIENCE = 30
+
+
+def ended(said: queue.Queue[Ended]) -> Ended:
+    return said.get(timeout=PATIENCE)
+
+
+def table(**commands: Step) -> CommandTable:
+    return Config(commands=commands).table
+
+
+def test_a_program_gets_its_arguments_as_they_are(tmp_path: Path) -> None:
+    said: queue.Queue[Ended] = queue.Queue()
+    with Programs(NONE, said.put) as programs:
+        programs.receive(Twist(0, 0, 0))
+        programs.receive(Run(1, ("touch", f"{tmp_path}/a; rm b")))
+        assert ended(said) == Ended(1, "touch")
+    assert [path.name for path in tmp_path.iterdir()] == ["a; rm b"]
+
+
+def test_one_that_fails_or_is_not_there_says_so() -> None:
+    said: queue.Queue[Ended] = queue.Queue()
+    with Programs(NONE, said.put) as programs:
+        programs.receive(Run(0, ("false",)))
+        assert ended(said) == Ended(0, "false", "exit code 1")
+        programs.receive(Run(0, ("/no/such",)))
+        assert "cannot be started" in ended(said).problem
+
+
+def test_one_that_hangs_is_ended_with_its_children(tmp_path: Path) -> None:
+    said: queue.Queue[Ended] = queue.Queue()
+    child = tmp_path / "child"
+    script = f"sleep 600 & echo $! > {child}; wait"
+    with Programs(NONE, said.put) as programs:
+        programs.receive(Run(0, ("sh", "-c", script), 0.5))
+        assert ended(said) == Ended(0, "sh", "was ended after 0.5 s")
+    assert is_gone(int(child.read_text()))
+
+
+def test_the_end_of_the_run_ends_them(tmp_path: Path) -> None:
+    child = tmp_path / "child"
+    with Programs(NONE, lambda _: None) as programs:
+        programs.receive(Run(0, ("sh", "-c", f"echo $$ > {child}; exec sleep 600")))
+        until = time.monotonic() + PATIENCE
+        while not (child.exists() and child.read_text()) and time.monotonic() < until:
+            time.sleep(0.01)
+    assert is_gone(int(child.read_text()))
+
+
+def test_too_many_are_not_started() -> None:
+    said: queue.Queue[Ended] = queue.Queue()
+    with Programs(NONE, said.put) as programs:
+        for _ in range(MOST + 1):
+            programs.receive(Run(0, ("sleep", "600")))
+        assert "not started" in ended(said).problem
+
+
+def test_a_function_is_called_and_what_it_raises_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "gripper_of_a_test.py").write_text(
+        "def close(thing, force):\n    if force > 2:\n        raise RuntimeError(thing)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    target = "gripper_of_a_test:close"
+    said: queue.Queue[Ended] = queue.Queue()
+    with Programs(table(grip=Step(call=(target, "{thing}", 1.0))), said.put) as programs:
+        programs.receive(Call(0, target, ("cup", 1.0)))
+        assert ended(said) == Ended(0, target)
+        programs.receive(Call(0, target, ("cup", 3.0)))
+        assert ended(said) == Ended(0, target, "RuntimeError: cup")
+
+
+def test_a_function_that_hangs_is_told() -> None:
+    said: queue.Queue[Ended] = queue.Queue()
+    with Programs(table(nap=Step(call=("time:sleep", 2.0))), said.put) as programs:
+        programs.receive(Call(0, "time:sleep", (2.0,), 0.1))
+        assert ended(said) == Ended(0, "time:sleep", "has not ended after 0.1 s")
+
+
+@pytest.mark.parametrize(
+    ("step", "why"),
+    [
+        (Step(run=("no-such-program",)), '"a": there is no program no-such-program'),
+        (Step(call=("no_such_module:f",)), '"a": no_such_module:f cannot be imported'),
+        (Step(call=("os:no_such_function",)), '"a": os:no_such_function cannot be imported'),
+        (Step(call=("os:name",)), '"a": os:name is no function'),
+    ],
+)
+def test_what_is_not_there_is_told_before_anything_moves(step: Step, why: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        Programs(table(a=step), lambda _: None)
+    assert why in str(caught.value)
+
+
+def is_gone(pid: int) -> bool:
+    """Whether a process has ended, or is about to be reaped by whoever has inherited it."""
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
+        try:
+            os.kill(pid, 0)
+            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        except (ProcessLookupError, FileNotFoundError):
+            return True
+        if state == "Z":
+            return True
+        time.sleep(0.01)
+    return False

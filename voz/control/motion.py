@@ -1,0 +1,95 @@
+"""How a command changes the velocities, by the rules of the original program. Pure."""
+
+from __future__ import annotations
+
+import enum
+
+import msgspec
+from msgspec.structs import replace
+
+from voz.control.steps import PER_UNIT, Step
+
+
+class Mode(enum.Enum):
+    """Whether the last change of direction was a turn on the way or a rotation on the spot."""
+
+    NONE = "none"
+    TURNING = "turning"
+    ROTATING = "rotating"
+
+
+class Motion(msgspec.Struct, frozen=True):
+    """The velocities that a robot is asked to hold.
+
+    Attributes:
+        linear: forward velocity, thousandths of 1 m/s.
+        angular: turning velocity to the left, thousandths of 1 rad/s.
+        mode: turning, rotating or neither.
+    """
+
+    linear: int = 0
+    angular: int = 0
+    mode: Mode = Mode.NONE
+
+    @property
+    def moving(self) -> bool:
+        """Whether any velocity is not 0."""
+        return bool(self.linear or self.angular)
+
+    def velocities(self) -> tuple[float, float]:
+        """The linear (m/s) and angular (rad/s) velocity."""
+        return self.linear / PER_UNIT, self.angular / PER_UNIT
+
+
+def halt(motion: Motion) -> Motion:
+    """Both velocities 0; the mode stays."""
+    return replace(motion, linear=0, angular=0)
+
+
+def go(motion: Motion, linear: int) -> Motion:
+    """Drive straight with a new linear velocity."""
+    return replace(motion, linear=linear, angular=0)
+
+
+def turn(motion: Motion, angular: int) -> Motion:
+    """Turn to the side of `angular` while driving on; a turn to that side gets tighter."""
+    if motion.angular * angular <= 0 or motion.mode is Mode.ROTATING:
+        return replace(motion, angular=angular, mode=Mode.TURNING)
+    return replace(motion, angular=motion.angular + angular)
+
+
+def rotate(motion: Motion, angular: int) -> Motion:
+    """Rotate on the spot to the side of `angular`."""
+    if motion.angular * angular <= 0 or motion.mode is Mode.TURNING:
+        return replace(motion, linear=0, angular=angular, mode=Mode.ROTATING)
+    return replace(motion, linear=0)
+
+
+def faster(motion: Motion, by: int) -> Motion:
+    """Move the velocity in use away from 0."""
+    if motion.linear:
+        return replace(motion, linear=motion.linear + (by if motion.linear > 0 else -by))
+    if motion.mode is Mode.ROTATING:
+        return replace(motion, angular=motion.angular + (by if motion.angular > 0 else -by))
+    return motion
+
+
+def slower(motion: Motion, by: int) -> Motion:
+    """Move the velocity in use towards 0, and from 0 on to the other side."""
+    return faster(motion, -by)
+
+
+def moved(motion: Motion, step: Step) -> Motion:
+    """Apply what a step says of the velocities; its amounts are numbers."""
+    if step.stop:
+        return halt(motion)
+    if step.bounded:  # it is to be just so fast, whatever was before
+        motion = replace(motion, angular=0)
+    for name, change in CHANGES.items():
+        amount = getattr(step, name)
+        if amount is not None:
+            return change(motion, round(amount * PER_UNIT))
+    return motion
+
+
+CHANGES = {"drive": go, "turn": turn, "rotate": rotate, "faster": faster, "slower": slower}

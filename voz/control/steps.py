@@ -1,0 +1,209 @@
+"""What a command does, step by step: the types of `[commands]` in voz.toml. Does no I/O.
+
+A command is one step, several in order, or the name of another command:
+
+    "go forward" = { drive = 0.1 }
+    "come here" = [{ drive = 0.2, metres = 1 }, { rotate = 0.5, degrees = 180 }]
+    "advance" = "go forward"
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Annotated, TypeAlias
+
+import msgspec
+
+PER_UNIT = 1000
+"""Velocities are whole thousandths of 1 m/s and 1 rad/s: they leave no float residue."""
+
+SLOT = re.compile(r"\{([^\W\d]\w*)\}")
+"""A slot in a text, as `{angle}`; an amount is a number or one slot alone."""
+
+TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
+TOPIC = r"^[/~]?[A-Za-z]\w*(/\w+)*\Z"
+
+ACTIONS: tuple[str, ...] = ("drive", "turn", "rotate", "faster", "slower", "stop", "listen")
+ACTIONS += ("state", "publish", "run", "call", "again", "answer")
+
+FLAGS = ("stop", "again")
+"""Of these False is as good as nothing."""
+
+DRIVES = ("drive", "turn", "rotate")
+"""What sets a velocity, which may be bounded in time or way."""
+
+AMOUNTS = (*DRIVES, "faster", "slower", "metres", "degrees", "seconds")
+"""What is a number; all but the first three are more than 0."""
+
+Amount: TypeAlias = Annotated[float, msgspec.Meta(ge=-1000, le=1000)] | str
+Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=300)]
+Seconds: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=3600)]
+Value: TypeAlias = bool | int | float | str
+
+
+class Step(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """One thing that a command does; at most one of the first thirteen, or only words or a sound.
+
+    Attributes:
+        drive: drives straight at this velocity, m/s; negative is back.
+        turn: turns to the left while it drives on, rad/s; negative to the right, said again
+            tighter.
+        rotate: rotates on the spot to the left, rad/s; negative to the right.
+        faster: moves the velocity in use away from 0, m/s or rad/s.
+        slower: moves it towards 0.
+        stop: both velocities 0.
+        listen: whether commands are obeyed from now on.
+        state: the set of commands from now on, of `[states.NAME]`; "" is `[commands]` again.
+        publish: a value for a topic.
+        run: a program and its arguments.
+        call: a function in Python, `module:function`, and its arguments.
+        again: whether the last command that moved the robot is repeated.
+        answer: yes or no to what `confirm` asks.
+        say: what the robot says, if the step takes effect.
+        play: a sound that comes with voz, or a file.
+        topic: of `publish`.
+        metres: how far to `drive`.
+        degrees: how far to `rotate` or `turn`.
+        seconds: how long to move; how long a program or function may take.
+        confirm: whether it is asked first; or the question.
+    """
+
+    drive: Amount | None = None
+    turn: Amount | None = None
+    rotate: Amount | None = None
+    faster: Amount | None = None
+    slower: Amount | None = None
+    stop: bool = False
+    listen: bool | None = None
+    state: str | None = None
+    publish: Value | None = None
+    run: Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)] | None = None
+    call: Annotated[tuple[Text | float, ...], msgspec.Meta(min_length=1)] | None = None
+    again: bool = False
+    answer: bool | None = None
+    say: Text | None = None
+    play: Text | None = None
+    topic: Annotated[str, msgspec.Meta(pattern=TOPIC)] | None = None
+    metres: Amount | None = None
+    degrees: Amount | None = None
+    seconds: Seconds | str | None = None
+    confirm: bool | Text = False
+
+    def __post_init__(self) -> None:
+        """Refuse what contradicts itself.
+
+        Raises:
+            ValueError: so it does; msgspec makes its own error of it, which names the place.
+        """
+        if len(self.actions) > 1:
+            one, other, *_ = self.actions
+            raise ValueError(f"`{one}` and `{other}` are two steps; write [{{...}}, {{...}}]")
+        if not self.actions and self.say is None and self.play is None:
+            raise ValueError(f"does nothing; write one of {', '.join(ACTIONS)}, say, play")
+        self._check_bounds()
+        self._check_amounts()
+        if (self.publish is None) != (self.topic is None):
+            raise ValueError("`publish` and `topic` go together: a value, and where it goes")
+        if self.call is not None and not TARGET.fullmatch(str(self.call[0])):
+            raise ValueError(f'`call` begins with "module:function", not with "{self.call[0]}"')
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Which of the first thirteen it has."""
+        given = {name for name in ACTIONS if getattr(self, name) is not None}
+        return tuple(a for a in ACTIONS if a in given and (a not in FLAGS or getattr(self, a)))
+
+    @property
+    def moves(self) -> bool:
+        """Whether it may set the robot going."""
+        return self.drives or self.faster is not None or self.slower is not None
+
+    @property
+    def drives(self) -> bool:
+        """Whether it sets a velocity anew."""
+        return self.again or bool(set(DRIVES).intersection(self.actions))
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the motion ends by itself."""
+        bounds = (self.metres, self.degrees, self.seconds)
+        return self.drives and any(bound is not None for bound in bounds)
+
+    @property
+    def slots(self) -> frozenset[str]:
+        """The slots that it needs."""
+        texts = [getattr(self, name) for name in self.__struct_fields__]
+        texts += [*(self.run or ()), *(self.call or ())]
+        return frozenset(s for text in texts if isinstance(text, str) for s in SLOT.findall(text))
+
+    def _check_bounds(self) -> None:
+        if self.metres is not None and self.drive is None:
+            raise ValueError("`metres` is how far to `drive`")
+        if self.degrees is not None and self.rotate is None and self.turn is None:
+            raise ValueError("`degrees` is how far to `rotate` or `turn`")
+        timed = (*DRIVES, "run", "call")
+        if self.seconds is not None and not set(timed).intersection(self.actions):
+            raise ValueError(f"`seconds` is for one of {', '.join(timed)}")
+
+    def _check_amounts(self) -> None:
+        for name in AMOUNTS:
+            amount = getattr(self, name)
+            if isinstance(amount, str):
+                if not SLOT.fullmatch(amount):
+                    raise ValueError(f'`{name}` is a number or a slot as "{{way}}", no "{amount}"')
+            elif amount is not None and not (amount if name in DRIVES else amount > 0):
+                raise ValueError(f"`{name}` is {amount:g}; to end a motion write stop = true")
+
+
+def filled(step: Step, slots: Mapping[str, str | float]) -> Step:
+    """Put what was said in place of the slots.
+
+    Args:
+        step: a step of a table.
+        slots: what was said, by the names of the slots.
+
+    Raises:
+        ValueError: a slot is missing, or no number where one is needed.
+    """
+    if not step.slots:
+        return step
+    missing = step.slots - slots.keys()
+    if missing:
+        raise ValueError(f"nothing was said for {{{min(missing)}}}")
+    values = {name: getattr(step, name) for name in step.__struct_fields__}
+    for name, value in values.items():
+        if isinstance(value, tuple):
+            inserted = _in_place if name == "run" else _argument
+            values[name] = tuple(inserted(each, slots) for each in value)
+        elif isinstance(value, str):
+            values[name] = _number(value, slots) if name in AMOUNTS else _in_place(value, slots)
+    return Step(**values)
+
+
+def _argument(text: str | float, slots: Mapping[str, str | float]) -> str | float:
+    """Give an argument; a slot alone keeps what it is, a text or a number."""
+    if isinstance(text, float) or not SLOT.search(text):
+        return text
+    return slots[text[1:-1]] if SLOT.fullmatch(text) else _in_place(text, slots)
+
+
+def _in_place(text: str, slots: Mapping[str, str | float]) -> str:
+    return SLOT.sub(lambda found: _shown(slots[found[1]]), text)
+
+
+def _shown(value: str | float) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def _number(text: str, slots: Mapping[str, str | float]) -> float:
+    value = slots[text[1:-1]]
+    try:
+        return float(value)
+    except ValueError:
+        raise ValueError(f'{text} is "{value}", and no number') from None
+
+
+Command: TypeAlias = str | Step | tuple[Step, ...]

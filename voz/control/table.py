@@ -1,0 +1,197 @@
+"""Which command does what: the table that the settings make. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple, TypeAlias
+
+from voz.control.steps import DRIVES, Command, Step
+from voz.errors import ConfigError
+
+Steps: TypeAlias = tuple[Step, ...]
+Commands: TypeAlias = Mapping[str, Command]
+
+USUAL = ""
+"""The set of commands that a run begins with."""
+
+SELECTED_OBJECT = "selected_object"
+
+STOP = "stop"
+"""The command that nobody may give another meaning."""
+
+
+class CommandTable(NamedTuple):
+    """What each command does.
+
+    Attributes:
+        sets: the steps of each command, by the state in which it works.
+        stops: the commands that do nothing but stop; they work always, in every state.
+        halts: the commands that leave the robot at rest: those, and what ends the listening.
+        starts: the commands that begin the listening.
+    """
+
+    sets: Mapping[str, Mapping[str, Steps]]
+    stops: frozenset[str]
+    halts: frozenset[str]
+    starts: frozenset[str]
+
+    def steps(self, name: str, state: str = USUAL) -> Steps | None:
+        """Look up a command; what stops or listens is the same in every state.
+
+        Args:
+            name: of the command.
+            state: the set that is in use.
+
+        Returns:
+            Its steps; None if it is not in the table.
+        """
+        always = name in self.halts or name in self.starts
+        return self.sets[USUAL if always else state].get(name)
+
+    def all_steps(self) -> Iterator[tuple[str, str, Step]]:
+        """Go through all steps, with their state and command."""
+        for state, commands in self.sets.items():
+            for name, steps in commands.items():
+                yield from ((state, name, step) for step in steps)
+
+    @property
+    def topics(self) -> dict[str, type]:
+        """Which topics of the user's own there are, and what is published on each.
+
+        Raises:
+            ConfigError: one gets values of two kinds.
+        """
+        topics: dict[str, type] = {}
+        for state, name, step in self.all_steps():
+            if step.topic is not None and not is_selection(step):
+                kind = topics.setdefault(step.topic, type(step.publish))
+                if kind is not type(step.publish):
+                    raise _wrong(state, name, f"publishes another kind of value on {step.topic}")
+        return topics
+
+    @property
+    def replies(self) -> tuple[str, ...]:
+        """What the robot may say whatever was said to it: to be rendered beforehand."""
+        said = (step.say for _, _, step in self.all_steps() if step.say and "{" not in step.say)
+        return tuple(dict.fromkeys(said))
+
+
+def command_table(commands: Commands, states: Mapping[str, Commands]) -> CommandTable:
+    """Make the table, and refuse one with which the robot might not stop.
+
+    Args:
+        commands: `[commands]` of the settings, with those that voz brings.
+        states: `[states.NAME]` of the settings.
+
+    Raises:
+        ConfigError: it cannot be used; the message says which command and why.
+    """
+    named = {USUAL: commands, **states}
+    sets = {
+        state: {name: _resolved(name, own, state) for name in own} for state, own in named.items()
+    }
+    usual = sets[USUAL]
+    stops = frozenset(name for name, steps in usual.items() if _only_stops(steps))
+    ends = frozenset(name for name, steps in usual.items() if _ends_listening(steps))
+    starts = frozenset(name for name, steps in usual.items() if any(s.listen for s in steps))
+    table = CommandTable(sets, stops, stops | ends, starts)
+    if STOP not in stops:
+        raise _wrong(USUAL, STOP, "is given another meaning; it stops the robot, and nothing else")
+    for state, name, step in table.all_steps():
+        _check(table, state, name, step)
+    table.topics  # noqa: B018 (raises if one has two kinds)
+    return table
+
+
+def is_selection(step: Step) -> bool:
+    """Tell whether a step selects an object, which has an event and a topic of its own."""
+    return step.topic == SELECTED_OBJECT and type(step.publish) is int
+
+
+def is_bound(table: CommandTable, name: str) -> bool:
+    """Tell whether any state has a command."""
+    return any(name in commands for commands in table.sets.values())
+
+
+def can_drive(table: CommandTable, name: str) -> bool:
+    """Tell whether a command may set the robot going, in any state."""
+    return any(step.moves for commands in table.sets.values() for step in commands.get(name, ()))
+
+
+def check_commands(table: CommandTable, names: Collection[str], where: str) -> None:
+    """Refuse a list of commands that could set a robot going and not stop it.
+
+    Args:
+        table: what they do.
+        names: the commands of the list.
+        where: what messages call the list.
+
+    Raises:
+        ConfigError: so it is.
+    """
+    driving = next((name for name in names if can_drive(table, name)), None)
+    if driving is not None and table.stops.isdisjoint(names):
+        raise ConfigError(
+            f'{where}: has "{driving}", which moves the robot, and no command that stops it; add '
+            f'the line "{STOP}", or another and [commands] "that one" = {{ stop = true }}'
+        )
+    for name in names:
+        stop = next((s for s in table.stops if name.startswith(f"{s} ")), None)
+        if stop is not None and can_drive(table, name):
+            raise ConfigError(
+                f'{where}: "{name}" moves the robot and begins with "{stop}", which stops it; '
+                "begin it with another word"
+            )
+
+
+def _resolved(name: str, commands: Commands, state: str) -> Steps:
+    """Follow a command that is another word for one, to its steps."""
+    seen = [name]
+    while isinstance(command := commands[seen[-1]], str):
+        if command not in commands:
+            raise _wrong(state, name, f'is to do the same as "{command}", which is no command here')
+        if command in seen:
+            raise _wrong(state, name, f'is to do the same as "{command}", and that as this one')
+        seen.append(command)
+    return command if isinstance(command, tuple) else (command,)
+
+
+def _only_stops(steps: Steps) -> bool:
+    """Whether a command stops at once, and moves nothing after it."""
+    if not steps or not steps[0].stop or any(step.confirm or step.run for step in steps):
+        return False
+    return all(step.stop or not (step.actions or step.bounded) for step in steps)
+
+
+def _ends_listening(steps: Steps) -> bool:
+    return len(steps) == 1 and steps[0].listen is False and not steps[0].confirm
+
+
+def _check(table: CommandTable, state: str, name: str, step: Step) -> None:
+    """Refuse a step that does not fit to the rest of the table."""
+    if state != USUAL and (name in table.halts or name in table.starts):
+        raise _wrong(state, name, "stops or listens in all states, by [commands]")
+    if step.listen is False and name not in table.halts:
+        raise _wrong(state, name, "ends the listening, and can do nothing else but say so")
+    if step.state is not None and step.state not in table.sets:
+        raise _wrong(state, name, f'switches to "{step.state}", and there is no [states] of it')
+    if step.confirm and not {True, False} <= _answers(table, state):
+        raise _wrong(
+            state, name, "asks first, and no command answers; add { answer = true } and = false }"
+        )
+    steps = table.sets[state][name]
+    if step.confirm and step is not steps[0]:
+        raise _wrong(state, name, "asks in the midst of it; `confirm` belongs to the first step")
+    later = steps[steps.index(step) + 1 :]
+    unbounded = set(DRIVES).intersection(step.actions) and not step.bounded
+    if unbounded and any(set(DRIVES).intersection(one.actions) or one.stop for one in later):
+        raise _wrong(state, name, "goes on after a motion that does not end; add metres or seconds")
+
+
+def _answers(table: CommandTable, state: str) -> set[bool | None]:
+    return {step.answer for where, _, step in table.all_steps() if where == state}
+
+
+def _wrong(state: str, name: str, why: str) -> ConfigError:
+    table = f"[states.{state}]" if state else "[commands]"
+    return ConfigError(f'{table} "{name}" {why}')

@@ -1,0 +1,167 @@
+"""Programs and functions that commands start: each on a thread of its own, and for a limited time.
+
+The beat waits for none of them; the end of each is an event. No shell reads what was said.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import import_module
+from typing import Any
+
+from voz.control.steps import SLOT
+from voz.control.table import CommandTable
+from voz.errors import ConfigError
+from voz.events import Call, Ended, Event, Run
+
+MOST = 8
+"""Programs and functions at once; more are not started."""
+
+LONGEST = 60.0
+"""How long a program may take if its command does not say, s."""
+
+
+class Programs:
+    """Starts what commands start. Use it in a `with` block: at its end the programs are ended."""
+
+    def __init__(
+        self, table: CommandTable, tell: Callable[[Ended], None], wait: bool = False
+    ) -> None:
+        """Load the functions, before anything moves.
+
+        Args:
+            table: what each command does.
+            tell: takes the end of each, on any thread.
+            wait: whether each is waited for: where recordings tell the time.
+
+        Raises:
+            ConfigError: there is no such function or program.
+        """
+        self._tell = tell
+        self._wait = wait
+        self._functions = _functions(table)
+        _check_programs(table)
+        self._running: set[subprocess.Popen[bytes]] = set()
+        self._places = threading.Semaphore(MOST)
+        self._closed = False
+
+    def receive(self, event: Event) -> None:
+        """Start what an event asks for."""
+        if not isinstance(event, Run | Call):
+            return
+        name = event.program[0] if isinstance(event, Run) else event.function
+        if not self._places.acquire(blocking=False):
+            self._tell(Ended(event.t, name, f"not started: {MOST} others have not ended"))
+            return
+        thread = threading.Thread(
+            target=self._do, args=(event, name), name="voz-program", daemon=True
+        )
+        thread.start()
+        if self._wait:
+            thread.join()
+
+    def __enter__(self) -> Programs:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closed = True
+        for program in list(self._running):
+            _kill(program)
+
+    def _do(self, event: Run | Call, name: str) -> None:
+        try:
+            problem = self._run(event) if isinstance(event, Run) else self._call(event)
+        finally:
+            self._places.release()
+        if not self._closed:
+            self._tell(Ended(event.t, name, problem))
+
+    def _run(self, event: Run) -> str:
+        """Run a program to its end, and tell what was wrong."""
+        limit = event.seconds or LONGEST
+        try:
+            program = subprocess.Popen(
+                event.program,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        except (OSError, ValueError) as error:
+            return f"cannot be started ({error})"
+        self._running.add(program)
+        try:
+            code = program.wait(limit)
+        except subprocess.TimeoutExpired:
+            _kill(program)
+            return f"was ended after {limit:g} s"
+        finally:
+            self._running.discard(program)
+        return f"exit code {code}" if code else ""
+
+    def _call(self, event: Call) -> str:
+        """Call a function, and tell what it raised; nothing can end one that hangs."""
+        late = threading.Timer(
+            event.seconds or LONGEST, lambda: self._tell(_hanging(event, event.seconds or LONGEST))
+        )
+        late.daemon = True
+        late.start()
+        try:
+            self._functions[event.function](*event.arguments)
+        except Exception as error:
+            return f"{type(error).__name__}: {error}"
+        finally:
+            late.cancel()
+        return ""
+
+
+def _hanging(event: Call, seconds: float) -> Ended:
+    return Ended(event.t, event.function, f"has not ended after {seconds:g} s")
+
+
+def _kill(program: subprocess.Popen[bytes]) -> None:
+    """End a program, and all that it has started."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(program.pid, signal.SIGKILL)
+    program.wait()
+
+
+def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
+    """Import the functions of a table."""
+    functions: dict[str, Callable[..., Any]] = {}
+    for _, name, step in table.all_steps():
+        if step.call:
+            target = str(step.call[0])
+            functions[target] = _imported(name, target)
+    return functions
+
+
+def _imported(name: str, target: str) -> Callable[..., Any]:
+    module, _, function = target.partition(":")
+    if "" not in sys.path:
+        sys.path.insert(0, "")  # the user's own modules are where the user is
+    try:
+        found = getattr(import_module(module), function)
+    except Exception as error:
+        raise ConfigError(
+            f'[commands] "{name}": {target} cannot be imported ({type(error).__name__}: {error})'
+        ) from error
+    if not callable(found):
+        raise ConfigError(f'[commands] "{name}": {target} is no function')
+    return found  # type: ignore[no-any-return]
+
+
+def _check_programs(table: CommandTable) -> None:
+    for _, name, step in table.all_steps():
+        program = step.run[0] if step.run else None
+        if program and not SLOT.search(program) and not shutil.which(program):
+            raise ConfigError(
+                f'[commands] "{name}": there is no program {program}; give its path, or install it'
+            )

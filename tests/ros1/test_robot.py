@@ -16,7 +16,9 @@ from voz.errors import RobotError
 from voz.events import *
 from voz.ros1.robot import Ros1Robot
 
-robot = Ros1Robot(Ros1(node="own", selected_object="arm"), arguments=["cmd_vel:=/base"])
+topics = {"lamp": bool, "count": int, "way": float, "bring": str}
+names = Ros1(node="own", selected_object="arm")
+robot = Ros1Robot(names, arguments=["cmd_vel:=/base"], topics=topics)
 try:
     robot.open()
 except RobotError as error:
@@ -26,6 +28,10 @@ events = {
     "beer": SelectedObject(0, 1),
     "heard": Utterance(0, "go back", 0.9, True, 0, 1, "text", obeyed=True),
     "ignored": Utterance(0, "go on", 0.9, True, 0, 1, "text", obeyed=False),
+    "lamp": Publish(0, "lamp", True),
+    "count": Publish(0, "count", -70000),
+    "way": Publish(0, "way", 0.5),
+    "bring": Publish(0, "bring", "knife"),
     "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
 }
 for line in sys.stdin:
@@ -121,3 +127,20 @@ def test_voz_run_without_a_master_says_so_in_one_line(ros: Ros) -> None:
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert line.startswith("voz: there is no ROS master at ")
+
+
+def test_it_publishes_values_of_the_users_own_topics(ros: Ros) -> None:
+    topics = ("/lamp", "/count", "/way", "/bring")
+    client = ros.client(*topics)
+    driven = robot(ros)
+
+    def arrives() -> bool:
+        for topic in topics:
+            driven.type(topic.removeprefix("/"))
+        return all(client.of(topic) for topic in topics)
+
+    eventually(arrives)
+    driven.process.stdin.close()
+    assert driven.wait() == 0
+    found = [client.of(topic)[0] for topic in topics]
+    assert [each["data"] for each in found] == [True, -70000, 0.5, "knife"]

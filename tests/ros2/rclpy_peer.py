@@ -21,7 +21,7 @@ from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException
 from rclpy.qos import LivelinessPolicy, QoSProfile
-from std_msgs.msg import Int16, String
+from std_msgs.msg import Bool, Float64, Int16, Int32, String
 
 lock = threading.Lock()
 
@@ -72,6 +72,8 @@ def main() -> None:
         "odom": Odometry,
         "/diagnostics": DiagnosticArray,
     }
+    if wanted.get("values"):
+        topics |= {"lamp": Bool, "count": Int32, "way": Float64, "bring": String}
     for topic, message in topics.items():
         moves = topic == "cmd_vel"
         node.create_subscription(

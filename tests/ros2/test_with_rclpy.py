@@ -17,7 +17,7 @@ from programs import Program, wait_until
 from recordings import ROOT
 
 from voz.config import Ros2
-from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot, heard_on_ros
 from voz.simulation.base import Pose
 from voz.simulation.world import WorldState
@@ -152,6 +152,30 @@ def test_rclpy_reads_every_message_exactly(base: Base) -> None:
     assert (status["level"], status["name"]) == (0, "voz: voice control")
     assert status["message"] == "robot drives forward at 0.25 m/s"
     assert {"key": "listeners", "value": "/base"} in status["values"]
+
+
+def test_rclpy_reads_values_on_topics_of_the_users_own(base: Base) -> None:
+    values = {"lamp": True, "count": -70000, "way": 1 / 3, "bring": "knife"}
+    graph: Line = {}
+    lines: list[Line] = []
+
+    def complete(line: Line) -> bool:
+        graph.update(line.get("graph", {}))
+        lines.append(line)
+        known = all(graph.get(f"/{topic}", {}).get("writers") for topic in values)
+        return known and all(messages(lines, topic) for topic in values)
+
+    node = base(values=True)
+    robot = Ros2Robot(Ros2(wait=30), topics={topic: type(v) for topic, v in values.items()})
+    robot.open()
+    drive(robot, until=lambda: all(w.get_matched_subscriptions() for w in robot._others.values()))
+    for topic, value in values.items():
+        robot.receive(Publish(0, topic, value))
+    node.wait_for(complete)
+    robot.close()
+    for topic, value in values.items():
+        assert messages(lines, topic) == [{"data": value}]
+        assert graph[f"/{topic}"]["writers"] == graph[f"/{topic}"]["own"]
 
 
 def test_rclpy_reads_where_a_simulated_robot_is(base: Base) -> None:

@@ -1,0 +1,94 @@
+"""What commands do, by a `[commands]` of the user's own, through the whole program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+TABLE = """
+[commands]
+"avanza" = { drive = 0.2, metres = 0.4 }
+"para" = "stop"
+"luz" = { publish = true, topic = "lamp", say = "it is light" }
+"marca" = { run = ["touch", "marked"] }
+"again" = { again = true }
+"cuchillo" = { publish = "knife", topic = "bring", confirm = "the knife?" }
+"si" = { answer = true }
+"no" = { answer = false }
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, voz: Any) -> Path:
+    """A folder with the user's own list and table."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "voz.toml").write_text(TABLE)
+    words = "avanza\npara\nluz\nmarca\nagain\ncuchillo\nsi\nno\n"
+    (tmp_path / "list.txt").write_text(words)
+    said = "\n".join(f"{word}\tS IY" for word in words.split() if word not in ("again", "no"))
+    (tmp_path / "pronunciations.txt").write_text(said + "\n")
+    assert voz("build-lm", "list.txt", "--out", "lm").code == 0
+    return tmp_path
+
+
+def events(voz: Any, here: Path, *lines: str) -> list[dict[str, Any]]:
+    (here / "typed.txt").write_text("\n".join(lines) + "\n")
+    result = voz("run", "--text", "typed.txt", "--events", "-", "--no-sound")
+    assert result.code == 0, result.err
+    assert "commands are obeyed from the start" in result.err
+    found: list[dict[str, Any]] = result.json
+    return found
+
+
+def test_a_motion_goes_as_far_as_the_table_says(voz: Any, here: Path) -> None:
+    found = events(voz, here, "avanza", *"-" * 29)
+    driven = [event["linear"] for event in found if event["type"] == "cmd_vel"]
+    assert driven[:21] == [0.2] * 20 + [0]
+    assert set(driven[21:]) == {0}
+
+
+def test_what_stops_by_another_name_stops(voz: Any, here: Path) -> None:
+    found = events(voz, here, "avanza", "-", "para", "-")
+    driven = [event["linear"] for event in found if event["type"] == "cmd_vel"]
+    assert driven[:2] == [0.2, 0.2]
+    assert set(driven[2:]) == {0}
+
+
+def test_values_programs_and_questions(voz: Any, here: Path) -> None:
+    found = events(voz, here, "luz", "marca", "cuchillo", "si", "cuchillo", "no")
+    other = [event for event in found if event["type"] not in ("cmd_vel", "utterance")]
+    assert [(e["type"], e.get("value") or e.get("text") or e.get("name")) for e in other] == [
+        ("publish", True),
+        ("reply", "it is light"),
+        ("run", None),
+        ("ended", "touch"),
+        ("reply", "the knife?"),
+        ("publish", "knife"),
+        ("reply", "the knife?"),
+    ]
+    assert (here / "marked").exists()
+
+
+def test_the_console_says_what_is_done(voz: Any, here: Path) -> None:
+    (here / "typed.txt").write_text("luz\nmarca\nsi\n")
+    out = voz("run", "--text", "typed.txt", "--no-sound").out
+    for told in ("lamp: True", 'robot says "it is light"', "runs touch marked", "touch has ended"):
+        assert told in out
+    assert "not obeyed: nothing was asked" in out
+
+
+def test_a_list_that_drives_and_cannot_stop_is_refused(voz: Any, here: Path) -> None:
+    (here / "list.txt").write_text("avanza\nluz\n")
+    voz("build-lm", "list.txt", "--out", "lm")
+    result = voz("run", "--text", "-", "--no-sound")
+    assert result.code == 2
+    assert 'has "avanza", which moves the robot, and no command that stops it' in result.err
+
+
+def test_a_table_that_takes_stop_away_is_refused(voz: Any, here: Path) -> None:
+    (here / "voz.toml").write_text('[commands]\n"stop" = { drive = 0.1 }\n')
+    result = voz("run", "--text", "-", "--no-sound")
+    assert result.code == 2
+    assert '[commands] "stop" is given another meaning' in result.err

@@ -178,12 +178,14 @@ class Ros1(Section, frozen=True, kw_only=True):
         cmd_vel: the topic of the velocity.
         selected_object: the topic of what the arm points at.
         recognizer_output: the topic of the commands that were understood.
+        odom: the topic of the base's odometry: how far it came.
     """
 
     node: RosName = "voz"
     cmd_vel: RosName = "cmd_vel"
     selected_object: RosName = "selected_object"
     recognizer_output: RosName = "recognizer/output"
+    odom: RosName = "odom"
 
 
 class Ros2(Section, frozen=True, kw_only=True):
@@ -197,6 +199,7 @@ class Ros2(Section, frozen=True, kw_only=True):
         frame_id: the coordinate frame of the base, in a TwistStamped and a simulated `/tf`.
         selected_object: topic of the objects for the arm.
         output: topic of the commands that were heard.
+        odom: topic of the base's odometry: how far it came.
         diagnostics: topic of what `rqt_robot_monitor` shows.
         wait: how long the start waits for somebody to listen, s.
     """
@@ -208,6 +211,7 @@ class Ros2(Section, frozen=True, kw_only=True):
     frame_id: str = "base_link"
     selected_object: TopicName = "selected_object"
     output: TopicName = "recognizer/output"
+    odom: TopicName = "odom"
     diagnostics: TopicName = "/diagnostics"
     wait: NotNegative = 5.0
 

@@ -35,6 +35,9 @@ events = {
     "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
 }
 for line in sys.stdin:
+    if line == "place\\n":
+        print("place", robot.place(0), flush=True)
+        continue
     robot.receive(events[line.strip()])
     print(robot.lost())
 robot.close()
@@ -144,3 +147,16 @@ def test_it_publishes_values_of_the_users_own_topics(ros: Ros) -> None:
     assert driven.wait() == 0
     found = [client.of(topic)[0] for topic in topics]
     assert [each["data"] for each in found] == [True, -70000, 0.5, "knife"]
+
+
+def test_it_knows_where_the_base_says_that_it_is(ros: Ros) -> None:
+    driven = robot(ros)
+    driven.type("place")
+    driven.wait_for("place None")
+    ros.node("simulator")
+
+    def tells() -> bool:
+        driven.type("place")
+        return "place (0.7, 0.6, 0.0)" in driven.text
+
+    eventually(tells)

@@ -313,3 +313,21 @@ def test_without_cyclonedds_one_line_says_what_to_install() -> None:
     )
     assert done.stdout.endswith(f"; {how_to_install('ros2')}\n")
     assert done.stdout.count("\n") == 1
+
+
+def test_it_knows_where_the_base_says_that_it_is(domain: int) -> None:
+    robot, base = Ros2Robot(Ros2(wait=0)), Ros2Robot(Ros2(wait=0))
+    base.where = lambda t: WorldState(t, Pose(1 / 3, -0.5, 3.0), 0.1, -0.2)
+    robot.open()
+    base.open()
+    assert robot.place(0) is None
+
+    def told() -> object:
+        base.receive(Twist(0, 0, 0))
+        return robot.place(0)
+
+    wait_until(told)
+    assert robot.place(0) == pytest.approx((1 / 3, -0.5, 3.0))
+    base.close()
+    wait_until(lambda: robot.place(0) is None)
+    robot.close()

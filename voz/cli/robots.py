@@ -70,7 +70,7 @@ class Robots(NamedTuple):
         receivers: what takes the events.
         troubles: tells of each robot, by its name, why it is lost; none without a clock.
         view: the simulated room, for a terminal.
-        odometry: tells where the simulated robot is at a time of the run, s.
+        odometry: tells where the robot is at a time of the run, s, without waiting.
     """
 
     receivers: list[Receiver]
@@ -109,18 +109,11 @@ def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> 
 
 
 def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
-    """What tells where the robot is: known of the simulated one."""
-    simulator = robots.get(SIMULATOR)
-    if simulator is None:
-        return lambda _: None
-    from voz.robot.simulator import SimulatedRobot
+    """What tells where the robot is: whichever robot knows."""
 
-    assert isinstance(simulator, SimulatedRobot)
-    state_at = simulator.state_at
-
-    def place(t: float) -> Place:
-        pose = state_at(t).pose
-        return pose.x, pose.y, pose.heading
+    def place(t: float) -> Place | None:
+        known = (robot.place(t) for robot in robots.values())
+        return next((place for place in known if place), None)
 
     return place
 

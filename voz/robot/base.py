@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from voz.control.bound import Place
 from voz.events import Event, Twist, Utterance
 
 if TYPE_CHECKING:
@@ -69,6 +70,17 @@ class Robot:
             name: of the command, as the list of commands has it.
             slots: what was said in its slots.
         """
+
+    def place(self, t: float) -> Place | None:
+        """Tell where the robot is by its odometry; it must not wait for anything.
+
+        Args:
+            t: the time of the run, s.
+
+        Returns:
+            x and y, m, and the heading to the left of the x axis, rad; None if that is not known.
+        """
+        return None
 
     def lost(self) -> str | None:
         """Tell why the robot cannot be reached now; None if it can. Asked after each event (S5)."""

@@ -10,6 +10,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.config import Simulator
+from voz.control.bound import Place
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
 from voz.simulation.world import WorldState, gap, start, step
@@ -94,6 +95,10 @@ class SimulatedRobot(Robot):
                 return replace(state, t=t)
             state = following
         return state
+
+    def place(self, t: float) -> Place | None:
+        """Where it is at a time, s."""
+        return self.state_at(t).pose
 
     def come_to_rest(self) -> None:
         """Let time pass until nothing moves any more: without new events, soon."""

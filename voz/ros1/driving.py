@@ -59,7 +59,9 @@ def drive(
         start = parts.enter_context(starting(table, inbox, clock))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
-        driven = Controller(receivers, settings.safety, bool(switch("listening")), table)
+        driven = Controller(
+            receivers, settings.safety, bool(switch("listening")), table, robots["ROS"].place
+        )
         drive_by_clock(driven, inbox, clock, troubles, ears)
 
 

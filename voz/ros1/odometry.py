@@ -1,13 +1,19 @@
-"""Where a simulated robot is, as `odom` and `tf`, so that RViz shows it."""
+"""Where a robot is: a simulated one for RViz, as `odom` and `tf`; a real one by its own `odom`."""
 
 from __future__ import annotations
 
+import math
+import time
 from typing import Any
 
+from voz.control.bound import Place
 from voz.simulation.world import WorldState
 
 ODOM, BASE = "odom", "base_link"
 """The frames; the first has its origin in a corner of the room."""
+
+LATELY = 0.5
+"""Odometry that is older is none, s."""
 
 
 class OdometryPublisher:
@@ -55,3 +61,25 @@ def _transform(state: WorldState, now: Any) -> Any:
     place.x, place.y = state.pose.x, state.pose.y
     rotation.z, rotation.w = state.pose.quaternion()
     return message
+
+
+class OdometryListener:
+    """Knows where a base says that it is, as long as it says so."""
+
+    def __init__(self, topic: str) -> None:
+        """Subscribe to the topic of its `nav_msgs/Odometry`."""
+        from nav_msgs.msg import Odometry
+        from rospy import Subscriber
+
+        self._heard: tuple[float, Place] | None = None
+        Subscriber(topic, Odometry, self._note, queue_size=1)
+
+    def place(self) -> Place | None:
+        """Where it is; None if it did not say so lately."""
+        heard = self._heard
+        return heard[1] if heard and time.monotonic() - heard[0] < LATELY else None
+
+    def _note(self, message: Any) -> None:
+        at, turned = message.pose.pose.position, message.pose.pose.orientation
+        heading = 2 * math.atan2(turned.z, turned.w)
+        self._heard = time.monotonic(), (at.x, at.y, math.remainder(heading, math.tau))

@@ -8,11 +8,12 @@ from types import MappingProxyType
 from typing import Any
 
 from voz.config import Ros1
+from voz.control.bound import Place
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
 from voz.ros1.node import Node
-from voz.ros1.odometry import OdometryPublisher
+from voz.ros1.odometry import OdometryListener, OdometryPublisher
 
 
 class Ros1Robot(Robot):
@@ -53,6 +54,7 @@ class Ros1Robot(Robot):
         self._selected: Any = None
         self._heard: Any = None
         self._odometry: OdometryPublisher | None = None
+        self._base: OdometryListener | None = None
 
     def open(self) -> None:
         """Join ROS and tell it what will be published; raises RobotError if there is no master."""
@@ -69,6 +71,8 @@ class Ros1Robot(Robot):
             self._others[topic] = Publisher(topic, _message(kind), queue_size=10)
         if self.where:
             self._odometry = OdometryPublisher()
+        else:
+            self._base = OdometryListener(names.odom)
         self._node.before_the_end(self._stop)
 
     def receive(self, event: Event) -> None:
@@ -87,6 +91,10 @@ class Ros1Robot(Robot):
             self._others[event.topic].publish(event.value)
         elif isinstance(event, Utterance) and event.obeyed and self._heard:
             self._heard.publish(event.text)
+
+    def place(self, t: float) -> Place | None:
+        """Where the base says that it is."""
+        return self._base.place() if self._base else None
 
     def lost(self) -> str | None:
         """Tell why ROS cannot be reached now; None if it can."""

@@ -101,14 +101,15 @@ class Node:
         return Topic(self.participant, f"rt{self.name(topic)}", message)
 
     def _qos(self, message: type[Any], *policies: BasePolicy) -> Qos:
-        return Qos(
+        usual: list[BasePolicy] = [
             Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING),
             Policy.History.KeepLast(QUEUE),
             # ROS 2 does not read the newer representation.
             Policy.DataRepresentation(use_cdrv0_representation=True),
             Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode()),
-            *policies,
-        )
+        ]
+        chosen = {policy.__scope__: policy for policy in (*usual, *policies)}
+        return Qos(*chosen.values())
 
     def _prefix(self) -> list[str]:
         return [part for part in self._namespace.split("/") if part]

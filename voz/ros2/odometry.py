@@ -1,13 +1,25 @@
-"""Where a simulated robot is, as `odom` and `/tf`, so that RViz shows it."""
+"""Where a robot is: a simulated one for RViz, as `odom` and `/tf`; a real one by its own `odom`."""
 
 from __future__ import annotations
 
+import math
+import time
+
+from cyclonedds.core import Policy
+
+from voz.control.bound import Place
 from voz.ros2 import messages
 from voz.ros2.node import Node, write
 from voz.simulation.world import WorldState
 
 ODOM = "odom"
 """The topic, and the frame that has its origin in a corner of the room."""
+
+MOST_TAKEN = 100
+"""Messages at a time; a base sends fewer in a beat."""
+
+LATELY = 0.5
+"""Odometry that is older is none, s."""
 
 
 class OdometryPublisher:
@@ -53,3 +65,21 @@ def _transform(state: WorldState, header: messages.Header, base: str) -> message
 def _rotation(state: WorldState) -> messages.Quaternion:
     z, w = state.pose.quaternion()
     return messages.Quaternion(z=z, w=w)
+
+
+class OdometryListener:
+    """Knows where a base says that it is, as long as it says so."""
+
+    def __init__(self, node: Node, topic: str) -> None:
+        """Read the topic of its `nav_msgs/Odometry`, whatever quality of service it offers."""
+        self._reader = node.reader(topic, messages.Odometry, Policy.Reliability.BestEffort)
+        self._heard: tuple[float, Place] | None = None
+
+    def place(self) -> Place | None:
+        """Where it is; None if it did not say so lately. Waits for nothing."""
+        for message in self._reader.take(MOST_TAKEN):
+            at, turned = message.pose.pose.position, message.pose.pose.orientation
+            heading = math.remainder(2 * math.atan2(turned.z, turned.w), math.tau)
+            self._heard = time.monotonic(), (at.x, at.y, heading)
+        heard = self._heard
+        return heard[1] if heard and time.monotonic() - heard[0] < LATELY else None

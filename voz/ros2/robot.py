@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from voz.config import Ros2
+from voz.control.bound import Place
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
 from voz.ros2 import messages
@@ -14,7 +15,7 @@ from voz.ros2.audience import Audience
 from voz.ros2.diagnostics import Diagnosis
 from voz.ros2.listeners import Listeners
 from voz.ros2.node import LAST_WORD, Node, answered, write
-from voz.ros2.odometry import OdometryPublisher
+from voz.ros2.odometry import OdometryListener, OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
 from voz.ros2.velocity import VelocityTopic
 
@@ -47,6 +48,7 @@ class Ros2Robot(Robot):
         self._obstacle: str | None = None
         self._diagnosed = -DIAGNOSED
         self._odometry: OdometryPublisher | None = None
+        self._base: OdometryListener | None = None
 
     def open(self) -> None:
         """Join the domain, and give a base the time to be found: until then no command counts.
@@ -67,6 +69,8 @@ class Ros2Robot(Robot):
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)
+        else:
+            self._base = OdometryListener(node, settings.odom)
         self._listeners = Listeners(node, self._velocities.writer)
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
@@ -92,6 +96,11 @@ class Ros2Robot(Robot):
         elif isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
             write(self._output, messages.String(event.text.lower()))
 
+    def place(self, t: float) -> Place | None:
+        """Where the base says that it is."""
+        base = self._base
+        return base.place() if base else None
+
     def lost(self) -> str | None:
         """Tell why no base can receive a velocity now; None if one can."""
         handles = self._listeners.handles()
@@ -106,7 +115,7 @@ class Ros2Robot(Robot):
         """Wait until the last velocity has arrived, and leave the domain."""
         answered(self._velocities.writer, LAST_WORD)
         del self._velocities, self._selected_object, self._output, self._diagnostics, self._others
-        self._odometry = None
+        self._odometry = self._base = None
         del self._listeners, self._node
 
     def _look_around(self, now: float) -> None:

@@ -108,11 +108,16 @@ class Node:
             Policy.DataRepresentation(use_cdrv0_representation=True),
             Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode()),
         ]
-        chosen = {policy.__scope__: policy for policy in (*usual, *policies)}
+        # What `policies` say of the same matter wins: cyclonedds takes each but once.
+        chosen = {_matter(policy): policy for policy in (*usual, *policies)}
         return Qos(*chosen.values())
 
     def _prefix(self) -> list[str]:
         return [part for part in self._namespace.split("/") if part]
+
+
+def _matter(policy: Any) -> str:
+    return str(policy.__scope__)
 
 
 def write(writer: DataWriter[Message], message: Message) -> None:

@@ -78,6 +78,8 @@ class OdometryListener:
     def place(self) -> Place | None:
         """Where it is; None if it did not say so lately. Waits for nothing."""
         for message in self._reader.take(MOST_TAKEN):
+            if not isinstance(message, messages.Odometry):  # its writer has gone
+                continue
             at, turned = message.pose.pose.position, message.pose.pose.orientation
             heading = math.remainder(2 * math.atan2(turned.z, turned.w), math.tau)
             self._heard = time.monotonic(), (at.x, at.y, heading)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 from voz.errors import CommandsError
 from voz.files import read_bytes, shown_path
@@ -18,7 +19,7 @@ MOST_FILES = 100
 
 def of_another_program(path: Path) -> bool:
     """Tell by the ending of its name whether a file is in the format of another program."""
-    return path.suffix.lower() in _others()
+    return path.suffix.lower() in OTHERS
 
 
 def is_templates(path: Path, data: bytes) -> bool:
@@ -45,7 +46,7 @@ def read_templates(path: Path) -> tuple[Source, dict[Path, bytes]]:
 
 def _read(path: Path, read: dict[Path, bytes]) -> Source:
     data = read[path] = read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
-    parse = _others().get(path.suffix.lower(), _sentences)
+    parse = OTHERS.get(path.suffix.lower(), _sentences)
     source = parse(data, shown_path(path), path, read)
     for name, place in source.imports:
         other = path.parent / name
@@ -69,12 +70,54 @@ def _same(one: Path, other: Path) -> bool:
         return False
 
 
-Parse = Callable[[bytes, str, Path, dict[Path, bytes]], Source]
-
-
 def _sentences(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
     return parse_sentences(data, name)
 
 
-def _others() -> Mapping[str, Parse]:
-    return {}
+def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+    from voz.language.templates.rhasspy import parse_rhasspy
+
+    def slots(named: str) -> tuple[str, bytes] | None:
+        file = path.parent / "slots" / named
+        if ".." in file.parts or not file.is_file():
+            return None
+        data = read[file] = read_bytes(file, CommandsError, "give a readable text file", MAX_BYTES)
+        return shown_path(file), data
+
+    return parse_rhasspy(data, name, slots)
+
+
+def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+    from voz.language.templates.hassil import SECTIONS, parse_hassil
+    from voz.language.templates.rhino import parse_rhino
+    from voz.language.templates.yaml_text import Yaml
+
+    text = Yaml(data, name)
+    parts = text.mapping(text.root, "intents (of hassil) or a context (of Rhino)")
+    if "context" in parts:
+        return parse_rhino(text)
+    if not parts.keys() & {*SECTIONS, "lists", "expansion_rules"}:
+        raise wrong(
+            text.place(text.root),
+            'here stands "intents" (of hassil) or "context" (of Rhino); nothing else is read',
+        )
+    return parse_hassil(text)
+
+
+def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+    from voz.language.templates.jsgf import parse_jsgf
+
+    return parse_jsgf(data, name)
+
+
+Parse: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], Source]
+"""Parses a file; the path and what was read are for those that name others."""
+
+OTHERS: Mapping[str, Parse] = {
+    ".ini": _rhasspy,
+    ".yaml": _yaml,
+    ".yml": _yaml,
+    ".gram": _jsgf,
+    ".jsgf": _jsgf,
+}
+"""What parses a file with such an ending; any other file is in voz's own notation."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import ClassVar, NamedTuple, NoReturn
 
 from voz.language.commands import too_long, what_cannot_be_spoken
 from voz.language.templates.expression import (
     Choice,
     Expression,
+    Numbers,
     Optional,
     Permutation,
     Place,
@@ -75,6 +77,9 @@ class Parser:
 
     PARTS: ClassVar[str] = "|"
     """What stands between alternatives; `;` means in any order."""
+
+    DIGITS: ClassVar[bool] = False
+    """Whether a number may be written in digits; it is then said in words."""
 
     OPTIONAL: ClassVar[tuple[str, str]] = ("[", "]")
     GROUP: ClassVar[tuple[str, str]] = ("(", ")")
@@ -182,6 +187,8 @@ class Parser:
 
     def word(self, token: Token) -> Expression:
         """Check a word."""
+        if self.DIGITS and token.text.isascii() and token.text.isdigit() and len(token.text) <= 6:
+            return Numbers(Fraction(token.text), Fraction(token.text), Fraction(1))
         if found := what_cannot_be_spoken(token.text):
             self.fail(found[1], token.at + found[0])
         if advice := too_long(token.text):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -95,6 +95,25 @@ class _Resolver:
         if isinstance(item, (Sequence, Choice, Permutation)):
             return replace(item, items=tuple(map(self.resolved, item.items)))
         return replace(item, item=self.resolved(item.item))
+
+
+def references(item: Expression) -> Iterator[Reference]:
+    """The names in an expression."""
+    if isinstance(item, Reference):
+        yield item
+    for inner in inside(item):
+        yield from references(inner)
+
+
+def renamed(item: Expression, names: Mapping[tuple[Kind, str], str]) -> Expression:
+    """Let the references in an expression have the names that are known elsewhere."""
+    if isinstance(item, Reference):
+        return replace(item, name=names.get((item.kind, item.name), item.name))
+    if isinstance(item, (Sequence, Choice, Permutation)):
+        return replace(item, items=tuple(renamed(one, names) for one in item.items))
+    if isinstance(item, (Word, Numbers, Named)):
+        return item
+    return replace(item, item=renamed(item.item, names))
 
 
 def inside(item: Expression) -> Iterable[Expression]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from language.templates.of_text import commands_of
 from pocketsphinx import Config, Decoder, get_model_path
 
-from voz import CommandsError
+from voz import CommandsError, LanguageError
 from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.distances import Sound
 from voz.language.templates.fsg import as_fsg
@@ -144,8 +144,11 @@ def test_a_billion_sentences_are_counted_and_found() -> None:
     assert len(commands) == 10**9 + 1
     assert all(commands.parse(text) for text in commands.sample(50))
     assert len(commands.network.arcs) < 20
-    with pytest.raises(ValueError, match="too many"):
+    with pytest.raises(LanguageError, match="too many"):
         list(commands)
+    assert {word for text in commands.examples() for word in text.split()} == set(
+        commands.vocabulary
+    )
 
 
 def test_typed_text_may_have_digits_capitals_and_a_full_stop() -> None:

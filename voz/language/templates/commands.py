@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from voz.errors import LanguageError
 from voz.language.templates.distances import Letters, Sound
 from voz.language.templates.expression import Value
 from voz.language.templates.neighbours import nearest
@@ -57,36 +58,45 @@ class Commands(Collection[str]):
     """All sentences of a language, however many, and what each means.
 
     A sentence is in it, can be counted and looked at as in a list; `len` is how many there are.
+
+    Attributes:
+        network: the sentences; their labels are places in `meanings`.
+        meanings: of each template, or of each sentence of a plain list.
     """
 
     def __init__(self, network: Network, meanings: Sequence[Meaning]) -> None:
-        """Take what templates were compiled to.
-
-        Args:
-            network: the sentences; their labels are places in `meanings`.
-            meanings: of each template.
-        """
+        """Take what templates were compiled to."""
         self.network = network
-        self._meanings = meanings
+        self.meanings = meanings
 
     def __len__(self) -> int:
         return self.network.count
 
     def __iter__(self) -> Iterator[str]:
-        """All sentences in the order of the list; of too many raises ValueError."""
+        """All sentences in the order of the list; raises what `listed` does."""
         return iter(self.listed)
 
     def __contains__(self, text: object) -> bool:
         return isinstance(text, str) and self._label(text.split()) is not None
+
+    @property
+    def few(self) -> bool:
+        """Whether they can be written down one by one, as every plain list can."""
+        return len(self) <= max(MOST_LISTED, len(self.meanings))
 
     @cached_property
     def listed(self) -> list[str]:
         """All sentences in the order of the list.
 
         Raises:
-            ValueError: they are too many to be written down.
+            LanguageError: they are too many to be written down.
         """
-        return self.network.sentences(max(MOST_LISTED, len(self._meanings)))
+        if not self.few:
+            raise LanguageError(
+                f"{len(self):,} sentences are too many for this, which looks at each of them; "
+                f"use templates of at most {MOST_LISTED:,}"
+            )
+        return self.network.sentences()
 
     @property
     def longest(self) -> int:
@@ -101,7 +111,7 @@ class Commands(Collection[str]):
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The commands, each once, in the order of the list."""
-        return tuple(dict.fromkeys(meaning.command for meaning in self._meanings))
+        return tuple(dict.fromkeys(meaning.command for meaning in self.meanings))
 
     def parse(self, text: str) -> Parse | None:
         """Find what a sentence means, spoken or typed.
@@ -119,7 +129,7 @@ class Commands(Collection[str]):
             if found is None:
                 return None
             words, label = found
-        meaning = self._meanings[label]
+        meaning = self.meanings[label]
         slots: Mapping[str, Value] = meaning.constants
         if meaning.reader:
             slots = {**slots, **(meaning.reader.slots(words) or {})}
@@ -134,6 +144,13 @@ class Commands(Collection[str]):
         """Draw sentences, each as likely as any other, none twice; the same seed the same."""
         return self.network.sample(number, seed)
 
+    def examples(self) -> list[str]:
+        """All sentences if they are few; else some with all words, each drawn as likely."""
+        if self.few:
+            return self.listed
+        drawn = self.sample(MOST_LISTED)
+        return drawn + self.network.with_words(set(self.vocabulary) - _words(drawn))
+
     def sentences_of(self, commands: Iterable[str], most: int) -> list[str]:
         """Sentences that mean one of some commands, in the order of the list.
 
@@ -142,7 +159,7 @@ class Commands(Collection[str]):
             most: of each template; the shortest come first.
         """
         wanted = set(commands)
-        labels = [n for n, meaning in enumerate(self._meanings) if meaning.command in wanted]
+        labels = [n for n, meaning in enumerate(self.meanings) if meaning.command in wanted]
         return [text for label in labels for text in self.network.with_label(label, most)]
 
     def neighbours(self, text: str, most: int, sound: Sound) -> list[str]:
@@ -183,6 +200,10 @@ class Commands(Collection[str]):
         for state, words in begun:
             if self.network.labels[state] != NONE:
                 yield words, self.network.labels[state]
+
+
+def _words(sentences: Iterable[str]) -> set[str]:
+    return {word for sentence in sentences for word in sentence.split()}
 
 
 def plain_commands(sentences: Sequence[str]) -> Commands:

@@ -7,7 +7,7 @@ number is exact and any of which can be found by its number.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 NONE = -1
@@ -91,15 +91,28 @@ class Network:
         drawn = random.Random(seed).sample(range(self.count), min(number, self.count))
         return [self.sentence(one) for one in drawn]
 
-    def sentences(self, most: int) -> list[str]:
-        """All sentences in the order of their labels, if they are not too many.
-
-        Raises:
-            ValueError: there are more than `most`.
-        """
-        if self.count > most:
-            raise ValueError(f"{self.count:,} sentences are too many to write down")
+    def sentences(self) -> list[str]:
+        """All sentences in the order of their labels; there must not be too many."""
         return [text for _, text in sorted(self._labelled(0, []), key=lambda pair: pair[0])]
+
+    def with_words(self, words: Collection[str]) -> list[str]:
+        """For each of some words a sentence with it, in the order in which they are found."""
+        way = {0: ""}
+        found: dict[str, str] = {}
+        for state in reversed(bottom_up(self.arcs)):
+            for word, to in self.arcs[state].items():
+                way.setdefault(to, f"{way[state]} {word}")
+                if word in words and word not in found:
+                    found[word] = f"{way[state]} {word} {self._shortest(to)}".strip()
+        return list(found.values())
+
+    def _shortest(self, state: int) -> str:
+        """How a sentence may end from a state on."""
+        words = list[str]()
+        while self.labels[state] == NONE:
+            word, state = next(iter(self.arcs[state].items()))
+            words.append(word)
+        return " ".join(words)
 
     def _labelled(self, state: int, before: list[str]) -> Iterator[tuple[int, str]]:
         if self.labels[state] != NONE:

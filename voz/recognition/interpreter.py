@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from voz.audio.segment import LONGEST_WORD, Segment
 from voz.audio.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
+from voz.language.templates.commands import Commands
 from voz.recognition.adaptation import Aligner, StartVector, teaches
 from voz.recognition.confidence import (
     CONVINCED,
@@ -33,7 +34,7 @@ from voz.recognition.confidence import (
     with_odds,
 )
 from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import MOST_RIVALS, Comparison, Evidence
+from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.profiles import Profile
@@ -95,7 +96,7 @@ class Interpreter:
         """Load the models; arguments and errors are those of `Recognizer`."""
         self.learnt = profile.start
         self._aligner = Aligner(language) if learning else None
-        self._commands = language.sentences
+        self._commands = language.commands
         self._comparison = Comparison(language, settings.never_missed, profile.mllr)
         alone = settings.search == "grammar" and self._comparison.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
@@ -105,9 +106,9 @@ class Interpreter:
         models = load_models(settings.confidence)
         model = models.two_ears if self._second else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
-        most_words = max((len(command.split()) for command in self._commands), default=0)
-        self.longest = PAUSES + LONGEST_WORD * most_words
-        self._needed = thresholds(self.model, settings, self._commands)
+        self.longest = PAUSES + LONGEST_WORD * self._commands.longest
+        self._needed = needed(self.model, settings)
+        self._never_missed = frozenset(settings.never_missed)
         self._voice = voice_detector()
 
     def understand(self, segment: Segment, learnt: StartVector | None = None) -> Hypothesis:
@@ -181,10 +182,14 @@ class Interpreter:
 
     def may_go_on(self, text: str) -> bool:
         """Tell whether a longer command begins with this one."""
-        return any(command.startswith(f"{text} ") for command in self._commands)
+        return bool(text) and self._commands.may_go_on(text)
 
     def _accepts(self, text: str, sure: float) -> bool:
-        return text in self._needed and sure >= self._needed[text]
+        parse = self._commands.parse(text)
+        if parse is None:
+            return False
+        is_careful = bool(self._never_missed & {parse.text, parse.command})
+        return sure >= (self._needed.careful if is_careful else self._needed.usual)
 
     def judge(self, heard: Hypothesis, around: Around, decided: float, source: str) -> Utterance:
         """Decide whether what was heard is obeyed.
@@ -247,11 +252,11 @@ def _second_ear(language: Language) -> SecondEar | None:
 
 
 def _spotter(
-    ear: SecondEar | None, commands: Sequence[str], never_missed: Collection[str]
+    ear: SecondEar | None, commands: Commands, never_missed: Collection[str]
 ) -> Spotter | None:
     """Look for the commands that must not be missed, where there is a second ear."""
-    watched = [command for command in commands if command in never_missed]
-    others = commands if len(commands) <= MOST_RIVALS else []
+    watched = commands.named(never_missed, MOST_NEVER_MISSED)
+    others = commands if len(commands) <= MOST_RIVALS else ()
     return Spotter(ear, watched, others) if ear and watched else None
 
 
@@ -266,9 +271,20 @@ def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> 
     Returns:
         A threshold from 0 to 1 for each command.
     """
-    usual = settings.threshold
-    if usual is not None:
-        return dict.fromkeys(commands, usual)
+    usual, careful = needed(model, settings)
+    return {c: careful if c in settings.never_missed else usual for c in commands}
+
+
+class Needed(NamedTuple):
+    """How sure a command must be: one as any, and one that it is worse to miss."""
+
+    usual: float
+    careful: float
+
+
+def needed(model: Model, settings: Recognition) -> Needed:
+    """Tell how sure commands must be; the arguments are those of `thresholds`."""
+    if settings.threshold is not None:
+        return Needed(settings.threshold, settings.threshold)
     usual = threshold_for(model, settings.false_alarms_per_hour or model.usual_alarms)
-    lower = with_odds(usual, 1 / settings.missed_cost)
-    return {c: lower if c in settings.never_missed else usual for c in commands}
+    return Needed(usual, with_odds(usual, 1 / settings.missed_cost))

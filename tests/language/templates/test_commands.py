@@ -212,5 +212,5 @@ def test_the_nearest_in_sound_come_first() -> None:
 
 def test_the_sentences_of_a_command_are_found_the_shortest_first() -> None:
     commands = commands_of("halt: [please] stop [now]\ngo")
-    assert commands.sentences_of(["halt"], 3) == ["stop", "please stop", "stop now"]
-    assert commands.sentences_of(["fly"], 3) == []
+    assert commands.named(["halt"], 3) == ["stop", "please stop", "stop now"]
+    assert commands.named(["go", "stop now", "fly"], 3) == ["go", "stop now"]

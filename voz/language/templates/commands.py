@@ -151,16 +151,16 @@ class Commands(Collection[str]):
         drawn = self.sample(MOST_LISTED)
         return drawn + self.network.with_words(set(self.vocabulary) - _words(drawn))
 
-    def sentences_of(self, commands: Iterable[str], most: int) -> list[str]:
-        """Sentences that mean one of some commands, in the order of the list.
+    def named(self, names: Collection[str], most: int) -> list[str]:
+        """Sentences that mean one of some commands or are named themselves, in the list's order.
 
         Args:
-            commands: their names.
+            names: of commands, or sentences.
             most: of each template; the shortest come first.
         """
-        wanted = set(commands)
-        labels = [n for n, meaning in enumerate(self.meanings) if meaning.command in wanted]
-        return [text for label in labels for text in self.network.with_label(label, most)]
+        labels = [n for n, meaning in enumerate(self.meanings) if meaning.command in names]
+        found = [text for label in labels for text in self.network.with_label(label, most)]
+        return list(dict.fromkeys([*found, *(text for text in names if text in self)]))
 
     def neighbours(self, text: str, most: int, sound: Sound) -> list[str]:
         """Find the sentences that sound most like one: a word or two are another, or one too many.

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from voz.config import Config, Safety, Speech
 from voz.control.controller import COMMANDS
 from voz.events import Receiver
+from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Played, run_at_its_pace, run_at_once
 from voz.run.sources import lines_typed, recordings_played
@@ -40,7 +41,7 @@ def play(
 
 def type_lines(lines: Iterable[str], *receivers: Receiver, **how: Any) -> None:
     """Drive by typed lines."""
-    play(lambda now: lines_typed(lines, COMMANDS, now), *receivers, **how)
+    play(lambda now: lines_typed(lines, plain_commands(COMMANDS), now), *receivers, **how)
 
 
 def speak(

@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 from voz.bags import HEARD, STRING, bag_of, check_bag, read_sayings
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
+from voz.language.templates.commands import plain_commands
 from voz.run.sources import bag_replayed
 
 NAMES = ["drive.mcap", "drive.db3", "drive.bag", "drive"]
@@ -32,7 +33,7 @@ def keep(path: Path, lines: Sequence[str] = LINES) -> list[Event]:
 
 
 def replay(path: Path, *receivers: Receiver) -> None:
-    play(lambda _: bag_replayed(path, read_sayings(path), COMMANDS), *receivers)
+    play(lambda _: bag_replayed(path, read_sayings(path), plain_commands(COMMANDS)), *receivers)
 
 
 def read(path: Path) -> list[tuple[str, str, float, Any]]:

@@ -95,7 +95,7 @@ def _run_live(
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
     from voz.audio.devices import choose
-    from voz.language.files import read_sentences
+    from voz.language.files import read_commands
     from voz.run.inbox import Inbox
     from voz.run.live import Seat, run_live
 
@@ -112,7 +112,7 @@ def _run_live(
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,
     )
-    commands = read_sentences(language)
+    commands = read_commands(language)
     run_live(robots.receivers, robots.lost, settings, recognizer, commands, inbox, seat)
 
 
@@ -144,16 +144,16 @@ def _played(
     unreadable: list[str],
 ) -> Played:
     """Open what drives the robot, before anything moves."""
-    from voz.language.files import read_sentences
+    from voz.language.files import read_commands
     from voz.run import sources
 
     if options.text:
-        lines, commands = open_text(options.text, parts), read_sentences(language)
+        lines, commands = open_text(options.text, parts), read_commands(language)
         return lambda now: sources.lines_typed(lines, commands, now)
     if options.replay:
         from voz.bags import read_sayings
 
-        bag, sayings, known = options.replay, read_sayings(options.replay), read_sentences(language)
+        bag, sayings, known = options.replay, read_sayings(options.replay), read_commands(language)
         return lambda _: sources.bag_replayed(bag, sayings, known)
     recognizer = parts.enter_context(_recognizer(options, settings, language, "recordings"))
     return lambda _: sources.recordings_played(options.recordings, recognizer, unreadable)

@@ -206,6 +206,7 @@ class Interpreter:
         refusal = None if accepted else why_refused(segment.samples, evidence, trust)
         reason, between = refusal or (None, None)
         ears = _ears(evidence, values["worst word"]) if evidence else None
+        parse = self._commands.parse(text)
         return Utterance(
             t=round(decided, 3),
             text=text,
@@ -220,6 +221,8 @@ class Interpreter:
             above=round(segment.above, 1),
             ears=ears,
             refused_by=self._refused_by(heard, around) if refusal and ears and trust else None,
+            command=parse.command if parse else None,
+            slots=dict(parse.slots) if parse else {},
         )
 
     def _refused_by(self, heard: Hypothesis, around: Around) -> RefusedBy:

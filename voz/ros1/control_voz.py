@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from voz.control.controller import COMMANDS
 from voz.language.commands import normalise
+from voz.language.templates.commands import plain_commands
 from voz.live.hearing import SILENT, Silence
 from voz.ros1.driving import drive
 from voz.ros1.node import Node
@@ -49,6 +50,7 @@ class RemoteEars:
 
         self._inbox = inbox
         self._clock = clock
+        self._commands = plain_commands(COMMANDS)
         self._silence = Silence()
         self._refused_at = -BETWEEN_REFUSED  # when, s
         self._problem = ""
@@ -73,12 +75,12 @@ class RemoteEars:
         text = normalise(message.data[:LONGEST])
         if not text:
             return
-        known, now = text in COMMANDS, self._clock()
+        known, now = self._commands.parse(text) is not None, self._clock()
         if not known and now - self._refused_at < BETWEEN_REFUSED:
             self._inbox.dropped += 1  # whoever floods the topic must not delay a `stop`
             return
         self._refused_at = self._refused_at if known else now
-        self._inbox.put(typed(text, known, now, self.source))
+        self._inbox.put(typed(text, self._commands, now, self.source))
 
     def _note(self, message: Any) -> None:
         self._problem = message.data

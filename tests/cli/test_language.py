@@ -57,3 +57,70 @@ def test_a_list_that_changed_since_it_was_built_is_said(
     result = voz("decode", "--lm", own_commands.parent, GO_BACK)
     assert result.code == 0
     assert "run it again" in result.err
+
+
+TEMPLATES = "turn: turn {way} {angle: 5..180 by 5} degrees\n[please] stop\nway = left | right:r\n"
+
+
+@pytest.fixture
+def templates(tmp_path: Path) -> Path:
+    path = tmp_path / "list.txt"
+    path.write_text(TEMPLATES)
+    return path
+
+
+def test_templates_are_built_and_parsed(voz: Any, templates: Path) -> None:
+    out = templates.parent / "lm"
+    built = voz("build-lm", templates, "--out", out, "--count", "--sample", 2)
+    assert built.code == 0
+    assert "turn " in built.out
+    assert "{way}" in built.out
+    parsed = voz("parse", "--lm", out, "--json", "Turn right 90 degrees.", "sotp", "hello there")
+    assert parsed.code == 0
+    assert parsed.json == [
+        {
+            "text": "turn right ninety degrees",
+            "command": "turn",
+            "slots": {"way": "r", "angle": 90},
+        },
+        {"text": "sotp", "command": None, "slots": {}, "meant": "stop"},
+        {"text": "hello there", "command": None, "slots": {}},
+    ]
+    shown = voz("parse", "--lm", out, "please stop", "sotp").out
+    assert shown.splitlines() == [
+        '"please stop": stop',
+        '"sotp": no command; did you mean "stop"?',
+    ]
+
+
+def test_a_mistake_in_a_template_is_shown_with_a_caret(voz: Any, templates: Path) -> None:
+    templates.write_text("stop\ngo (left|)\n")
+    result = voz("build-lm", templates)
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        f'voz: {templates}:2:10: an empty alternative; write "[...]" around what may be left out',
+        "  go (left|)",
+        "           ^",
+    ]
+
+
+def test_sentences_that_must_be_commands_are_tried(voz: Any, templates: Path) -> None:
+    tests = templates.parent / "tests.txt"
+    tests.write_text("turn left 5 degrees\n! turn left 6 degrees\nstop\n!\nstop it\n")
+    assert voz("build-lm", templates).code == 0
+    tests.write_text("stop it # no\n!\nplease stop\ngo\n")
+    result = voz("build-lm", templates)
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        f'{tests}:1: "stop it" should be a command and is none; the nearest is "stop"',
+        f'{tests}:3: "please stop" should be no command and is "stop"',
+    ]
+
+
+def test_typed_templates_drive_with_what_they_mean(voz: Any, templates: Path) -> None:
+    voz("build-lm", templates, "--out", templates.parent / "lm")
+    typed = templates.parent / "typed.txt"
+    typed.write_text("Turn left 45 degrees!\n")
+    result = voz("run", "--text", typed, "--lm", templates.parent / "lm", "--events", "-")
+    heard = next(event for event in result.json if event["type"] == "utterance")
+    assert (heard["command"], heard["slots"]) == ("turn", {"way": "left", "angle": 45})

@@ -30,6 +30,7 @@ from voz.language.lexicon import (
     pronounce,
     read_cmudict,
 )
+from voz.language.mixing import mean_the_same, pairs_of_many
 from voz.language.ngram import arpa
 from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.compiling import Compiled
@@ -148,21 +149,28 @@ def _read_templates(commands: Path) -> Given:
     return Given(source.name, compiled.commands, entries, places, compiled.warnings, compiled, read)
 
 
-def closest_commands(commands: Path, given: Given | None = None) -> list[AlikePair]:
+def closest_commands(commands: Path) -> list[AlikePair]:
     """Find the commands of a list that sound alike, and write nothing.
 
     Args:
         commands: the command list.
-        given: what it holds, if that is known already.
 
     Returns:
         The pairs, the most alike first.
 
     Raises:
-        CommandsError: the list or the pronunciations cannot be used, or it is too long.
+        CommandsError: the list or the pronunciations cannot be used.
     """
-    given = _few(given or read_list(commands))
-    return sound_alike(given.commands.listed, _phones(given.entries))
+    return closest(read_list(commands))
+
+
+def closest(given: Given) -> list[AlikePair]:
+    """Find what sounds alike and does not mean the same; in a long list some of it."""
+    commands, phones = given.commands, _phones(given.entries)
+    if len(commands) > alike.MOST_COMMANDS:
+        return pairs_of_many(commands, phones)
+    pairs = sound_alike(commands.listed, phones)
+    return [pair for pair in pairs if not mean_the_same(commands, pair.first, pair.second)]
 
 
 def draw_alike(commands: Path, picture: Path) -> None:
@@ -176,7 +184,12 @@ def draw_alike(commands: Path, picture: Path) -> None:
         CommandsError: the list or the pronunciations cannot be used, or it is too long.
         VozError: the picture cannot be drawn.
     """
-    given = _few(read_list(commands))
+    given = read_list(commands)
+    if len(given.commands) > alike.MOST_PICTURED:
+        raise CommandsError(
+            f"{given.name}: has {len(given.commands):,} sentences, too many for a picture; "
+            f"give a list of at most {alike.MOST_PICTURED}"
+        )
     alike.draw(given.commands.listed, _phones(given.entries), picture)
 
 
@@ -246,23 +259,6 @@ def _pronounced(commands: Path, places: Mapping[str, str]) -> dict[str, Entry]:
     return pronounce(places, user, read_cmudict(), guess)
 
 
-def _few(given: Given) -> Given:
-    """Refuse a list that is too long to compare all of its commands with each other."""
-    if too_many := _too_many(given):
-        raise CommandsError(too_many)
-    return given
-
-
-def _too_many(given: Given) -> str:
-    """Say that a list is too long to compare its commands; empty if it is not."""
-    if len(given.commands) <= alike.MOST_COMMANDS:
-        return ""
-    return (
-        f"{given.name}: has {len(given.commands)} commands, too many to find those that sound "
-        f"alike; give a list of at most {alike.MOST_COMMANDS} to `voz build-lm --alike`"
-    )
-
-
 def _phones(entries: Mapping[str, Entry]) -> dict[str, tuple[str, ...]]:
     return {word: entry.phones for word, entry in entries.items()}
 
@@ -299,9 +295,7 @@ def _alike_warnings(given: Given) -> tuple[str, ...]:
     # Of the list that comes with voz the README tells.
     if given.commands.few and set(given.commands) == set(COMMANDS):
         return ()
-    if too_many := _too_many(given):
-        return (too_many,)
-    return alike.warnings(sound_alike(given.commands.listed, _phones(given.entries)))
+    return alike.warnings(closest(given))
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:

@@ -65,7 +65,7 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         ears: what pocketsphinx and the network make of it, each alone; None where one is missing.
         refused_by: which of them was not convinced, if it is not accepted.
         command: the name of what it means, by which a robot knows what to do: of a plain list the
-            sentence itself, of templates that of the template; None if it means nothing.
+            sentence itself, of templates that of the template; None if it is not accepted.
         slots: the values in it by name, words or numbers.
         meant: of typed text that is no command the one that is nearest to it, if any is.
     """

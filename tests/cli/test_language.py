@@ -124,3 +124,35 @@ def test_typed_templates_drive_with_what_they_mean(voz: Any, templates: Path) ->
     result = voz("run", "--text", typed, "--lm", templates.parent / "lm", "--events", "-")
     heard = next(event for event in result.json if event["type"] == "utterance")
     assert (heard["command"], heard["slots"]) == ("turn", {"way": "left", "angle": 45})
+
+
+MANY = """
+stop
+turn: turn {way} {angle: 5..180 by 5} degrees [and go (forward|back) {far: 0.5..3 by 0.5} metres]
+bring: [please] bring [me] (the|a) [{colour}] {thing} [from the {place}]
+way = left | right
+colour = red | green | deep blue:blue | yellow
+thing = cup | bottle | apple | key | box | hammer
+place = kitchen | garage | office
+"""
+
+
+@pytest.mark.slow
+def test_spoken_templates_are_understood_with_their_slots(voz: Any, templates: Path) -> None:
+    templates.write_text(MANY)
+    out, wav = templates.parent / "lm", templates.parent / "said.wav"
+    assert voz("build-lm", templates, "--out", out).code == 0
+    for text, command, slots in (
+        ("turn left ninety degrees", "turn", {"way": "left", "angle": 90}),
+        (
+            "bring me the deep blue bottle from the kitchen",
+            "bring",
+            {"colour": "blue", "thing": "bottle", "place": "kitchen"},
+        ),
+    ):
+        assert voz("say", text, "--out", wav).code == 0
+        (heard,) = voz("decode", "--lm", out, "--json", wav).json
+        assert (heard["text"], heard["accepted"]) == (text, True)
+        assert (heard["command"], heard["slots"]) == (command, slots)
+    assert voz("say", "the weather is nice today", "--out", wav).code == 0
+    assert not any(heard["accepted"] for heard in voz("decode", "--lm", out, "--json", wav).json)

@@ -206,7 +206,7 @@ class Interpreter:
         refusal = None if accepted else why_refused(segment.samples, evidence, trust)
         reason, between = refusal or (None, None)
         ears = _ears(evidence, values["worst word"]) if evidence else None
-        parse = self._commands.parse(text)
+        parse = self._commands.parse(text) if accepted else None
         return Utterance(
             t=round(decided, 3),
             text=text,

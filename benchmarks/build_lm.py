@@ -1,6 +1,7 @@
-"""Time and memory to build the language files, and to load them in pocketsphinx.
+"""Time and memory to build the language files, to load them, and to parse a sentence.
 
-Run `python benchmarks/build_lm.py`; each line of the table is measured in processes of their own.
+Lists are flat, or templates that say as many sentences, or millions. Run
+`python benchmarks/build_lm.py`; each line of the table is measured in processes of their own.
 """
 
 from __future__ import annotations
@@ -9,19 +10,45 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
+from lists import listed
 from machine import machine, peak_megabytes
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz.language.build import build
 from voz.language.commands import MAX_BYTES
-from voz.language.files import LanguageFiles
+from voz.language.files import LanguageFiles, read_commands
 from voz.language.lexicon import read_cmudict
 
 SMALL = Path(__file__).parent.parent / "lm" / "comandos_voz.txt"
 LARGE_SENTENCES = 50_000
+SIZES = (100, 1_000, 10_000)
+PARSED = 200
+
+VERBS = "bring carry clean close drop fetch find hide lift lock"
+COLOURS = "black blue broken brown clean cold empty gray green heavy"
+THINGS = "apple bag ball book bottle bowl box chair cup door"
+PLACES = "garden hall kitchen lab office room shed shop store yard"
+WORDS = {
+    **{"verb": VERBS, "colour": COLOURS, "thing": THINGS, "place": PLACES},
+    **{"other": COLOURS, "more": THINGS, **dict.fromkeys("abcde", THINGS)},
+}
+"""What the lists of the templates say."""
+
+TEMPLATES = {
+    100: "{verb} the {thing}",
+    1_000: "{verb} the {colour} {thing}",
+    10_000: "{verb} the {colour} {thing} in the {place}",
+    3_025_000: "[please] {verb} [the] [{colour}] {thing} [and the [{other}] {more}] in the {place}",
+    1_000_000_000: "{verb} {colour} {thing} {place} {a} {b} {c} {d} {e}",
+}
+"""By about how many sentences they say."""
+
+
+ACTIONS = ("build", "load grammar", "load in voz", "load trigram", f"parse {PARSED}")
 
 
 def large_list() -> str:
@@ -39,6 +66,19 @@ def large_list() -> str:
     return text
 
 
+def some(folder: Path) -> Iterator[tuple[str, Path]]:
+    """Write lists and templates of several sizes."""
+    lists = "".join(f"{name} = {' | '.join(text.split())}\n" for name, text in WORDS.items())
+    for size in SIZES:
+        path = folder / f"{size}.txt"
+        path.write_text("\n".join(listed(["stop"], size)))
+        yield f"{size:,}", path
+    for size, template in TEMPLATES.items():
+        path = folder / f"templates{size}.txt"
+        path.write_text(f"do: {template}\nstop\n{lists}")
+        yield f"{size:,} by templates", path
+
+
 def do(action: str, commands: Path, out: Path) -> None:
     files = LanguageFiles(out)
     model = {"hmm": get_model_path("en-us/en-us"), "dict": str(files.dictionary)}
@@ -46,6 +86,17 @@ def do(action: str, commands: Path, out: Path) -> None:
     start = time.perf_counter()
     if action == "build":
         build(commands, out)
+    elif action == "load in voz":
+        from voz.recognition.decoder import Decoder as Searched
+        from voz.recognition.language import load_language
+
+        Searched(load_language(files))
+    elif action.startswith("parse"):
+        commands_known = read_commands(files)
+        drawn = commands_known.sample(PARSED)
+        start = time.perf_counter()
+        for sentence in drawn:
+            assert commands_known.parse(sentence)
     elif action == "load grammar":
         Decoder(Config(**model, **quiet, lm=None, jsgf=str(files.grammar), bestpath=False))
     else:
@@ -69,9 +120,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         large = Path(folder) / "large.txt"
         large.write_text(large_list())
-        for name, commands in (("14", SMALL), (f"{LARGE_SENTENCES:,}", large)):
+        for name, commands in (("14", SMALL), *some(Path(folder)), (f"{LARGE_SENTENCES:,}", large)):
             out = Path(folder) / name
-            for action in ("build", "load grammar", "load trigram"):
+            for action in ACTIONS:
                 print(f"| {name} | {action} | {measure(action, commands, out)} |", flush=True)
 
 

@@ -29,6 +29,7 @@ from voz.evaluation.statistics import estimate
 from voz.evaluation.tables import shown
 from voz.events import Event, Utterance
 from voz.language.files import find_language
+from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.stream import Stream
 from voz.recordings.clips import Clip
@@ -106,7 +107,7 @@ def drive(stream: Stream, room: Floats, motors: Floats) -> Heard:
     for begin in range(0, len(room) - BLOCK, BLOCK):
         now = (begin + BLOCK) / SAMPLE_RATE
         if begin / SAMPLE_RATE <= DRIVES_AT < now:
-            driven.hear(typed("go forward", True, now))
+            driven.hear(typed("go forward", plain_commands(["go forward"]), now))
         state = robot.state_at(now)
         sound = room[begin : begin + BLOCK].copy()
         if abs(state.linear) > STILL or abs(state.angular) > STILL:

@@ -11,6 +11,7 @@ from voz.config import Config, Safety, Speech, usual_commands
 from voz.control.bound import Place
 from voz.control.table import USUAL
 from voz.events import Receiver
+from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Played, run_at_its_pace, run_at_once
 from voz.run.sources import lines_typed, recordings_played
@@ -45,7 +46,7 @@ def play(
 
 def type_lines(lines: Iterable[str], *receivers: Receiver, **how: Any) -> None:
     """Drive by typed lines."""
-    play(lambda now: lines_typed(lines, COMMANDS, now), *receivers, **how)
+    play(lambda now: lines_typed(lines, plain_commands(COMMANDS), now), *receivers, **how)
 
 
 def speak(

@@ -28,7 +28,15 @@ class ConfigError(VozError):
 
 
 class CommandsError(VozError):
-    """The command list or a pronunciation cannot be used."""
+    """The command list or a pronunciation cannot be used.
+
+    Attributes:
+        excerpt: the line that is wrong with a caret below it, where that helps; shown besides.
+    """
+
+    def __init__(self, message: object, excerpt: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.excerpt = tuple(map(printable, excerpt))
 
 
 class LanguageError(VozError):

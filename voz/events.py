@@ -64,8 +64,10 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         above: how far it stood out of the room, dB; None for typed text.
         ears: what pocketsphinx and the network make of it, each alone; None where one is missing.
         refused_by: which of them was not convinced, if it is not accepted.
-        command: the name of the command, where it is not the text itself.
-        slots: what was said in the slots of the command, by their names.
+        command: the name of what it means, by which a robot knows what to do: of a plain list the
+            sentence itself, of templates that of the template; None if it is not accepted.
+        slots: the values in it by name, words or numbers.
+        meant: of typed text that is no command the one that is nearest to it, if any is.
     """
 
     t: float
@@ -84,11 +86,21 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
     ears: tuple[Ear, Ear] | None = None
     refused_by: RefusedBy | None = None
     command: str | None = None
-    slots: dict[str, str | float] = {}
+    slots: Mapping[str, str | int | float] = {}
+    meant: str | None = None
+
+    def __post_init__(self) -> None:
+        """An accepted sentence is its own command unless it has another name."""
+        if self.command is None and self.accepted:
+            msgspec.structs.force_setattr(self, "command", self.text)
+
+    def __hash__(self) -> int:
+        """Slots cannot be hashed, the rest tells utterances well enough apart."""
+        return hash((self.t, self.text, self.source))
 
     @property
     def name(self) -> str:
-        """The name of the command."""
+        """The name of the command, also of one that is not accepted."""
         return self.command or self.text
 
 
@@ -221,11 +233,20 @@ Receiver: TypeAlias = Callable[[Event], None]
 
 
 def to_json(event: msgspec.Struct) -> str:
-    """Write an event, or another record, as one line of JSON, without the newline."""
+    """Write an event, or another record, as one line of JSON, without the newline.
+
+    A command that is called as it is said is not written twice.
+    """
+    written: object = event
+    if getattr(event, "command", None) is not None:
+        written = fields = msgspec.to_builtins(event)
+        if fields["command"] == fields["text"]:
+            del fields["command"]
     try:
-        return msgspec.json.encode(event).decode()
+        return msgspec.json.encode(written).decode()
     except UnicodeEncodeError:  # the name of a file need be no text, nor what somebody types
-        plain = json.dumps(msgspec.to_builtins(event), ensure_ascii=False, separators=(",", ":"))
+        builtins = msgspec.to_builtins(written)
+        plain = json.dumps(builtins, ensure_ascii=False, separators=(",", ":"))
         return plain.encode(errors="replace").decode()
 
 
@@ -256,7 +277,9 @@ def explain(
 
 
 def why_not(utterance: Utterance) -> str:
-    """Say in words why an utterance is not obeyed."""
+    """Say in words why an utterance is not obeyed, and what else was meant perhaps."""
+    if utterance.meant:
+        return f'{explain("not_a_command", None)}; did you mean "{utterance.meant}"?'
     if utterance.ignored:
         return f"not obeyed: {IGNORED_IN_WORDS[utterance.ignored]}"
     return explain(utterance.reason or "not_a_command", utterance.between, utterance.refused_by)

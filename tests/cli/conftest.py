@@ -33,5 +33,5 @@ def voz(
 def own_commands(tmp_path: Path) -> Path:
     path = tmp_path / "lm" / "comandos_voz.txt"
     path.parent.mkdir()
-    path.write_text("# for my arm\nOpen Gripper\r\ngo back\n")
+    path.write_text("# for my arm\nOpen Gripper\r\ngo back\nstop\n")
     return path

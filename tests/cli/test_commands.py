@@ -81,10 +81,41 @@ def test_the_console_says_what_is_done(voz: Any, here: Path) -> None:
 
 def test_a_list_that_drives_and_cannot_stop_is_refused(voz: Any, here: Path) -> None:
     (here / "list.txt").write_text("avanza\nluz\n")
-    voz("build-lm", "list.txt", "--out", "lm")
+    for moment in ("build", "run"):
+        if moment == "run":
+            (here / "voz.toml").unlink()
+            assert voz("build-lm", "list.txt", "--out", "lm").code == 0
+            (here / "voz.toml").write_text(TABLE)
+            result = voz("run", "--text", "-", "--no-sound")
+        else:
+            result = voz("build-lm", "list.txt", "--out", "lm")
+        assert result.code == 2
+        assert 'has "avanza", which moves the robot, and no command that stops it' in result.err
+
+
+def test_a_command_that_begins_with_stop_and_moves_is_refused(voz: Any, here: Path) -> None:
+    (here / "list.txt").write_text("avanza: [stop and] advance\nstop\n")
+    result = voz("build-lm", "list.txt", "--out", "lm")
+    assert result.code == 2
+    assert '"avanza" moves the robot and begins with what stops it' in result.err
+
+
+def test_slots_drive_as_far_as_was_said(voz: Any, here: Path) -> None:
+    (here / "list.txt").write_text("go: go {way: 0.5..3 by 0.5} metres\nstop: [please] stop\n")
+    (here / "voz.toml").write_text('[commands]\n"go" = { drive = 0.5, metres = "{way}" }\n')
+    assert voz("build-lm", "list.txt", "--out", "lm").code == 0
+    found = events(voz, here, "Go 1.5 metres.", *"-" * 39)
+    driven = [event["linear"] for event in found if event["type"] == "cmd_vel"]
+    assert driven[:31] == [0.5] * 30 + [0]
+    found = events(voz, here, "go three metres", "-", "please stop", "-")
+    driven = [event["linear"] for event in found if event["type"] == "cmd_vel"]
+    assert driven[:2] == [0.5] * 2
+    assert set(driven[2:]) == {0}
+    (here / "voz.toml").write_text('[commands]\n"go" = { drive = 0.5, metres = "{far}" }\n')
     result = voz("run", "--text", "-", "--no-sound")
     assert result.code == 2
-    assert 'has "avanza", which moves the robot, and no command that stops it' in result.err
+    assert '[commands] "go" uses the slot far, which' in result.err
+    assert "it has way" in result.err
 
 
 def test_a_table_that_takes_stop_away_is_refused(voz: Any, here: Path) -> None:

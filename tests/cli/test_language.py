@@ -17,7 +17,7 @@ def test_own_commands_are_built_and_understood(
     monkeypatch.chdir(tmp_path)
     result = voz("build-lm")
     assert result.code == 0
-    assert "2 sentences, 4 words" in result.out
+    assert "3 sentences, 5 words" in result.out
     wav = tmp_path / "gripper.wav"
     assert voz("say", "open gripper", "--out", wav).code == 0
     (heard,) = voz("decode", "--json", wav).json
@@ -53,7 +53,106 @@ def test_a_list_that_changed_since_it_was_built_is_said(
     voz: Any, own_commands: Path, tmp_path: Path
 ) -> None:
     voz("build-lm", own_commands)
-    own_commands.write_text("go back\nstop\n")
+    own_commands.write_text("go home\nstop\n")
     result = voz("decode", "--lm", own_commands.parent, GO_BACK)
     assert result.code == 0
     assert "run it again" in result.err
+
+
+TEMPLATES = "turn: turn {way} {angle: 5..180 by 5} degrees\n[please] stop\nway = left | right:r\n"
+
+
+@pytest.fixture
+def templates(tmp_path: Path) -> Path:
+    path = tmp_path / "list.txt"
+    path.write_text(TEMPLATES)
+    return path
+
+
+def test_templates_are_built_and_parsed(voz: Any, templates: Path) -> None:
+    out = templates.parent / "lm"
+    built = voz("build-lm", templates, "--out", out, "--count", "--sample", 2)
+    assert built.code == 0
+    assert "turn " in built.out
+    assert "{way}" in built.out
+    parsed = voz("parse", "--lm", out, "--json", "Turn right 90 degrees.", "sotp", "hello there")
+    assert parsed.code == 0
+    assert parsed.json == [
+        {
+            "text": "turn right ninety degrees",
+            "command": "turn",
+            "slots": {"way": "r", "angle": 90},
+        },
+        {"text": "sotp", "command": None, "slots": {}, "meant": "stop"},
+        {"text": "hello there", "command": None, "slots": {}},
+    ]
+    shown = voz("parse", "--lm", out, "please stop", "sotp").out
+    assert shown.splitlines() == [
+        '"please stop": stop',
+        '"sotp": no command; did you mean "stop"?',
+    ]
+
+
+def test_a_mistake_in_a_template_is_shown_with_a_caret(voz: Any, templates: Path) -> None:
+    templates.write_text("stop\ngo (left|)\n")
+    result = voz("build-lm", templates)
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        f'voz: {templates}:2:10: an empty alternative; write "[...]" around what may be left out',
+        "  go (left|)",
+        "           ^",
+    ]
+
+
+def test_sentences_that_must_be_commands_are_tried(voz: Any, templates: Path) -> None:
+    tests = templates.parent / "tests.txt"
+    tests.write_text("turn left 5 degrees\n! turn left 6 degrees\nstop\n!\nstop it\n")
+    assert voz("build-lm", templates).code == 0
+    tests.write_text("stop it # no\n!\nplease stop\ngo\n")
+    result = voz("build-lm", templates)
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        f'{tests}:1: "stop it" should be a command and is none; the nearest is "stop"',
+        f'{tests}:3: "please stop" should be no command and is "stop"',
+    ]
+
+
+def test_typed_templates_drive_with_what_they_mean(voz: Any, templates: Path) -> None:
+    voz("build-lm", templates, "--out", templates.parent / "lm")
+    typed = templates.parent / "typed.txt"
+    typed.write_text("Turn left 45 degrees!\n")
+    result = voz("run", "--text", typed, "--lm", templates.parent / "lm", "--events", "-")
+    heard = next(event for event in result.json if event["type"] == "utterance")
+    assert (heard["command"], heard["slots"]) == ("turn", {"way": "left", "angle": 45})
+
+
+MANY = """
+stop
+turn: turn {way} {angle: 5..180 by 5} degrees [and go (forward|back) {far: 0.5..3 by 0.5} metres]
+bring: [please] bring [me] (the|a) [{colour}] {thing} [from the {place}]
+way = left | right
+colour = red | green | deep blue:blue | yellow
+thing = cup | bottle | apple | key | box | hammer
+place = kitchen | garage | office
+"""
+
+
+@pytest.mark.slow
+def test_spoken_templates_are_understood_with_their_slots(voz: Any, templates: Path) -> None:
+    templates.write_text(MANY)
+    out, wav = templates.parent / "lm", templates.parent / "said.wav"
+    assert voz("build-lm", templates, "--out", out).code == 0
+    for text, command, slots in (
+        ("turn left ninety degrees", "turn", {"way": "left", "angle": 90}),
+        (
+            "bring me the deep blue bottle from the kitchen",
+            "bring",
+            {"colour": "blue", "thing": "bottle", "place": "kitchen"},
+        ),
+    ):
+        assert voz("say", text, "--out", wav).code == 0
+        (heard,) = voz("decode", "--lm", out, "--json", wav).json
+        assert (heard["text"], heard["accepted"]) == (text, True)
+        assert (heard["command"], heard["slots"]) == (command, slots)
+    assert voz("say", "the weather is nice today", "--out", wav).code == 0
+    assert not any(heard["accepted"] for heard in voz("decode", "--lm", out, "--json", wav).json)

@@ -71,15 +71,16 @@ def test_no_state_changes_what_stops_or_listens(name: str) -> None:
 
 def test_a_list_that_drives_has_a_command_that_stops() -> None:
     usual = usual_commands()
-    check_commands(usual, ["open gripper"], "list")
-    check_commands(usual, ["go forward", "stop"], "list")
+    check_commands(usual, ["open gripper"], [], "list")
+    check_commands(usual, ["go forward", "stop"], [], "list")
     with pytest.raises(ConfigError, match='list: has "go back", which moves the robot, and no'):
-        check_commands(usual, ["open gripper", "go back"], "list")
-    check_commands(table({"para": "stop", "adelante": "go forward"}), ["adelante", "para"], "list")
+        check_commands(usual, ["open gripper", "go back"], [], "list")
+    own = table({"para": "stop", "adelante": "go forward"})
+    check_commands(own, ["adelante", "para"], [], "list")
 
 
 def test_no_command_that_drives_begins_with_the_one_that_stops() -> None:
     found = table({"stop and turn": Step(turn=0.1), "stop the music": Step(say="well")})
-    check_commands(found, ["stop", "stop the music"], "list")
-    with pytest.raises(ConfigError, match='"stop and turn" moves the robot and begins with "stop"'):
-        check_commands(found, ["stop", "stop and turn"], "list")
+    check_commands(found, ["stop", "stop the music"], ["stop the music"], "list")
+    with pytest.raises(ConfigError, match='"stop and turn" moves the robot and begins with what'):
+        check_commands(found, ["stop", "stop and turn"], ["stop and turn"], "list")

@@ -22,7 +22,7 @@ def test_it_knows_which_command_was_said(
     ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
     said = [r for r in recordings if r.kind == "command"]
-    opinions = [ear.opinion(r.samples(), loaded.sentences) for r in said]
+    opinions = [ear.opinion(r.samples(), loaded.commands.listed) for r in said]
     right = [best_of(o) == r.text for o, r in zip(opinions, said, strict=True)]
     assert np.mean(right) > 0.97
     assert all(-9 < o.fit(best_of(o)) < 0.5 for o in opinions)
@@ -35,7 +35,7 @@ def test_what_is_no_command_fits_worse(
     fits: dict[str, list[float]] = {"command": [], "near-miss": []}
     for recording in recordings:
         if recording.kind in fits:
-            opinion = ear.opinion(recording.samples(), loaded.sentences)
+            opinion = ear.opinion(recording.samples(), loaded.commands.listed)
             fits[recording.kind].append(opinion.fit(best_of(opinion)))
     assert np.percentile(fits["near-miss"], 80) < np.percentile(fits["command"], 20)
 
@@ -44,7 +44,7 @@ def test_other_commands_change_nothing_for_a_command(
     ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
     sound = next(r for r in recordings if r.text == "go back").samples()
-    among, alone = ear.opinion(sound, loaded.sentences), ear.opinion(sound, ["go back"])
+    among, alone = ear.opinion(sound, loaded.commands.listed), ear.opinion(sound, ["go back"])
     assert among.fits["go back"].score == pytest.approx(alone.fits["go back"].score)
     assert alone.margin("go back") == math.inf
 

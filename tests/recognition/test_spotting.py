@@ -21,7 +21,7 @@ def clips(recordings: list[Recording]) -> list[Recording]:
 def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
     ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = Spotter(ear, ["stop"], loaded.sentences)
+    spotter = Spotter(ear, ["stop"], loaded.commands.listed)
     hiss = np.random.default_rng(0).normal(0, 60, SAMPLE_RATE).astype(np.int16)
     found = {True: 0, False: 0}
     for clip in clips(recordings):
@@ -37,7 +37,7 @@ def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
 def test_the_best_of_several_commands_is_given(
     ear: SecondEar, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = Spotter(ear, ["stop", "turn left"], loaded.sentences)
+    spotter = Spotter(ear, ["stop", "turn left"], loaded.commands.listed)
     for text in ("stop", "turn left"):
         clip = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", text))
         spotted = spotter.spot(clip.samples())

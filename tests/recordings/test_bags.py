@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
+from voz.language.templates.commands import plain_commands
 from voz.recordings.bags import HEARD, STRING, bag_of, check_bag, read_sayings
 from voz.run.sources import bag_replayed
 
@@ -32,7 +33,7 @@ def keep(path: Path, lines: Sequence[str] = LINES) -> list[Event]:
 
 
 def replay(path: Path, *receivers: Receiver) -> None:
-    play(lambda _: bag_replayed(path, read_sayings(path), COMMANDS), *receivers)
+    play(lambda _: bag_replayed(path, read_sayings(path), plain_commands(COMMANDS)), *receivers)
 
 
 def read(path: Path) -> list[tuple[str, str, float, Any]]:

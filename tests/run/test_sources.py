@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -10,11 +11,23 @@ import pytest
 from driving import COMMANDS, STARTED, STOPPED, speak, type_lines
 from hypothesis import given
 from hypothesis import strategies as st
+from language.templates.of_text import commands_of
 from recordings import FIXTURES, Recording
 
 from voz.config import Safety
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import (
+    Event,
+    Reply,
+    SelectedObject,
+    Twist,
+    Utterance,
+    Warning,
+    to_json,
+    why_not,
+)
+from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
+from voz.run.sources import lines_typed
 
 
 def typed(lines: Sequence[str], safety: Safety | None = None) -> list[Event]:
@@ -157,3 +170,25 @@ def test_an_unreadable_recording_is_a_warning_and_the_rest_is_obeyed(
     (warning,) = of_type(events, Warning)
     assert [warning.text] == errors
     assert len(of_type(events, Utterance)) == len(session.commands)
+
+
+def test_typed_text_may_have_digits_and_says_what_it_means() -> None:
+    commands = commands_of("turn: turn left [{angle: 5..180 by 5} degrees]\nstop")
+    lines = ["Turn left 90 degrees.", "stop!", "turn left"]
+    heard = [e for e in lines_typed(lines, commands) if isinstance(e, Utterance)]
+    assert [(u.text, u.command, u.slots, u.accepted) for u in heard] == [
+        ("turn left ninety degrees", "turn", {"angle": 90}, True),
+        ("stop", "stop", {}, True),
+        ("turn left", "turn", {}, True),
+    ]
+    first, second, _ = (json.loads(to_json(u)) for u in heard)
+    assert (first["command"], first["slots"]) == ("turn", {"angle": 90})
+    assert "command" not in second
+    assert "slots" not in second
+
+
+def test_text_that_is_no_command_gets_the_nearest() -> None:
+    commands = plain_commands(["go forward", "stop"])
+    (heard,) = (e for e in lines_typed(["go forwards"], commands) if isinstance(e, Utterance))
+    assert (heard.accepted, heard.command, heard.meant) == (False, None, "go forward")
+    assert why_not(heard) == 'not a command; did you mean "go forward"?'

@@ -16,12 +16,12 @@ from voz.cli.calibrate import calibrate
 from voz.cli.devices import devices
 from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import WRONG_CALL
-from voz.cli.language import build_lm
+from voz.cli.language import build_lm, parse
 from voz.cli.recordings import decode
 from voz.cli.run import run
 from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
-from voz.errors import RobotMistake, VozError
+from voz.errors import CommandsError, RobotMistake, VozError
 from voz.process.signals import BY_SIGNAL
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
@@ -54,6 +54,7 @@ def _before_all(
 
 # The help shows them in this order.
 app.command("build-lm")(build_lm)
+app.command("parse")(parse)
 app.command("decode")(decode)
 app.command("eval")(evaluate)
 app.command("fit-confidence")(fit_confidence)
@@ -85,6 +86,11 @@ def call(arguments: Sequence[str] | None = None) -> int:
         if BrokenPipeError not in (type(end), type(end.__context__)):
             raise
         return BY_SIGNAL + signal.SIGPIPE
+    except CommandsError as error:
+        code = _wrong_call(str(error))
+        for line in error.excerpt:
+            tell(f"  {line}")
+        return code
     except (VozError, OSError) as error:
         if isinstance(error, RobotMistake) and {"-v", "--verbose"} & set(given):
             traceback.print_exception(error.__cause__)

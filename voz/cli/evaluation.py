@@ -176,11 +176,11 @@ def fit_confidence(
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
     from voz.evaluation.operating_points import operating_points
-    from voz.language.files import read_sentences
+    from voz.language.files import read_commands
     from voz.recognition.recognizer import Recognizer
 
     model = Recognizer(choice.language, choice.settings).model
-    return operating_points(results, model, choice.settings, read_sentences(choice.language))
+    return operating_points(results, model, choice.settings, read_commands(choice.language))
 
 
 def _number(value: float | None) -> str:

@@ -1,26 +1,43 @@
-"""`voz build-lm`: from a list of commands to what the decoder reads."""
+"""`voz build-lm` and `voz parse`: from commands to what the decoder reads, and what they mean."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.exit_codes import STALE
-from voz.cli.terminal import show, tell, warn
+from voz.cli.exit_codes import STALE, WRONG_CALL
+from voz.cli.options import HERE, Common, with_options
+from voz.cli.terminal import put, show, tell, warn
+
+if TYPE_CHECKING:
+    from voz.language.build import Given
+
+MOST_TOLD = 20
+"""Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
 
 
 def build_lm(
-    commands: Annotated[Path, typer.Argument(metavar="[COMMANDS]", help="The command list.")] = (
-        Path("lm/comandos_voz.txt")
-    ),
+    commands: Annotated[
+        Path,
+        typer.Argument(
+            metavar="[COMMANDS]",
+            help="The command list: sentences or templates, or a .ini, .yaml, .gram of others.",
+        ),
+    ] = Path("lm/comandos_voz.txt"),
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where to write; else beside the list.")
     ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing; exit with 1 if files are stale.")
     ] = False,
+    count: Annotated[
+        bool, typer.Option("--count", help="Also show how many sentences each line gives.")
+    ] = False,
+    sample: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Also show N sentences, drawn by chance.")
+    ] = 0,
     alike: Annotated[
         bool, typer.Option("--alike", help="Also show the commands that sound most alike.")
     ] = False,
@@ -31,27 +48,107 @@ def build_lm(
 ) -> None:
     """Make the dictionary, language model and grammar from a list of commands.
 
-    Warns of commands that sound alike.
+    Warns of commands that sound alike. Sentences in a `tests.txt` beside the list must be commands,
+    those after `!` must not, or nothing is written. A list that moves a robot needs a command that
+    stops it; a voz.toml in the folder you are in says what commands do.
 
     Example: voz build-lm lm/comandos_voz.txt
     """
+    from voz.config import Config, load_config
     from voz.language import build
     from voz.language.alike import table
+    from voz.run.commands import check_list
 
+    given = build.read_list(commands)
+    _check_expected(given, commands.parent)
+    settings = load_config(HERE) if HERE.is_file() else Config()
+    check_list(given.commands, settings.table, str(commands))
+    if count:
+        _show_costs(given)
+    if sample:
+        show(*given.commands.sample(sample))
     if alike:
-        show(*table(build.closest_commands(commands)).split("\n"))
+        show(*table(build.closest(given)).split("\n"))
     if picture:
         build.draw_alike(commands, picture)
     folder = out or commands.parent
     if check:
-        if stale := build.check(commands, folder):
+        if stale := build.check(commands, folder, given):
             names = ", ".join(stale)
             tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
             raise typer.Exit(STALE)
         show(f"{folder}: up to date")
         return
-    result = build.build(commands, folder)
+    result = build.build(commands, folder, given)
     for warning in result.warnings:
         warn(warning)
-    show(f"{result.sentences} sentences, {result.words} words:")
+    show(f"{result.sentences:,} sentences, {result.words:,} words:")
     show(*(f"  {path}" for path in result.paths))
+
+
+def _check_expected(given: Given, folder: Path) -> None:
+    """Tell of the sentences in `tests.txt` that are not as they should be, and end if there are."""
+    from voz.errors import CommandsError
+    from voz.files import read_bytes
+    from voz.language.templates.expected import EXPECTED, disappointments
+
+    path = folder / EXPECTED
+    if not path.is_file():
+        return
+    data = read_bytes(path, CommandsError, "give a readable text file")
+    failed = list(disappointments(given.commands, data, str(path)))
+    for line in failed[:MOST_TOLD]:
+        tell(line)
+    if len(failed) > MOST_TOLD:
+        tell(f"{path}: {len(failed) - MOST_TOLD} more lines are not as they should be")
+    if failed:
+        raise typer.Exit(WRONG_CALL)
+
+
+def _show_costs(given: Given) -> None:
+    """Show how many sentences there are, and which lines of templates give them."""
+    show(f"{len(given.commands):,} sentences")
+    costs = given.compiled.costs if given.compiled else []
+    if not costs:
+        return
+    rows = [("sentences", "states", "templates", "name", "where")]
+    rows += [
+        (f"{c.sentences:,}", f"{c.states:,}" if c.states else "", str(c.used_by), c.name, c.place)
+        for c in sorted(costs, key=lambda cost: -cost.sentences)[:MOST_TOLD]
+    ]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    show(*("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows))
+    if len(costs) > MOST_TOLD:
+        show(f"and {len(costs) - MOST_TOLD} more")
+
+
+@with_options
+def parse(
+    options: Common,
+    texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="What would be said.")],
+    as_json: Annotated[bool, typer.Option("--json", help="One line of JSON for each.")] = False,
+) -> None:
+    """Show what sentences mean: their command and slots, or which command is nearest.
+
+    Example: voz parse "go forward" "go forwards"
+    """
+    import msgspec
+
+    from voz.language.files import read_commands
+
+    commands = read_commands(options.language(options.settings()))
+    for text in texts:
+        found = commands.parse(text)
+        meant = None if found else commands.meant(text)
+        if as_json:
+            fields = {
+                "text": found.text if found else text,
+                "command": found.command if found else None,
+                "slots": dict(found.slots) if found else {},
+            }
+            put(msgspec.json.encode(fields | ({"meant": meant} if meant else {})).decode())
+        elif found:
+            slots = "".join(f"  {name}={value}" for name, value in found.slots.items())
+            show(f'"{found.text}": {found.command}{slots}')
+        else:
+            show(f'"{text}": no command' + (f'; did you mean "{meant}"?' if meant else ""))

@@ -64,12 +64,12 @@ def run(options: Running) -> None:
 
 def _listening(options: Running, settings: Config, language: LanguageFiles) -> bool:
     """Whether commands are obeyed from the start; refuses a list that drives and cannot stop."""
-    from voz.control.table import check_commands
-    from voz.language.files import read_sentences
+    from voz.language.files import read_commands
+    from voz.run.commands import begins_listening, check_list
 
-    table, names = settings.table, read_sentences(language)
-    check_commands(table, names, str(language.sentences))
-    if options.listening or not table.starts.isdisjoint(names):
+    commands = read_commands(language)
+    check_list(commands, settings.table, str(language.sentences))
+    if options.listening or begins_listening(commands, settings.table):
         return options.listening
     tell("no command of the list begins the listening: commands are obeyed from the start")
     return True
@@ -109,7 +109,7 @@ def _run_live(
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
     from voz.audio.capture.devices import choose
-    from voz.language.files import read_sentences
+    from voz.language.files import read_commands
     from voz.run.inbox import Inbox
     from voz.run.live import Seat, run_live
 
@@ -127,7 +127,7 @@ def _run_live(
         _other_recogniser(settings.ros2) if options.listen_ros else None,
         robots.odometry,
     )
-    commands = read_sentences(language)
+    commands = read_commands(language)
     run_live(robots.receivers, robots.troubles, settings, recognizer, commands, inbox, seat)
 
 
@@ -159,16 +159,16 @@ def _played(
     unreadable: list[str],
 ) -> Played:
     """Open what drives the robot, before anything moves."""
-    from voz.language.files import read_sentences
+    from voz.language.files import read_commands
     from voz.run import sources
 
     if options.text:
-        lines, commands = open_text(options.text, parts), read_sentences(language)
+        lines, commands = open_text(options.text, parts), read_commands(language)
         return lambda now: sources.lines_typed(lines, commands, now)
     if options.replay:
         from voz.recordings.bags import read_sayings
 
-        bag, sayings, known = options.replay, read_sayings(options.replay), read_sentences(language)
+        bag, sayings, known = options.replay, read_sayings(options.replay), read_commands(language)
         return lambda _: sources.bag_replayed(bag, sayings, known)
     recognizer = parts.enter_context(_recognizer(options, settings, language, "recordings"))
     return lambda _: sources.recordings_played(options.recordings, recognizer, unreadable)

@@ -108,22 +108,20 @@ def is_selection(step: Step) -> bool:
     return step.topic == SELECTED_OBJECT and type(step.publish) is int
 
 
-def is_bound(table: CommandTable, name: str) -> bool:
-    """Tell whether any state has a command."""
-    return any(name in commands for commands in table.sets.values())
-
-
 def can_drive(table: CommandTable, name: str) -> bool:
     """Tell whether a command may set the robot going, in any state."""
     return any(step.moves for commands in table.sets.values() for step in commands.get(name, ()))
 
 
-def check_commands(table: CommandTable, names: Collection[str], where: str) -> None:
+def check_commands(
+    table: CommandTable, names: Collection[str], after_stop: Collection[str], where: str
+) -> None:
     """Refuse a list of commands that could set a robot going and not stop it.
 
     Args:
         table: what they do.
         names: the commands of the list.
+        after_stop: those of them with a sentence that begins with one that stops the robot.
         where: what messages call the list.
 
     Raises:
@@ -135,13 +133,12 @@ def check_commands(table: CommandTable, names: Collection[str], where: str) -> N
             f'{where}: has "{driving}", which moves the robot, and no command that stops it; add '
             f'the line "{STOP}", or another and [commands] "that one" = {{ stop = true }}'
         )
-    for name in names:
-        stop = next((s for s in table.stops if name.startswith(f"{s} ")), None)
-        if stop is not None and can_drive(table, name):
-            raise ConfigError(
-                f'{where}: "{name}" moves the robot and begins with "{stop}", which stops it; '
-                "begin it with another word"
-            )
+    hidden = next((name for name in after_stop if can_drive(table, name)), None)
+    if hidden is not None:
+        raise ConfigError(
+            f'{where}: "{hidden}" moves the robot and begins with what stops it; '
+            "begin it with another word"
+        )
 
 
 def _resolved(name: str, commands: Commands, state: str) -> Steps:

@@ -11,7 +11,7 @@ import re
 import shlex
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,7 +24,7 @@ from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.results import Understood
 from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_sentences
+from voz.language.files import LanguageFiles, read_commands
 
 Engine: TypeAlias = Callable[[Samples], list[Understood]]
 """Samples of a recording, 16 kHz, to utterances in their order.
@@ -76,7 +76,7 @@ def load_engine(choice: EngineChoice) -> Engine:
     if choice.name in ENGINES:
         return ENGINES[choice.name](choice.language, choice.settings)
     if choice.name.startswith(PROGRAM):
-        commands = frozenset(read_sentences(choice.language))
+        commands = read_commands(choice.language)
         return program_engine(choice.name.removeprefix(PROGRAM), commands)
     raise ConfigError(
         f'there is no engine "{choice.name}"; use {", ".join(ENGINES)} '
@@ -116,7 +116,7 @@ def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
     from voz.recognition.second_ear import second_ear_for
 
     loaded = load_language(language)
-    commands = loaded.sentences
+    commands = loaded.commands.listed
     try:
         ear = second_ear_for(loaded)
     except UnknownNetworkError as error:
@@ -239,7 +239,7 @@ def _better(score: float, phones: Any, data: bytes) -> float:
     return (score - against) / frames if frames else -math.inf
 
 
-def program_engine(command: str, commands: frozenset[str]) -> Engine:
+def program_engine(command: str, commands: Collection[str]) -> Engine:
     """Let any program recognise.
 
     Args:

@@ -37,7 +37,7 @@ class OperatingPoint(msgspec.Struct, frozen=True):
 
 
 def operating_points(
-    results: Iterable[Result], model: Model, settings: Recognition, commands: Sequence[str]
+    results: Iterable[Result], model: Model, settings: Recognition, commands: Iterable[str]
 ) -> list[OperatingPoint]:
     """Tell what would be obeyed at several rates of false alarms.
 

@@ -125,7 +125,7 @@ class HalfDuplex:
     def _counting(self, events: Iterator[Utterance | Partial]) -> Iterator[Utterance | Partial]:
         """What counts, and the commands that do not, marked so; the rest may be the robot's own."""
         for event in events:
-            counts = event.text in self._never_missed
+            counts = event.text in self._never_missed or event.name in self._never_missed
             if isinstance(event, Utterance) and event.accepted:
                 event = event if counts else replace(event, ignored="robot_speaking")
                 yield later(event, self._guarded_since)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import fcntl
+import os
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, replaced
 from voz.language import alike
 from voz.language.checks import fingerprint, locked
-from voz.language.commands import MAX_BYTES, CommandList, at_most, parse_commands
+from voz.language.commands import MAX_BYTES, at_most, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
 from voz.language.files import PACKAGED, LanguageFiles, read_sentences
 from voz.language.grammar import jsgf
@@ -25,7 +29,14 @@ from voz.language.lexicon import (
     pronounce,
     read_cmudict,
 )
+from voz.language.mixing import mean_the_same, pairs_of_many
 from voz.language.ngram import arpa
+from voz.language.templates.commands import Commands, plain_commands
+from voz.language.templates.compiling import Compiled
+from voz.language.templates.compiling import compiled as compile_templates
+from voz.language.templates.grammar import structured_jsgf
+from voz.language.templates.loading import is_templates, read_templates
+from voz.language.templates.stored import as_text
 
 
 @dataclass(frozen=True)
@@ -45,12 +56,35 @@ class BuildResult:
     paths: tuple[Path, ...]
 
 
-def build(commands: Path, out: Path) -> BuildResult:
+class Given(NamedTuple):
+    """What a user wrote, ready to generate files from.
+
+    Attributes:
+        name: what messages call the list.
+        commands: its sentences and what they mean.
+        entries: how their words are pronounced.
+        places: where each word stands first, as `FILE:LINE`.
+        warnings: what the user should know, one line each.
+        compiled: of templates; None for a plain list.
+        read: the bytes of each file that templates were read from.
+    """
+
+    name: str
+    commands: Commands
+    entries: dict[str, Entry]
+    places: Mapping[str, str]
+    warnings: tuple[str, ...]
+    compiled: Compiled | None = None
+    read: Mapping[Path, bytes] = MappingProxyType({})
+
+
+def build(commands: Path, out: Path, given: Given | None = None) -> BuildResult:
     """Generate all language files from a command list.
 
     Args:
         commands: the command list; a `pronunciations.txt` beside it is used.
         out: the folder to write to; it is made if need be.
+        given: what the list holds, if that is known already.
 
     Returns:
         What there is to tell the user.
@@ -59,24 +93,21 @@ def build(commands: Path, out: Path) -> BuildResult:
         CommandsError: the list or the pronunciations cannot be read or used.
         LanguageError: the files cannot be written.
     """
-    parsed, entries = _read(commands)
-    contents = generate(parsed.sentences, entries)
+    given = given or read_list(commands)
+    contents = _contents(given, out)
     _write(contents, out)
-    warnings = (
-        *parsed.warnings,
-        *_guess_warnings(entries, parsed),
-        *_alike_warnings(entries, parsed),
-    )
+    warnings = (*given.warnings, *_guess_warnings(given), *_alike_warnings(given))
     paths = tuple(out / name for name in contents)
-    return BuildResult(len(parsed.sentences), len(entries), warnings, paths)
+    return BuildResult(len(given.commands), len(given.entries), warnings, paths)
 
 
-def check(commands: Path, out: Path) -> list[str]:
+def check(commands: Path, out: Path, given: Given | None = None) -> list[str]:
     """Compare the files in a folder with what would be generated, and write nothing.
 
     Args:
         commands: the command list.
         out: the folder of the language files.
+        given: what the list holds, if that is known already.
 
     Returns:
         The names of the files that are missing or differ; none if all is up to date.
@@ -84,9 +115,37 @@ def check(commands: Path, out: Path) -> list[str]:
     Raises:
         CommandsError: the list or the pronunciations cannot be read or used.
     """
-    parsed, entries = _read(commands)
-    contents = generate(parsed.sentences, entries)
-    return [name for name, text in contents.items() if not _holds(out / name, text)]
+    contents = _contents(given or read_list(commands), out)
+    old = LanguageFiles(out).templates
+    stale = [old.name] if old.exists() and old.name not in contents else []
+    return [*(name for name, text in contents.items() if not _holds(out / name, text)), *stale]
+
+
+def read_list(commands: Path) -> Given:
+    """Read a command list, and find out how its words are pronounced.
+
+    Args:
+        commands: a plain list or templates, in voz's notation or in that of another program; a
+            `pronunciations.txt` beside it is used.
+
+    Raises:
+        CommandsError: it or the pronunciations cannot be read or used.
+    """
+    data = _read_text(commands)
+    if is_templates(commands, data):
+        return _read_templates(commands)
+    parsed = parse_commands(data, str(commands))
+    known, places = plain_commands(parsed.sentences), parsed.places()
+    return Given(parsed.name, known, _pronounced(commands, places), places, parsed.warnings)
+
+
+def _read_templates(commands: Path) -> Given:
+    source, read = read_templates(commands)
+    compiled = compile_templates(source)
+    words = set(compiled.commands.vocabulary)
+    places = {word: place for word, place in compiled.places.items() if word in words}
+    entries = _pronounced(commands, places)
+    return Given(source.name, compiled.commands, entries, places, compiled.warnings, compiled, read)
 
 
 def closest_commands(commands: Path) -> list[AlikePair]:
@@ -99,10 +158,18 @@ def closest_commands(commands: Path) -> list[AlikePair]:
         The pairs, the most alike first.
 
     Raises:
-        CommandsError: the list or the pronunciations cannot be used, or it is too long.
+        CommandsError: the list or the pronunciations cannot be used.
     """
-    parsed, entries = _read_few(commands)
-    return sound_alike(parsed.sentences, _phones(entries))
+    return closest(read_list(commands))
+
+
+def closest(given: Given) -> list[AlikePair]:
+    """Find what sounds alike and does not mean the same; in a long list some of it."""
+    commands, phones = given.commands, _phones(given.entries)
+    if len(commands) > alike.MOST_COMMANDS:
+        return pairs_of_many(commands, phones)
+    pairs = sound_alike(commands.listed, phones)
+    return [pair for pair in pairs if not mean_the_same(commands, pair.first, pair.second)]
 
 
 def draw_alike(commands: Path, picture: Path) -> None:
@@ -116,16 +183,28 @@ def draw_alike(commands: Path, picture: Path) -> None:
         CommandsError: the list or the pronunciations cannot be used, or it is too long.
         VozError: the picture cannot be drawn.
     """
-    parsed, entries = _read_few(commands)
-    alike.draw(parsed.sentences, _phones(entries), picture)
+    given = read_list(commands)
+    if len(given.commands) > alike.MOST_PICTURED:
+        raise CommandsError(
+            f"{given.name}: has {len(given.commands):,} sentences, too many for a picture; "
+            f"give a list of at most {alike.MOST_PICTURED}"
+        )
+    alike.draw(given.commands.listed, _phones(given.entries), picture)
 
 
-def generate(sentences: Sequence[str], entries: Mapping[str, Entry]) -> dict[str, str]:
+def generate(
+    sentences: Sequence[str],
+    entries: Mapping[str, Entry],
+    grammar: str | None = None,
+    templates: str | None = None,
+) -> dict[str, str]:
     """Generate the contents of all language files. Does no I/O.
 
     Args:
-        sentences: normalised sentences, each once.
+        sentences: normalised sentences, each once: all, or of very many some.
         entries: the pronunciations of all their words, sorted by word.
+        grammar: that of all sentences, where only some are given.
+        templates: what templates were compiled to; None for a plain list.
 
     Returns:
         The content of each file by its name; the same for the same arguments.
@@ -135,13 +214,28 @@ def generate(sentences: Sequence[str], entries: Mapping[str, Entry]) -> dict[str
     contents = {
         files.dictionary: _lines(_dictionary(entries)),
         files.lm: arpa(sentences),
-        files.grammar: jsgf(sentences),
+        files.grammar: jsgf(sentences) if grammar is None else grammar,
         files.sentences: _lines([f"<s> {sentence} </s>" for sentence in sentences]),
         files.vocabulary: _lines(list(entries)),
         files.pronounce_log: _lines(list(log)),
     }
+    if templates is not None:
+        contents[files.templates] = templates
     named = {path.name: text for path, text in contents.items()}
     return {**named, files.fingerprint.name: fingerprint(named)}
+
+
+def _contents(given: Given, out: Path) -> dict[str, str]:
+    if given.compiled is None:
+        return generate(given.commands.listed, given.entries)
+    commands, templates = given.commands, given.compiled.templates
+    sources = {
+        os.path.relpath(path.absolute(), out.absolute()): sha256(data).hexdigest()
+        for path, data in given.read.items()
+    }
+    grammar = None if commands.few else structured_jsgf([one.expression for one in templates])
+    text = as_text(commands, sources)
+    return generate(commands.examples(), given.entries, grammar, text)
 
 
 def _dictionary(entries: Mapping[str, Entry]) -> list[str]:
@@ -157,30 +251,11 @@ def _lines(lines: Sequence[str]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def _read(commands: Path) -> tuple[CommandList, dict[str, Entry]]:
-    """Read a command list and find out how its words are pronounced."""
-    parsed = parse_commands(_read_text(commands), str(commands))
+def _pronounced(commands: Path, places: Mapping[str, str]) -> dict[str, Entry]:
+    """Find out how words are pronounced."""
     own = commands.parent / PRONUNCIATIONS
     user = parse_pronunciations(_read_text(own), str(own)) if own.exists() else {}
-    return parsed, pronounce(parsed.places(), user, read_cmudict(), guess)
-
-
-def _read_few(commands: Path) -> tuple[CommandList, dict[str, Entry]]:
-    """Read a command list whose commands are to be compared with each other."""
-    parsed, entries = _read(commands)
-    if too_many := _too_many(parsed):
-        raise CommandsError(too_many)
-    return parsed, entries
-
-
-def _too_many(parsed: CommandList) -> str:
-    """Say that a list is too long to compare its commands; empty if it is not."""
-    if len(parsed.sentences) <= alike.MOST_COMMANDS:
-        return ""
-    return (
-        f"{parsed.name}: has {len(parsed.sentences)} commands, too many to find those that sound "
-        f"alike; give a list of at most {alike.MOST_COMMANDS} to `voz build-lm --alike`"
-    )
+    return pronounce(places, user, read_cmudict(), guess)
 
 
 def _phones(entries: Mapping[str, Entry]) -> dict[str, tuple[str, ...]]:
@@ -198,31 +273,27 @@ def _holds(path: Path, text: str) -> bool:
         return False
 
 
-def _guess_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[str, ...]:
+def _guess_warnings(given: Given) -> tuple[str, ...]:
     """Tell the user which pronunciations nobody wrote."""
-    places = parsed.places()
-    guessed = {word: entry for word, entry in entries.items() if entry.origin == GUESS}
+    guessed = {word: entry for word, entry in given.entries.items() if entry.origin == GUESS}
     each = [
-        f'{places[word]}: "{word}" is in no dictionary; {entry.phones[0]} is a guess: '
+        f'{given.places[word]}: "{word}" is in no dictionary; {entry.phones[0]} is a guess: '
         f"correct it in {PRONUNCIATIONS} beside the list"
         for word, entry in guessed.items()
     ]
     name = LanguageFiles(Path()).pronounce_log.name
     summary = (
-        f"{parsed.name}: {len(each)} words are in no dictionary and their pronunciations are "
+        f"{given.name}: {len(each)} words are in no dictionary and their pronunciations are "
         f"guesses (see {name}): correct them in {PRONUNCIATIONS} beside the list"
     )
     return at_most(each, summary)
 
 
-def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[str, ...]:
+def _alike_warnings(given: Given) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
-    brought = read_sentences(LanguageFiles(PACKAGED))
-    if set(parsed.sentences) == set(brought):  # of these the documents tell
+    if given.commands.few and set(given.commands) == set(read_sentences(LanguageFiles(PACKAGED))):
         return ()
-    if too_many := _too_many(parsed):
-        return (too_many,)
-    return alike.warnings(sound_alike(parsed.sentences, _phones(entries)))
+    return alike.warnings(closest(given))
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:
@@ -232,11 +303,14 @@ def _write(contents: Mapping[str, str], out: Path) -> None:
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with locked(out, fcntl.LOCK_EX), ExitStack() as last_first:
-            for name, text in contents.items():
-                file = last_first.enter_context(replaced(out / name, "wb"))
-                file.write(text.encode())
-                file.flush()  # a full disk is told before any is replaced
+        with locked(out, fcntl.LOCK_EX):
+            with ExitStack() as last_first:
+                for name, text in contents.items():
+                    file = last_first.enter_context(replaced(out / name, "wb"))
+                    file.write(text.encode())
+                    file.flush()  # a full disk is told before any is replaced
+            if LanguageFiles(out).templates.name not in contents:  # the list had templates before
+                LanguageFiles(out).templates.unlink(missing_ok=True)
     except OSError as error:
         raise LanguageError(
             f"{out}: cannot be written ({error.strerror}); give a folder that you may write to"

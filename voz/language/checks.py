@@ -42,6 +42,8 @@ def check_files(files: LanguageFiles) -> None:
         if files.fingerprint.exists():
             _check_fingerprint(files)
             return
+        if files.templates.exists():
+            raise LanguageError(f"{files.fingerprint}: is missing; {AGAIN}")
         words = parse_dictionary(read_plain(files.dictionary), files.dictionary)
         sentences = parse_sentences(read_plain(files.sentences), files.sentences)
         check_words(sentences, words, files.sentences)

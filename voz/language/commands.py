@@ -94,18 +94,24 @@ def text_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
     Raises:
         CommandsError: the text is too large or a line is not UTF-8.
     """
+    for number, line in whole_lines(data, name):
+        text = line.partition("#")[0].strip(" \t")
+        if text.strip():
+            yield number, text
+
+
+def whole_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
+    """Go through all lines of a text as they are; the rest is as with `text_lines`."""
     if len(data) > MAX_BYTES:
         raise CommandsError(f"{name}: is larger than {MAX_BYTES:,} bytes; make it smaller")
     data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     for number, line in enumerate(data.split(b"\n"), start=1):
         try:
-            text = line.decode("utf-8").partition("#")[0].strip(" \t")
+            yield number, line.decode("utf-8")
         except UnicodeDecodeError:
             raise CommandsError(
                 f"{name}:{number}: is not UTF-8 text; save the file as UTF-8"
             ) from None
-        if text.strip():
-            yield number, text
 
 
 def at_most(warnings: list[str], summary: str) -> tuple[str, ...]:
@@ -115,20 +121,31 @@ def at_most(warnings: list[str], summary: str) -> tuple[str, ...]:
 
 def _check_sentence(text: str, where: str) -> None:
     """Raise CommandsError, beginning with `where`, if the text is no usable sentence."""
-    wrong = _CANNOT_BE_SPOKEN.search(text)
-    if wrong:
-        raise CommandsError(f"{where}: {_advice(wrong.group())}")
+    if found := what_cannot_be_spoken(text):
+        raise CommandsError(f"{where}: {found[1]}")
     words = text.split()
     if len(words) > MAX_WORDS:
         raise CommandsError(
             f"{where}: has {len(words)} words, more than {MAX_WORDS}; make the command shorter"
         )
-    longest = max(words, key=len)
-    if len(longest) > MAX_LETTERS:
-        raise CommandsError(
-            f'{where}: "{longest[:MAX_LETTERS]}..." has {len(longest)} letters, '
-            f"more than {MAX_LETTERS}; write it as several words"
-        )
+    if advice := too_long(max(words, key=len)):
+        raise CommandsError(f"{where}: {advice}")
+
+
+def what_cannot_be_spoken(text: str) -> tuple[int, str] | None:
+    """Find the first character that cannot stand in a command: where, and what to do about it."""
+    wrong = _CANNOT_BE_SPOKEN.search(text)
+    return (wrong.start(), _advice(wrong.group())) if wrong else None
+
+
+def too_long(word: str) -> str:
+    """Say that a word is too long to be one; empty if it is not."""
+    if len(word) <= MAX_LETTERS:
+        return ""
+    return (
+        f'"{word[:MAX_LETTERS]}..." has {len(word)} letters, '
+        f"more than {MAX_LETTERS}; write it as several words"
+    )
 
 
 def _advice(char: str) -> str:

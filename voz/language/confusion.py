@@ -83,6 +83,20 @@ def sound_alike(
     return sorted(pairs, key=lambda pair: -pair.alike)
 
 
+def loss_between(one: Sequence[str], other: Sequence[str]) -> float:
+    """Compute what is lost if one sequence of phones is taken for another, in nats.
+
+    It is the mean of both directions; each has at least one phone.
+    """
+    distances = read_distances()
+    frames = [sum(distances.frames[phone] for phone in phones) for phones in (one, other)]
+    there, back = (_Spoken(tuple(p), f, {}) for p, f in zip((one, other), frames, strict=True))
+    return (
+        _loss(there, back, distances, math.inf) * frames[0]
+        + _loss(back, there, distances, math.inf) * frames[1]
+    ) / 2
+
+
 def _ways_to_say(
     command: str, pronunciations: Mapping[str, Sequence[str]], distances: Distances
 ) -> list[_Spoken]:

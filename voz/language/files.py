@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
-from voz.files import read_bytes
+from voz.files import read_bytes, read_json
 from voz.language.commands import MAX_BYTES, MAX_LETTERS, parse_commands
 from voz.language.lexicon import PHONES
+from voz.language.templates.commands import Commands, plain_commands
+from voz.language.templates.stored import Stored, commands_in
 
 STEM = "comandos_voz"
 PACKAGED = Path(__file__).parent.parent / "lm"
@@ -65,10 +68,16 @@ class LanguageFiles:
         return self.folder / f"{STEM}.log_pronounce"
 
     @property
+    def templates(self) -> Path:
+        """What templates were compiled to; a plain list has no such file."""
+        return self.folder / f"{STEM}.templates"
+
+    @property
     def generated(self) -> tuple[Path, ...]:
         """All that is generated from the command list."""
         read = (self.dictionary, self.lm, self.grammar, self.sentences)
-        return (*read, self.vocabulary, self.pronounce_log)
+        templates = (self.templates,) if self.templates.exists() else ()
+        return (*read, self.vocabulary, self.pronounce_log, *templates)
 
     @property
     def fingerprint(self) -> Path:
@@ -105,6 +114,23 @@ def read_sentences(files: LanguageFiles) -> list[str]:
         LanguageError: the file cannot be read or holds something else.
     """
     return parse_sentences(read_plain(files.sentences), files.sentences)
+
+
+def read_commands(files: LanguageFiles) -> Commands:
+    """Read what the language files were generated from: sentences, or templates.
+
+    Raises:
+        LanguageError: the file cannot be read or holds something else.
+    """
+    stored = _stored(files)
+    return commands_in(stored) if stored else plain_commands(read_sentences(files))
+
+
+def _stored(files: LanguageFiles) -> Stored | None:
+    """What templates were compiled to; None for a plain list."""
+    if not files.templates.exists():
+        return None
+    return read_json(files.templates, Stored, LanguageError, AGAIN)
 
 
 def parse_sentences(text: str, path: Path, advice: str = AGAIN) -> list[str]:
@@ -182,6 +208,13 @@ def stale_warning(files: LanguageFiles) -> str | None:
     Raises:
         LanguageError: the sentences cannot be read.
     """
+    if stored := _stored(files):
+        changed = [name for name, known in stored.sources.items() if _sha(files, name) != known]
+        if not changed:
+            return None
+        return (
+            f"{files.folder / changed[0]} has changed since the last `voz build-lm`: run it again"
+        )
     if not files.commands.is_file():
         return None
     try:
@@ -191,4 +224,16 @@ def stale_warning(files: LanguageFiles) -> str | None:
         listed = set()  # it could be used when it was built, so it has changed
     if listed == set(read_sentences(files)):
         return None
-    return f"{files.commands} has changed since the last `voz build-lm`: run it again"
+    return _changed(files.commands)
+
+
+def _changed(path: Path) -> str:
+    return f"{path} has changed since the last `voz build-lm`: run it again"
+
+
+def _sha(files: LanguageFiles, name: str) -> str | None:
+    """The SHA-256 of a file that templates were read from; None if it cannot be read."""
+    try:
+        return sha256(read_bytes(files.folder / name, CommandsError, "", MAX_BYTES)).hexdigest()
+    except CommandsError:
+        return None

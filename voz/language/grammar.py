@@ -29,9 +29,13 @@ def jsgf(sentences: Iterable[str]) -> str:
     Returns:
         The text of a JSGF file with one public rule, `<command>`.
     """
-    alternatives, _ = _alternatives(_tree(sentences))
-    rule = "\n    | ".join(alternatives)
+    rule = "\n    | ".join(written_as_tree(sentences))
     return f"#JSGF V1.0;\n\ngrammar {NAME};\n\npublic <command> =\n      {rule}\n    ;\n"
+
+
+def written_as_tree(sentences: Iterable[str]) -> list[str]:
+    """Write the alternatives of some sentences, with common beginnings shared."""
+    return _alternatives(_tree(sentences))[0]
 
 
 def _tree(sentences: Iterable[str]) -> _Node:

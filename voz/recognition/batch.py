@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import msgspec
@@ -26,7 +26,7 @@ class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
         accepted: whether it was recognised surely enough.
         reason: why not, if it would not.
         between: the two commands that it may be, if that is the reason.
-        ears: as in `Utterance`, like the next.
+        ears: as in `Utterance`, like those that follow.
     """
 
     file: str
@@ -39,6 +39,8 @@ class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
     between: tuple[str, str] | None = None
     ears: tuple[Ear, Ear] | None = None
     refused_by: RefusedBy | None = None
+    command: str | None = None
+    slots: Mapping[str, str | int | float] = {}
 
 
 class Unreadable(msgspec.Struct, frozen=True):
@@ -82,4 +84,6 @@ def _in_file(heard: Utterance, file: str) -> Decoded:
         heard.between,
         heard.ears,
         heard.refused_by,
+        heard.command,
+        heard.slots,
     )

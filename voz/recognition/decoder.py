@@ -10,6 +10,7 @@ from voz.audio import Samples
 from voz.audio.denoise import energies
 from voz.config import Search
 from voz.errors import LanguageError
+from voz.language.templates.fsg import as_fsg
 from voz.recognition.accents import added
 from voz.recognition.language import Language
 
@@ -56,9 +57,15 @@ class Decoder:
         self._decoder = load_decoder(language, bestpath=search == "lm", mllr=mllr)
         files = language.files
         source = files.lm if search == "lm" else files.grammar
-        add = self._decoder.add_lm_file if search == "lm" else self._decoder.add_jsgf_file
         try:
-            add("commands", str(source))
+            if search == "lm":
+                self._decoder.add_lm_file("commands", str(source))
+            elif language.commands.few:
+                self._decoder.add_jsgf_file("commands", str(source))
+            else:  # the grammar says the same, and takes a hundred times the memory
+                arcs, end = as_fsg(language.commands.network)
+                found = self._decoder.create_fsg("commands", 0, end, arcs)
+                self._decoder.add_fsg("commands", found)
             self._decoder.activate_search("commands")
         except (RuntimeError, ValueError, KeyError) as error:
             raise LanguageError(_unusable(source)) from error

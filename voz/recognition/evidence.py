@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from voz.audio import Samples
+from voz.language.templates.distances import Sound
+from voz.recognition.accents import spellings
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
 from voz.recognition.search_graph import SILENCE, search_graph
@@ -26,7 +28,10 @@ SCORE_UNIT = 1024 * math.log(1.0001)
 """
 
 MOST_RIVALS = 60
-"""Commands searched side by side; of longer lists, those that share a word with what was heard."""
+"""Commands searched side by side; of longer lists, those that sound most like what was heard."""
+
+MOST_NEVER_MISSED = 8
+"""Sentences of a template that are searched always, if its command must not be missed."""
 
 IN_DOUBT = 1.1
 """A command that must not be missed is taken when it is worse by so little, nats for each frame."""
@@ -140,10 +145,11 @@ class Comparison:
         )
         lines = FILLERS.read_text(encoding="ascii").splitlines()
         self._phones = [line.split()[1] for line in lines if line.startswith("_")]
-        self._commands = language.sentences
-        self._never_missed = [command for command in self._commands if command in never_missed]
+        self._commands = language.commands
+        self._sound = Sound(spellings(language.pronunciations))
+        self._never_missed = self._commands.named(never_missed, MOST_NEVER_MISSED)
         if self.finds_alone:
-            self._search_for(self._commands)
+            self._search_for(self._commands.listed)
 
     @property
     def finds_alone(self) -> bool:
@@ -194,10 +200,11 @@ class Comparison:
         return careful if enough else best
 
     def _rivals_of(self, text: str) -> list[str]:
-        heard = set(text.split())
-        sharing = [c for c in self._commands if c != text and heard & set(c.split())]
-        first = [*([text] if text else []), *(c for c in self._never_missed if c != text)]
-        return list(dict.fromkeys([*first, *sharing]))[:MOST_RIVALS]
+        """What was heard, what must not be missed, and what sounds most like what was heard."""
+        if not text:
+            return self._never_missed
+        near = self._commands.neighbours(text, MOST_RIVALS, self._sound)
+        return list(dict.fromkeys([text, *self._never_missed, *near]))[:MOST_RIVALS]
 
     def _search_for(self, commands: list[str]) -> None:
         self._graph = search_graph(commands, self._phones)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from voz.audio.endpointing.segmenter import MARGIN
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
 from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
+from voz.language.templates.commands import Commands
 from voz.recognition.confidence import (
     CONVINCED,
     VOICES_AROUND,
@@ -32,7 +33,7 @@ from voz.recognition.confidence import (
     with_odds,
 )
 from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import MOST_RIVALS, Comparison, Evidence
+from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.refusal import why_refused
@@ -82,6 +83,7 @@ class Interpreter:
     Attributes:
         learnt: what is known of the microphone and the speaker; it changes only while learning.
         longest: how long a command may take, s.
+        commands: what may be said.
         model: what the confidence is computed by.
     """
 
@@ -95,19 +97,19 @@ class Interpreter:
         """Load the models; arguments and errors are those of `Recognizer`."""
         self.learnt = profile.start
         self._aligner = Aligner(language) if learning else None
-        self._commands = language.sentences
+        self.commands = language.commands
         self._comparison = Comparison(language, settings.never_missed, profile.mllr)
         alone = settings.search == "grammar" and self._comparison.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = language.pronunciations
         self._second = _second_ear(language) if settings.second_ear else None
-        self._spotter = _spotter(self._second, self._commands, settings.never_missed)
+        self._spotter = _spotter(self._second, self.commands, settings.never_missed)
         models = load_models(settings.confidence)
         model = models.two_ears if self._second else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
-        most_words = max((len(command.split()) for command in self._commands), default=0)
-        self.longest = PAUSES + LONGEST_WORD * most_words
-        self._needed = thresholds(self.model, settings, self._commands)
+        self.longest = PAUSES + LONGEST_WORD * self.commands.longest
+        self._needed = needed(self.model, settings)
+        self._never_missed = frozenset(settings.never_missed)
         self._voice = voice_detector()
 
     def understand(self, segment: Segment, learnt: StartVector | None = None) -> Hypothesis:
@@ -123,7 +125,7 @@ class Interpreter:
         sound = cleaned(segment.samples)
         start = learnt.moved(mean_start(sound))
         text = self._decoder.decode(sound, start) if self._decoder else ""
-        if text and text not in self._commands:  # words of the trigram model that are no command
+        if text and text not in self.commands:  # words of the trigram model that are no command
             return Hypothesis(segment, text)
         second, samples = self._second, segment.samples
         ask = partial(second.opinion, samples) if second else None
@@ -181,10 +183,19 @@ class Interpreter:
 
     def may_go_on(self, text: str) -> bool:
         """Tell whether a longer command begins with this one."""
-        return any(command.startswith(f"{text} ") for command in self._commands)
+        return bool(text) and self.commands.may_go_on(text)
+
+    def another_name(self, text: str) -> str | None:
+        """Give the name of a sentence's command, where it is not the sentence itself."""
+        parse = self.commands.parse(text)
+        return parse.command if parse and parse.command != text else None
 
     def _accepts(self, text: str, sure: float) -> bool:
-        return text in self._needed and sure >= self._needed[text]
+        parse = self.commands.parse(text)
+        if parse is None:
+            return False
+        is_careful = bool(self._never_missed & {parse.text, parse.command})
+        return sure >= (self._needed.careful if is_careful else self._needed.usual)
 
     def judge(self, heard: Hypothesis, around: Around, decided: float, source: str) -> Utterance:
         """Decide whether what was heard is obeyed.
@@ -201,6 +212,7 @@ class Interpreter:
         refusal = None if accepted else why_refused(segment.samples, evidence, trust)
         reason, between = refusal or (None, None)
         ears = _ears(evidence, values["worst word"]) if evidence else None
+        parse = self.commands.parse(text) if accepted else None
         return Utterance(
             t=round(decided, 3),
             text=text,
@@ -215,6 +227,8 @@ class Interpreter:
             above=round(segment.above, 1),
             ears=ears,
             refused_by=self._refused_by(heard, around) if refusal and ears and trust else None,
+            command=parse.command if parse else None,
+            slots=dict(parse.slots) if parse else {},
         )
 
     def _refused_by(self, heard: Hypothesis, around: Around) -> RefusedBy:
@@ -247,11 +261,11 @@ def _second_ear(language: Language) -> SecondEar | None:
 
 
 def _spotter(
-    ear: SecondEar | None, commands: Sequence[str], never_missed: Collection[str]
+    ear: SecondEar | None, commands: Commands, never_missed: Collection[str]
 ) -> Spotter | None:
     """Look for the commands that must not be missed, where there is a second ear."""
-    watched = [command for command in commands if command in never_missed]
-    others = commands if len(commands) <= MOST_RIVALS else []
+    watched = commands.named(never_missed, MOST_NEVER_MISSED)
+    others = commands if len(commands) <= MOST_RIVALS else ()
     return Spotter(ear, watched, others) if ear and watched else None
 
 
@@ -266,9 +280,20 @@ def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> 
     Returns:
         A threshold from 0 to 1 for each command.
     """
-    usual = settings.threshold
-    if usual is not None:
-        return dict.fromkeys(commands, usual)
+    usual, careful = needed(model, settings)
+    return {c: careful if c in settings.never_missed else usual for c in commands}
+
+
+class Needed(NamedTuple):
+    """How sure a command must be: one as any, and one that it is worse to miss."""
+
+    usual: float
+    careful: float
+
+
+def needed(model: Model, settings: Recognition) -> Needed:
+    """Tell how sure commands must be; the arguments are those of `thresholds`."""
+    if settings.threshold is not None:
+        return Needed(settings.threshold, settings.threshold)
     usual = threshold_for(model, settings.false_alarms_per_hour or model.usual_alarms)
-    lower = with_odds(usual, 1 / settings.missed_cost)
-    return {c: lower if c in settings.never_missed else usual for c in commands}
+    return Needed(usual, with_odds(usual, 1 / settings.missed_cost))

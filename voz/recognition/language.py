@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_pronunciations, read_sentences
+from voz.language.files import LanguageFiles, read_commands, read_pronunciations
+from voz.language.templates.commands import Commands
 from voz.recognition.accents import Phones, with_accents
 
 
@@ -15,13 +16,13 @@ class Language(NamedTuple):
 
     Attributes:
         files: where it is from; pocketsphinx reads them itself.
-        sentences: all commands, in the order of their list.
+        commands: all sentences and what they mean.
         dictionary: the phones of each word, as the files have them; variants are words.
         pronunciations: the same, and how its words are said in other accents.
     """
 
     files: LanguageFiles
-    sentences: list[str]
+    commands: Commands
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
 
@@ -34,4 +35,4 @@ def load_language(files: LanguageFiles) -> Language:
     """
     check_files(files)
     dictionary = read_pronunciations(files)
-    return Language(files, read_sentences(files), dictionary, with_accents(dictionary))
+    return Language(files, read_commands(files), dictionary, with_accents(dictionary))

@@ -17,6 +17,7 @@ from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
 from voz.language.files import LanguageFiles
+from voz.language.templates.commands import Commands
 from voz.recognition.confidence import Around, Model
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
@@ -83,6 +84,11 @@ class Recognizer:
     def model(self) -> Model:
         """What the confidence is computed by: the ears that there are."""
         return self._interpreter.model
+
+    @property
+    def commands(self) -> Commands:
+        """What may be said."""
+        return self._interpreter.commands
 
     @property
     def learnt(self) -> StartVector:

@@ -76,7 +76,8 @@ class Stream:
         """Tell what may have been said, unless that was told just now."""
         if text != self._told or decided >= self._told_until:
             self._told, self._told_until = text, decided + TOLD_FOR
-            yield Partial(round(decided, 3), text, round(sure, 3))
+            command = self._interpreter.another_name(text)
+            yield Partial(round(decided, 3), text, round(sure, 3), command)
 
     def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
         heard = self._paused = self._interpreter.understand(segment)

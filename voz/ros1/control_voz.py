@@ -6,9 +6,11 @@ import time
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from voz.control.table import CommandTable, is_bound
+from voz.control.table import CommandTable
 from voz.hearing.microphone_thread import SILENT, Silence
 from voz.language.commands import normalise
+from voz.language.files import find_language, read_commands
+from voz.language.templates.commands import Commands, plain_commands
 from voz.ros1.driving import drive
 from voz.ros1.node import Node
 from voz.ros1.parameters import read_settings
@@ -16,6 +18,7 @@ from voz.ros1.program import run_node
 from voz.ros1.replies import replies
 from voz.run.assembly import warner
 from voz.run.clocks import WallClock
+from voz.run.commands import check_list
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, typed
 
@@ -35,22 +38,22 @@ class RemoteEars:
     """
 
     def __init__(
-        self, topic: str, table: CommandTable, inbox: Inbox, clock: Callable[[], float]
+        self, topic: str, commands: Commands, inbox: Inbox, clock: Callable[[], float]
     ) -> None:
         """Subscribe to it.
 
         Args:
             topic: of its strings; voz's own tells beside it, on `trouble`, how it is.
-            table: which commands have an effect; other strings are logged.
+            commands: what has an effect; other strings are logged.
             inbox: where they go.
             clock: the time of the run, s.
         """
         from rospy import Subscriber
         from std_msgs.msg import String
 
-        self._table = table
         self._inbox = inbox
         self._clock = clock
+        self._commands = commands
         self._silence = Silence()
         self._refused_at = -BETWEEN_REFUSED  # when, s
         self._problem = ""
@@ -75,16 +78,21 @@ class RemoteEars:
         text = normalise(message.data[:LONGEST])
         if not text:
             return
-        known, now = is_bound(self._table, text), self._clock()
+        known, now = self._commands.parse(text) is not None, self._clock()
         if not known and now - self._refused_at < BETWEEN_REFUSED:
             self._inbox.dropped += 1  # whoever floods the topic must not delay a `stop`
             return
         self._refused_at = self._refused_at if known else now
-        self._inbox.put(typed(text, known, now, self.source))
+        self._inbox.put(typed(text, self._commands, now, self.source))
 
     def _note(self, message: Any) -> None:
         self._problem = message.data
         self._told = time.monotonic()
+
+
+def plain(table: CommandTable) -> Commands:
+    """All commands of the table, as a list: any recogniser may publish them."""
+    return plain_commands(sorted({name for names in table.sets.values() for name in names}))
 
 
 def control(node: Node) -> None:
@@ -93,7 +101,9 @@ def control(node: Node) -> None:
     table = settings.table
     inbox = Inbox(table.halts)
     clock = WallClock(inbox)
-    ears = RemoteEars(settings.ros1.recognizer_output, table, inbox, clock.now)
+    commands = read_commands(find_language(settings.lm)) if settings.lm else plain(table)
+    check_list(commands, table, settings.lm or "the table of commands")
+    ears = RemoteEars(settings.ros1.recognizer_output, commands, inbox, clock.now)
     with replies(settings.speech, table.replies, warner(inbox, clock)) as speech:
         drive(node, settings, inbox, clock, ears, speech.receivers, says_heard=False)
 

@@ -16,6 +16,7 @@ from voz.recognition.speaker.profiles import load_profile
 from voz.ros1.language import read_language
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
+from voz.run.commands import check_list
 from voz.run.inbox import Inbox
 
 
@@ -43,6 +44,7 @@ def make_hearing(
         profile = text("profile")
         known = load_profile(profile) if profile else None
         recognizer = Recognizer(language, settings.recognition, known)
+        check_list(recognizer.commands, settings.table, str(language.sentences))
     return Hearing(
         recognizer,
         _device(),

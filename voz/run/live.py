@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -15,6 +15,7 @@ from voz.control.bound import Place
 from voz.events import Receiver
 from voz.hearing.microphone_thread import Hearing
 from voz.language.commands import normalise
+from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
 from voz.run.assembly import drive_by_clock, replies_to, speaking, starting, warner
@@ -61,7 +62,7 @@ def run_live(
     robots: Mapping[str, Callable[[], str | None]],
     settings: Config,
     recognizer: Recognizer,
-    commands: Collection[str],
+    commands: Commands,
     inbox: Inbox,
     seat: Seat,
 ) -> None:
@@ -72,7 +73,7 @@ def run_live(
         robots: tells of each robot, by its name, why it is lost (S5).
         settings: the safety rules and the voice.
         recognizer: what understands.
-        commands: the sentences that may be typed.
+        commands: what may be typed.
         inbox: what is heard goes through it; others may warn of something by it.
         seat: what the operator wants.
 
@@ -86,7 +87,7 @@ def run_live(
     def obey(line: str, source: str = TYPED) -> None:
         text = normalise(line[:LONGEST])
         if text not in NO_COMMAND:
-            inbox.put(typed(text, text in commands, clock.now(), source))
+            inbox.put(typed(text, commands, clock.now(), source))
 
     with ExitStack() as parts:
         recorder = None

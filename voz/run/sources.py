@@ -6,15 +6,16 @@ goes as fast as it can and gives the same events each time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError
-from voz.events import Reason, Utterance, Warning, later
+from voz.events import Utterance, Warning, later
 from voz.files import shown_path
 from voz.language.commands import normalise
+from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.bags import Sayings
 from voz.run.beat import BEATS_PER_SECOND, beats_before
@@ -31,13 +32,13 @@ NO_COMMAND = ("", "-")
 
 
 def lines_typed(
-    lines: Iterable[str], commands: Collection[str], now: Callable[[], float] = lambda: 0.0
+    lines: Iterable[str], commands: Commands, now: Callable[[], float] = lambda: 0.0
 ) -> Iterator[Item]:
     """Typed lines, one for each beat; `-` or nothing lets a beat pass.
 
     Args:
         lines: the typed text.
-        commands: the sentences of the command list; any other text is not accepted.
+        commands: what may be typed; any other text is not accepted.
         now: the time of the run when a line is there, s; it may have been waited for.
     """
     beats = 0
@@ -45,7 +46,7 @@ def lines_typed(
         beats = max(beats, beats_before(now()))
         text = normalise(line[:LONGEST])
         if text not in NO_COMMAND:
-            yield typed(text, text in commands, beats / BEATS_PER_SECOND)
+            yield typed(text, commands, beats / BEATS_PER_SECOND)
         beats += 1
         yield beats / BEATS_PER_SECOND
 
@@ -81,30 +82,45 @@ def recordings_played(
     yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND
 
 
-def bag_replayed(path: Path, sayings: Sayings, commands: Collection[str]) -> Iterator[Item]:
+def bag_replayed(path: Path, sayings: Sayings, commands: Commands) -> Iterator[Item]:
     """The sentences in a bag, each at its time.
 
     Args:
         path: the bag.
         sayings: what it holds.
-        commands: the sentences of the command list; any other is not accepted.
+        commands: what may be said; any other sentence is not accepted.
     """
     end = sayings.seconds
     for t, said in sayings.said:
         text = normalise(said[:LONGEST])
-        yield typed(text, text in commands, t, shown_path(path))
+        yield typed(text, commands, t, shown_path(path))
         end = max(end, t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end
 
 
-def typed(text: str, known: bool, now: float, source: str = TYPED) -> Utterance:
+def typed(text: str, commands: Commands, now: float, source: str = TYPED) -> Utterance:
     """Make an utterance of a sentence that comes as text.
 
     Args:
-        text: the sentence, normalised.
-        known: whether it is in the command list; else it is not accepted.
+        text: the sentence, normalised; it may have digits and a full stop.
+        commands: what may be said; else it is not accepted, and told what was meant perhaps.
         now: the time, s.
         source: where it comes from.
     """
-    reason: Reason | None = None if known else "not_a_command"
-    return Utterance(now, text, float(known), known, now, now, source, reason=reason)
+    parse = commands.parse(text)
+    if parse is None:
+        meant = commands.meant(text)
+        return Utterance(
+            now, text, 0.0, False, now, now, source, reason="not_a_command", meant=meant
+        )
+    return Utterance(
+        now,
+        parse.text,
+        1.0,
+        True,
+        now,
+        now,
+        source,
+        command=parse.command,
+        slots=dict(parse.slots),
+    )

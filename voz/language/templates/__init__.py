@@ -1,0 +1,1 @@
+"""Sentence templates: from a file that says many sentences at once to what tells them apart."""

@@ -1,0 +1,210 @@
+"""All sentences as states with words between them, each sentence one way through; pure.
+
+It is a minimal acyclic automaton, so that a few hundred states hold millions of sentences, whose
+number is exact and any of which can be found by its number.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+
+NONE = -1
+"""The label of a state in which no sentence ends."""
+
+Arcs = list[dict[str, int]]
+"""Of each state: by word the state that it leads to."""
+
+
+class Network:
+    """Sentences, each with a label: whose it is.
+
+    Attributes:
+        arcs: of each state, by word; the first is where every sentence begins.
+        labels: of the sentences that end in each state; `NONE` if none does.
+    """
+
+    def __init__(self, arcs: Arcs, labels: list[int]) -> None:
+        """Take the states as they are: nothing may lead back, every state leads to an end."""
+        self.arcs = arcs
+        self.labels = labels
+
+    @cached_property
+    def counts(self) -> list[int]:
+        """How many sentences go on from each state."""
+        counts = [0] * len(self.arcs)
+        for state in bottom_up(self.arcs):
+            ends = self.labels[state] != NONE
+            counts[state] = ends + sum(counts[to] for to in self.arcs[state].values())
+        return counts
+
+    @property
+    def count(self) -> int:
+        """How many sentences there are."""
+        return self.counts[0]
+
+    @cached_property
+    def longest(self) -> int:
+        """Words of the longest sentence."""
+        depths = [0] * len(self.arcs)
+        for state in bottom_up(self.arcs):
+            depths[state] = max((1 + depths[to] for to in self.arcs[state].values()), default=0)
+        return depths[0]
+
+    @cached_property
+    def words(self) -> tuple[str, ...]:
+        """All words, each once."""
+        return tuple(dict.fromkeys(word for arcs in self.arcs for word in arcs))
+
+    def walk(self, words: Iterable[str], state: int = 0) -> int | None:
+        """Go along words; None if nothing begins so."""
+        for word in words:
+            following = self.arcs[state].get(word)
+            if following is None:
+                return None
+            state = following
+        return state
+
+    def sentence(self, number: int) -> str:
+        """The sentence of a number from 0 on."""
+        words, state = list[str](), 0
+        while True:
+            if self.labels[state] != NONE:
+                if number == 0:
+                    return " ".join(words)
+                number -= 1
+            for word, to in self.arcs[state].items():
+                if number < self.counts[to]:
+                    words.append(word)
+                    state = to
+                    break
+                number -= self.counts[to]
+
+    def sample(self, number: int, seed: int = 0) -> list[str]:
+        """Draw sentences, each as likely as any other, and none twice.
+
+        Args:
+            number: how many at most; fewer if there are no more.
+            seed: the same gives the same.
+        """
+        drawn = random.Random(seed).sample(range(self.count), min(number, self.count))
+        return [self.sentence(one) for one in drawn]
+
+    def sentences(self) -> list[str]:
+        """All sentences in the order of their labels; there must not be too many."""
+        return [text for _, text in sorted(self._labelled(0, []), key=lambda pair: pair[0])]
+
+    def with_words(self, words: Collection[str]) -> list[str]:
+        """For each of some words a sentence with it, in the order in which they are found."""
+        way = {0: ""}
+        found: dict[str, str] = {}
+        for state in reversed(bottom_up(self.arcs)):
+            for word, to in self.arcs[state].items():
+                way.setdefault(to, f"{way[state]} {word}")
+                if word in words and word not in found:
+                    found[word] = f"{way[state]} {word} {self._shortest(to)}".strip()
+        return list(found.values())
+
+    def _shortest(self, state: int) -> str:
+        """How a sentence may end from a state on."""
+        words = list[str]()
+        while self.labels[state] == NONE:
+            word, state = next(iter(self.arcs[state].items()))
+            words.append(word)
+        return " ".join(words)
+
+    def _labelled(self, state: int, before: list[str]) -> Iterator[tuple[int, str]]:
+        if self.labels[state] != NONE:
+            yield self.labels[state], " ".join(before)
+        for word, to in self.arcs[state].items():
+            yield from self._labelled(to, [*before, word])
+
+    def with_label(self, label: int, most: int) -> list[str]:
+        """The shortest sentences with a label; with as many words those that come first."""
+        found: list[str] = []
+        level: list[tuple[int, tuple[str, ...]]] = [(0, ())]
+        while level and len(found) < most:
+            found += [" ".join(words) for state, words in level if self.labels[state] == label]
+            level = [
+                (to, (*words, word))
+                for state, words in level
+                for word, to in self.arcs[state].items()
+                if label in self._leads_to[to]
+            ][:most]
+        return found[:most]
+
+    @cached_property
+    def _leads_to(self) -> list[frozenset[int]]:
+        """The labels of the sentences that go on from each state."""
+        found = [frozenset[int]()] * len(self.arcs)
+        for state in bottom_up(self.arcs):
+            own = {self.labels[state]} - {NONE}
+            found[state] = frozenset(own).union(*(found[to] for to in self.arcs[state].values()))
+        return found
+
+    @cached_property
+    def of_labels(self) -> Mapping[int, int]:
+        """How many sentences have each label."""
+        ways, found = [0] * len(self.arcs), dict[int, int]()
+        ways[0] = 1
+        for state in reversed(bottom_up(self.arcs)):
+            if (label := self.labels[state]) != NONE:
+                found[label] = found.get(label, 0) + ways[state]
+            for to in self.arcs[state].values():
+                ways[to] += ways[state]
+        return found
+
+
+def tree(sentences: Sequence[str]) -> Network:
+    """Make a network of a list; the label of each sentence is its place in the list."""
+    arcs: Arcs = [{}]
+    labels = [NONE]
+    for number, sentence in enumerate(sentences):
+        state = 0
+        for word in sentence.split():
+            following = arcs[state].get(word)
+            if following is None:
+                following = arcs[state][word] = len(arcs)
+                arcs.append({})
+                labels.append(NONE)
+            state = following
+        if labels[state] == NONE:
+            labels[state] = number
+    return Network(arcs, labels)
+
+
+def bottom_up(arcs: Arcs) -> list[int]:
+    """All states that are reached, each after those that it leads to."""
+    order, seen = list[int](), {0}
+    path = [(0, iter(arcs[0].values()))]
+    while path:
+        state, following = path[-1]
+        for to in following:
+            if to not in seen:
+                seen.add(to)
+                path.append((to, iter(arcs[to].values())))
+                break
+        else:
+            order.append(state)
+            path.pop()
+    return order
+
+
+def minimal(arcs: Arcs, labels: list[int]) -> Network:
+    """Merge states from which the same goes on; only what is needed stays."""
+    merged: dict[int, int] = {}
+    known: dict[tuple[object, ...], int] = {}
+    kept: list[int] = []
+    for state in bottom_up(arcs):
+        following = {word: merged[to] for word, to in arcs[state].items()}
+        same = (labels[state], *sorted(following.items()))
+        if same not in known:
+            known[same] = len(kept)
+            kept.append(state)
+        merged[state] = known[same]
+    last = len(kept) - 1  # the first state comes last, and is to be the first again
+    final: Arcs = [
+        {word: last - merged[to] for word, to in arcs[state].items()} for state in reversed(kept)
+    ]
+    return Network(final, [labels[state] for state in reversed(kept)])

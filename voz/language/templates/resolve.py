@@ -1,0 +1,164 @@
+"""Put what names stand for in their place, and find names that are wrong; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import TypeAlias
+
+from voz.language.templates.expression import (
+    Choice,
+    Expression,
+    Named,
+    Numbers,
+    Optional,
+    Permutation,
+    Place,
+    Reference,
+    Sequence,
+    Slot,
+    Tag,
+    Word,
+    wrong,
+)
+from voz.language.templates.source import Kind, Source, Template, shown
+
+
+def resolve(source: Source) -> tuple[list[Template], tuple[str, ...]]:
+    """Put what names stand for in their place.
+
+    Args:
+        source: all files together.
+
+    Returns:
+        The templates without references, and a line for each name that nobody uses.
+
+    Raises:
+        CommandsError: a name stands for nothing or for itself, or a sentence has a slot twice.
+    """
+    resolver = _Resolver(source)
+    templates = []
+    for template in source.templates:
+        expression = resolver.resolved(template.expression)
+        slots(expression, resolver.slots)
+        templates.append(replace(template, expression=expression))
+    unused = []
+    for (kind, name), definition in source.definitions.items():
+        if (kind, name) not in resolver.known:
+            resolver.named(kind, name, definition.place)  # it may still be wrong
+            unused.append(
+                f"{definition.place}: nobody uses the {kind} {shown(kind, name)}; use or remove it"
+            )
+    return templates, tuple(unused)
+
+
+class _Resolver:
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._open: list[tuple[Kind, str]] = []
+        self.known: dict[tuple[Kind, str], Named] = {}
+        self.slots: dict[int, Slots] = {}
+
+    def named(self, kind: Kind, name: str, place: Place) -> Named:
+        """What a name stands for."""
+        if (kind, name) in self.known:
+            return self.known[kind, name]
+        if (kind, name) in self._open:
+            round_about = [*self._open[self._open.index((kind, name)) :], (kind, name)]
+            path = " in ".join(shown(*one) for one in reversed(round_about))
+            raise wrong(place, f"{path} never ends; write out what is said, it cannot hold itself")
+        definition = self._source.definitions.get((kind, name))
+        if definition is None:
+            raise wrong(place, self._unknown(kind, name))
+        self._open.append((kind, name))
+        item = self.resolved(definition.expression)
+        self._open.pop()
+        if kind == "list" and (inner := slots(item, self.slots)):
+            raise wrong(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
+        found = self.known[kind, name] = Named(kind, name, item)
+        return found
+
+    def _unknown(self, kind: Kind, name: str) -> str:
+        other: Kind = "rule" if kind == "list" else "list"
+        if (other, name) in self._source.definitions:
+            return f'"{name}" is a {other}; write {shown(other, name)}'
+        head = shown(kind, name) if kind == "rule" else name
+        says = "would you | please" if kind == "rule" else "red | green"
+        return f'there is no {kind} "{name}"; add a line, as in: {head} = {says}'
+
+    def resolved(self, item: Expression) -> Expression:
+        """An expression without references."""
+        if isinstance(item, Reference):
+            return self.named(item.kind, item.name, item.place)
+        if isinstance(item, (Word, Numbers, Named)):
+            return item
+        if isinstance(item, (Sequence, Choice, Permutation)):
+            return replace(item, items=tuple(map(self.resolved, item.items)))
+        return replace(item, item=self.resolved(item.item))
+
+
+def references(item: Expression) -> Iterator[Reference]:
+    """The names in an expression."""
+    if isinstance(item, Reference):
+        yield item
+    for inner in inside(item):
+        yield from references(inner)
+
+
+def renamed(item: Expression, names: Mapping[tuple[Kind, str], str]) -> Expression:
+    """Let the references in an expression have the names that are known elsewhere."""
+    if isinstance(item, Reference):
+        return replace(item, name=names.get((item.kind, item.name), item.name))
+    if isinstance(item, (Sequence, Choice, Permutation)):
+        return replace(item, items=tuple(renamed(one, names) for one in item.items))
+    if isinstance(item, (Word, Numbers, Named)):
+        return item
+    return replace(item, item=renamed(item.item, names))
+
+
+def inside(item: Expression) -> Iterable[Expression]:
+    """What an expression is made of."""
+    if isinstance(item, (Sequence, Choice, Permutation)):
+        return item.items
+    return (item.item,) if isinstance(item, (Optional, Tag, Slot, Named)) else ()
+
+
+Slots: TypeAlias = Mapping[str, Slot]
+
+
+def slots(item: Expression, known: dict[int, Slots]) -> Slots:
+    """Find the slots of an expression.
+
+    Args:
+        item: without references.
+        known: those of what names stand for, which this adds to.
+
+    Raises:
+        CommandsError: a sentence has a slot twice, or one in another.
+    """
+    if id(item) in known:
+        return known[id(item)]
+    each = [slots(inner, known) for inner in inside(item)]
+    if isinstance(item, (Sequence, Permutation)):
+        _check_twice(each)
+    merged = {name: slot for found in each for name, slot in found.items()}
+    if isinstance(item, Slot):
+        if merged:
+            raise wrong(item.place, f'the slot "{item.name}" holds another; write them apart')
+        return {item.name: item}
+    if isinstance(item, Named):
+        known[id(item)] = merged
+    return merged
+
+
+def _check_twice(each: Iterable[Slots]) -> None:
+    named: set[str] = set()
+    for found in each:
+        if twice := named & found.keys():
+            name = min(twice)
+            raise wrong(
+                found[name].place,
+                f'the slot "{name}" is twice in one sentence; give one another name, '
+                f"as in {{{name}:other}}",
+            )
+        named |= found.keys()

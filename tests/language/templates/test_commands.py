@@ -7,13 +7,16 @@ from itertools import product
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from language.templates.of_text import commands_of
+from language.templates.of_text import commands_of, compile_text
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
 from voz.language.templates.commands import Commands, plain_commands
-from voz.language.templates.distances import Sound
+from voz.language.templates.distances import Letters, Sound
 from voz.language.templates.fsg import as_fsg
+from voz.language.templates.grammar import structured_jsgf
+from voz.language.templates.neighbours import nearest
+from voz.language.templates.network import tree
 
 WORD = st.sampled_from(["go", "stop", "back", "left", "up"])
 
@@ -116,10 +119,12 @@ def test_every_sentence_is_in_the_grammar_that_the_decoder_searches(
     commands = commands_or_none(text)
     if commands:
         arcs, end = as_fsg(commands.network)
-        searched = decoder.create_fsg("any", 0, end, arcs)
-        for sentence in commands.sample(20):
-            assert searched.accept(sentence)
-        assert not searched.accept("go go go go go go go go go go go go go go go go go go go go go")
+        written = structured_jsgf([one.expression for one in compile_text(text).templates])
+        for searched in (decoder.create_fsg("any", 0, end, arcs), decoder.parse_jsgf(written)):
+            for sentence in commands.sample(20):
+                assert searched.accept(sentence)
+            for word in commands.vocabulary:
+                assert searched.accept(word) == (word in commands)
 
 
 def test_weights_make_every_sentence_as_likely() -> None:
@@ -214,3 +219,20 @@ def test_the_sentences_of_a_command_are_found_the_shortest_first() -> None:
     commands = commands_of("halt: [please] stop [now]\ngo")
     assert commands.named(["halt"], 3) == ["stop", "please stop", "stop now"]
     assert commands.named(["go", "stop now", "fly"], 3) == ["go", "stop now"]
+
+
+@given(st.sets(st.lists(WORD, min_size=1, max_size=4).map(" ".join), min_size=2))
+def test_all_that_differ_in_one_word_are_neighbours(sentences: set[str]) -> None:
+    listed = sorted(sentences)
+    said, *others = listed
+    near = {found.sentence for found in nearest(tree(listed), said.split(), Letters(), 100, 1)}
+    assert near == {other for other in others if one_change(said.split(), other.split())}
+
+
+def one_change(one: list[str], other: list[str]) -> bool:
+    if len(one) == len(other):
+        return sum(a != b for a, b in zip(one, other, strict=True)) == 1
+    short, long = sorted((one, other), key=len)
+    return len(long) == len(short) + 1 and any(
+        long[:at] + long[at + 1 :] == short for at in range(len(long))
+    )

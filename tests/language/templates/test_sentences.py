@@ -104,6 +104,11 @@ def test_numbers_are_said_in_all_usual_ways() -> None:
     )
 
 
+CHAIN = "".join(f"<r{n}> = a <r{n + 1}>\n" for n in reversed(range(90)))
+LAUGHS = "<l0>\n<l40> = a | b\n" + "".join(f"<l{n}> = <l{n + 1}> <l{n + 1}>\n" for n in range(20))
+LAUGHS += "<l20> = ha\n"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -136,6 +141,10 @@ def test_numbers_are_said_in_all_usual_ways() -> None:
         (" ".join(["(a|b)"] * 31), "has up to 31 words, more than 30"),
         (" ".join(["(a|b|c|d|e|f|g|h|i|j)"] * 11), "sentences, more than can be told apart"),
         ("a = b", "l.txt: holds no command"),
+        ("light {a}s\na = b", "l.txt:1:10: only letters can touch a word, as in light[s]"),
+        ("go <r0>\n" + CHAIN, "names hold each other; use fewer"),
+        (CHAIN + "go <r0>\n" + "<r90> = x\n", "names hold each other; use fewer"),
+        (LAUGHS, "more than 30; make the command shorter"),
         ("go (" + "x" * 41 + ")", "has 41 letters, more than 40"),
     ],
 )
@@ -162,6 +171,14 @@ def test_the_same_sentence_twice_of_one_command_is_kept_once() -> None:
     built = compile_text("on: go\non: [please] go")
     assert built.warnings == ('l.txt:2:1: "go" is there twice (first in l.txt:1:1)',)
     assert list(built.commands) == ["go", "please go"]
+
+
+def test_many_sentences_that_are_there_twice_give_one_warning() -> None:
+    lines = "".join(f"(go|come) {word}\n{word}: go {word}\n" for word in ("a", "b"))
+    with pytest.raises(CommandsError, match="is a sentence of"):
+        compile_text(lines)
+    (line,) = compile_text("[please] go\n" + "go\n" * 20).warnings
+    assert line == "l.txt: 20 sentences are there twice, or can be read in two ways"
 
 
 def test_a_sentence_that_can_be_read_in_two_ways_is_named() -> None:

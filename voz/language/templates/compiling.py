@@ -7,6 +7,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from voz.errors import CommandsError
+from voz.language.commands import at_most
 from voz.language.templates.commands import Commands, Meaning
 from voz.language.templates.expression import Expression, Named, Numbers, Word, wrong
 from voz.language.templates.joining import MOST_STATES, Shared, TooManyStatesError, join
@@ -91,8 +92,9 @@ def compiled(source: Source) -> Compiled:
         )
         for template, one in zip(templates, readers, strict=True)
     ]
-    for one in shared:
-        warnings = (*warnings, *_ambiguous(one, templates, meanings))
+    told = [line for one in shared for line in _ambiguous(one, templates, meanings)]
+    summary = f"{source.name}: {len(told)} sentences are there twice, or can be read in two ways"
+    warnings = (*warnings, *at_most(told, summary))
     states = [len(one.arcs) for one in readers]
     commands = Commands(network, meanings)
     costs = [*_costs_of_templates(templates, commands, states), *_costs_of_names(source, templates)]

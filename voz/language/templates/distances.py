@@ -27,11 +27,16 @@ class Sound:
         self._spellings = {
             word: [tuple(way) for way in ways[:MOST_SPELLINGS]] for word, ways in spellings.items()
         }
+        self._phones = {word: frozenset(ways[0]) for word, ways in self._spellings.items()}
         self.instead = lru_cache(maxsize=100_000)(self._instead)
 
     def _instead(self, word: str, other: str) -> float:
         ways, others = self._spellings[word], self._spellings[other]
         return min(loss_between(one, two) for one in ways for two in others)
+
+    def rough(self, word: str, other: str) -> float:
+        """How many phones only one of two words has."""
+        return len(self._phones[word] ^ self._phones[other])
 
     def alone(self, word: str) -> float:
         """What it costs to leave a word out, or to put it in."""
@@ -52,6 +57,10 @@ class Letters:
     def _instead(self, word: str, other: str) -> float:
         alike = SequenceMatcher(None, word, other, autojunk=False).ratio()
         return (1 - alike) * max(len(word), len(other))
+
+    def rough(self, word: str, other: str) -> float:
+        """How many letters only one of two words has."""
+        return len(set(word) ^ set(other))
 
     def alone(self, word: str) -> float:
         """What it costs to leave a word out, or to put it in: it is half a mistake."""

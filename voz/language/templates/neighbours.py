@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from heapq import nsmallest
 from operator import itemgetter
@@ -17,11 +17,18 @@ OTHERS = 16
 """Words that are tried in the place of another, the nearest of those that may stand there."""
 
 
+LOOKED_AT = 64
+"""Of more words that may stand in the place of another, those are compared that seem nearest."""
+
+
 class Costs(Protocol):
     """How far apart words are."""
 
     def instead(self, word: str, other: str) -> float:
         """What it costs to take one word for another."""
+
+    def rough(self, word: str, other: str) -> float:
+        """The same at a glance, to choose those that are worth a closer look."""
 
     def alone(self, word: str) -> float:
         """What it costs to leave a word out, or to put it in."""
@@ -103,7 +110,9 @@ def _cheapest(network: Network, costs: Costs, state: int) -> list[tuple[str, int
 def _replacing(
     network: Network, costs: Costs, state: int, word: str
 ) -> list[tuple[float, str, int]]:
-    arcs = network.arcs[state].items()
+    arcs: Iterable[tuple[str, int]] = network.arcs[state].items()
+    if len(network.arcs[state]) > LOOKED_AT:
+        arcs = nsmallest(LOOKED_AT, arcs, key=lambda arc: costs.rough(word, arc[0]))
     every = ((costs.instead(word, other), other, to) for other, to in arcs if other != word)
     return nsmallest(OTHERS, every)
 

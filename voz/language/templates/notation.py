@@ -90,15 +90,14 @@ class Notation(Parser):
         if token.spaced:
             return False
         if token.kind == "word":
-            return before.kind == "mark" and not before.spaced
-        return before.kind == "word" and token.kind == "mark" and not after.spaced
+            return before.kind in ("slot", "rule") or (before.kind == "mark" and not before.spaced)
+        group = token.kind == "mark" and not after.spaced
+        return before.kind == "word" and (group or token.kind in ("slot", "rule"))
 
     def _joined(self, first: Expression, second: Expression, token: Token) -> Expression:
         one, other = spellings(first), spellings(second)
         if one is None or other is None or len(one) * len(other) > MOST_SPELLINGS:
-            self.fail(
-                "what touches a word must be single letters or words; write a space", token.at
-            )
+            self.fail("only letters can touch a word, as in light[s]; write a space", token.at)
         words = dict.fromkeys(a + b for a, b in product(one, other))
         if any(len(word) > MAX_LETTERS or not word for word in words):
             self.fail("this makes no word; write a space", token.at)

@@ -23,6 +23,9 @@ from voz.language.templates.expression import (
 )
 from voz.language.templates.source import Kind, Source, Template, shown
 
+DEEPEST = 30
+"""Rules within rules; Python's own limit is not far above."""
+
 
 def resolve(source: Source) -> tuple[list[Template], tuple[str, ...]]:
     """Put what names stand for in their place.
@@ -58,6 +61,7 @@ class _Resolver:
         self._open: list[tuple[Kind, str]] = []
         self.known: dict[tuple[Kind, str], Named] = {}
         self.slots: dict[int, Slots] = {}
+        self._depths: dict[tuple[Kind, str], int] = {}
 
     def named(self, kind: Kind, name: str, place: Place) -> Named:
         """What a name stands for."""
@@ -70,9 +74,15 @@ class _Resolver:
         definition = self._source.definitions.get((kind, name))
         if definition is None:
             raise wrong(place, self._unknown(kind, name))
+        if len(self._open) > DEEPEST:
+            raise wrong(place, f"more than {DEEPEST} names hold each other; use fewer")
         self._open.append((kind, name))
         item = self.resolved(definition.expression)
         self._open.pop()
+        held = [(found.kind, found.name) for found in references(definition.expression)]
+        depth = self._depths[kind, name] = 1 + max((self._depths[one] for one in held), default=0)
+        if depth > DEEPEST:
+            raise wrong(definition.place, f"more than {DEEPEST} names hold each other; use fewer")
         if kind == "list" and (inner := slots(item, self.slots)):
             raise wrong(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
         found = self.known[kind, name] = Named(kind, name, item)

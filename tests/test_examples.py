@@ -80,3 +80,46 @@ def test_each_example_says_how_it_is_called() -> None:
     for path in EXAMPLES.glob("*.py"):
         first = path.read_text(encoding="utf-8").removeprefix("#!/usr/bin/env python3\n")
         assert path.stem in first.split('"""')[1]
+
+
+def drive(example: str, robot: str, folder: Path, *lines: str) -> list[str]:
+    """Build the list of an example, drive its robot by typed lines, and give what it printed."""
+    here = EXAMPLES / example
+    for file in here.iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    build = [*VOZ, "build-lm", "commands.txt", "--out", "lm"]
+    subprocess.run(build, cwd=folder, check=True, capture_output=True)
+    (folder / "said.txt").write_text("\n".join(["start speech", *lines]) + "\n")
+    run = [*VOZ, "run", "--no-sound", "--robot", robot, "--text", "said.txt"]
+    done = subprocess.run(run, cwd=folder, check=True, capture_output=True, text=True)
+    assert len((here / f"{example}.py").read_text().splitlines()) <= 40
+    return done.stdout.splitlines()
+
+
+@pytest.mark.slow
+def test_an_arm_brings_what_was_said_and_asks_before_it_folds(tmp_path: Path) -> None:
+    said = ["bring me the deep blue cup", "give me the water bottle", "open the gripper"]
+    printed = drive("arm", "arm:Arm,console", tmp_path, *said, "fold the arm", "no", "stop")
+    own = [line for line in printed if " s  " not in line]
+    assert own == ["reach blue cup at (0.3, 0.1)", "reach any water at (0.1, 0.3)", "gripper open"]
+    told = "\n".join(printed)
+    assert 'robot says "I bring the water"' in told
+    assert 'robot says "shall I fold?"' in told
+    assert "I fold the arm" not in told
+
+
+@pytest.mark.slow
+def test_a_drone_flies_as_far_as_was_said_and_never_on(tmp_path: Path) -> None:
+    said = ["take off", "climb 2 metres", "fly backward one metre", *"-" * 25]
+    said += ["turn left 90 degrees", *"-" * 35, "fly forward ten metres", "-", "hover"]
+    printed = drive("drone", "drone:Drone", tmp_path, *said)
+    assert printed == [
+        "height 1 m",
+        "height 3 m",
+        "fly at -0.5 m/s, turn at 0 rad/s",
+        "fly at 0 m/s, turn at 0 rad/s",
+        "fly at 0 m/s, turn at 0.5 rad/s",
+        "fly at 0 m/s, turn at 0 rad/s",
+        "fly at 0.5 m/s, turn at 0 rad/s",
+        "fly at 0 m/s, turn at 0 rad/s",
+    ]

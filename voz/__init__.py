@@ -26,7 +26,7 @@ from voz.errors import (
 
 if TYPE_CHECKING:
     from voz.config import Config, Recognition, Safety, load_config
-    from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+    from voz.events import Event, Partial, Publish, Reply, SelectedObject, Twist, Utterance, Warning
     from voz.loading import load
     from voz.recognition.listener import Listener
     from voz.recognition.recognizer import Recognizer
@@ -44,6 +44,7 @@ _WHERE = {
     "Event": "voz.events",
     "Listener": "voz.recognition.listener",
     "Partial": "voz.events",
+    "Publish": "voz.events",
     "Recognition": "voz.config",
     "Recognizer": "voz.recognition.recognizer",
     "Reply": "voz.events",
@@ -69,6 +70,7 @@ __all__ = [
     "LanguageError",
     "Listener",
     "Partial",
+    "Publish",
     "Recognition",
     "Recognizer",
     "Reply",

@@ -15,7 +15,6 @@ from voz.audio.level import FULL_SCALE, LOWEST
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
 from voz.hearing.half_duplex import HalfDuplex, PlayedSound
-from voz.process.memory import give_back_large_blocks
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recordings.recorder import Recorder
 from voz.run.inbox import Inbox
@@ -122,7 +121,6 @@ class Hearing:
 
     def __enter__(self) -> Hearing:
         """Start to listen; raises AudioError if there is no such microphone."""
-        give_back_large_blocks()
         self._thread.start()
         self._opened.wait()
         if self._microphone is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-
 M_MMAP_THRESHOLD = -3
 """The number of this setting in glibc's `malloc.h`."""
 
@@ -17,6 +15,8 @@ def give_back_large_blocks() -> None:
     glibc learns from the largest ones to keep them for later instead, in pieces: a run that listens
     then takes up to 2 MB more or less from minute to minute. It costs no measurable time.
     """
+    import ctypes  # only now: signals that come while a program's imports go on are told late
+
     libc = ctypes.CDLL(None)
     if hasattr(libc, "mallopt"):  # other libraries have no such setting
         libc.mallopt(M_MMAP_THRESHOLD, LARGE)

@@ -12,6 +12,7 @@ from voz.printable import printable
 from voz.process import signals
 from voz.process.ending import end_by_force, lingering
 from voz.process.quiet_libraries import quiet_libraries
+from voz.process.setup import set_up
 from voz.ros1.node import Node
 from voz.run.unblocked import unblocked_output
 
@@ -27,6 +28,7 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
         work: what it does.
     """
     signals.install(as_in_shells=False)
+    set_up()
     try:
         with quiet_libraries(), unblocked_output(), Node(name, sys.argv[1:]) as node:
             work(node)

@@ -8,7 +8,6 @@ Sources have threads of their own and put messages into an inbox, or tell the ti
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Protocol
@@ -27,9 +26,6 @@ from voz.run.inbox import End, Inbox
 from voz.run.programs import Programs
 from voz.run.watch import Flood, Watch, over_robots
 from voz.speech.speaker import Speaker
-
-SWITCH = 0.001
-"""How long a thread waits for another to let go of Python, s; 5 ms as usual is seen in the beat."""
 
 
 class Ears(Protocol):
@@ -68,7 +64,6 @@ def drive_by_clock(
     Raises:
         SystemExit: a signal came before.
     """
-    sys.setswitchinterval(SWITCH)
     watches = over_robots(drive, robots)
     if ears:
         trouble = ears.trouble

@@ -1,6 +1,6 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 test fixtures benchmark clean
+.PHONY: help demo check install bags report ros1 ros2 docs test fixtures benchmark clean
 
 QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
@@ -27,6 +27,11 @@ ros2: ## Install what --robot ros2 needs; no ROS
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1
 
+docs: ## Build the documents, with the reference made from the program, into site/
+	@sh tools/install.sh docs
+	.venv/bin/python tools/make_reference.py
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build
+
 check: ## Check style and types, and run the tests of what is pure or quick, in a minute
 	@sh tools/install.sh tests
 	.venv/bin/ruff check .
@@ -47,10 +52,10 @@ fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests
 	.venv/bin/python tools/make_fixtures.py
 
-benchmark: install ## Print the figures that the README quotes
+benchmark: install ## Print the figures of docs/figures.md on what it costs
 	.venv/bin/python benchmarks/decode.py
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-rclpy .venv-ros1 tests/ros1/node_modules demo demo.png build dist
+	rm -rf .venv .venv-rclpy .venv-ros1 tests/ros1/node_modules demo demo.png build dist site docs/reference
 	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -113,14 +113,24 @@ class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
 
 
 class SelectedObject(msgspec.Struct, frozen=True, tag_field="type", tag="selected_object"):
-    """The object the arm is asked to point at: 1 beer, 2 cocacola, 100 fold the arm."""
+    """The object the arm is asked to point at.
+
+    Attributes:
+        t: when it is sent, s.
+        value: 1 beer, 2 cocacola, 100 fold the arm.
+    """
 
     t: float
     value: int
 
 
 class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
-    """A sentence that the robot says."""
+    """A sentence that the robot says.
+
+    Attributes:
+        t: when it is asked for, s.
+        text: the sentence.
+    """
 
     t: float
     text: str

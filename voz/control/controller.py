@@ -1,7 +1,7 @@
 """The robot's command rules: a pure state machine with no I/O and no clock.
 
-`RULES` is the command table of the README, line by line. These are the bare rules of the original
-program; `voz.control.safety` stands between them and a robot that runs away.
+`RULES` is the command table of docs/commands.md, line by line. These are the bare rules of the
+original program; `voz.control.safety` stands between them and a robot that runs away.
 """
 
 from __future__ import annotations

@@ -218,7 +218,7 @@ def _guess_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[
 
 def _alike_warnings(entries: Mapping[str, Entry], parsed: CommandList) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
-    if set(parsed.sentences) == set(COMMANDS):  # of the list that comes with voz the README tells
+    if set(parsed.sentences) == set(COMMANDS):  # docs/commands.md tells of these
         return ()
     if too_many := _too_many(parsed):
         return (too_many,)

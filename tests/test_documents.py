@@ -147,5 +147,13 @@ def test_each_page_can_be_found_from_the_first_one() -> None:
             assert f"](docs/{page.path.name})" in readme
 
 
+def test_each_thread_is_told_of_with_its_queue() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "voz").rglob("*.py"))
+    names = set(re.findall(r'(?:name=|\()"(voz-[a-z-]+)", (?:lambda|daemon)', code))
+    assert {"voz-hearing", "voz-pace"} <= names
+    assert {name for name in names if f"\n| `{name}`" not in page} == set()
+
+
 def test_the_readme_is_short() -> None:
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150

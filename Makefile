@@ -1,9 +1,11 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 test fixtures benchmark clean
+.PHONY: help demo check install bags report ros1 ros2 docs test coverage fixtures benchmark clean
 
 QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
+# What the quick tests are there to test; to count all the others too takes them a fifth longer.
+COUNTED = voz/audio/*,voz/control/*,voz/evaluation/*,voz/language/*,voz/robot/drawing/*,voz/simulation/*
 
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -27,6 +29,11 @@ ros2: ## Install what --robot ros2 needs; no ROS
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1
 
+docs: ## Build the documents, with the reference made from the program, into site/
+	@sh tools/install.sh docs
+	.venv/bin/python tools/make_reference.py
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build
+
 check: ## Check style and types, and run the tests of what is pure or quick, in a minute
 	@sh tools/install.sh tests
 	.venv/bin/ruff check .
@@ -41,16 +48,23 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
-	.venv/bin/python -m pytest -q -n auto --dist loadfile
+	.venv/bin/python -m pytest -q -n auto --dist loadfile --cov --cov-report= $(QUICK)
+	.venv/bin/coverage report --include="$(COUNTED)"
+	.venv/bin/coverage report --include="voz/control/*" --fail-under=100 --show-missing
+	.venv/bin/python -m pytest -q -n auto --dist loadfile $(QUICK:%=--ignore=%)
+
+coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
+	@sh tools/install.sh tests
+	.venv/bin/python -m pytest -q -n auto --dist loadfile --cov --cov-report=term-missing
 
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests
 	.venv/bin/python tools/make_fixtures.py
 
-benchmark: install ## Print the figures that the README quotes
+benchmark: install ## Print the figures of docs/figures.md on what it costs
 	.venv/bin/python benchmarks/decode.py
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-rclpy .venv-ros1 tests/ros1/node_modules demo demo.png build dist
-	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-rclpy .venv-ros1 tests/ros1/node_modules demo demo.png build dist site docs/reference
+	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage

@@ -6,7 +6,6 @@ turns, so that a busy machine is busy for all of them.
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import statistics
@@ -17,6 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from machine import machine, peak_megabytes
+
+from voz.recordings.rows import MANIFEST, records_in
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"
@@ -86,9 +87,8 @@ ENGINES: dict[str, Callable[[], Understand]] = {
 
 
 def commands() -> list[tuple[Path, str]]:
-    with (FIXTURES / "manifest.tsv").open() as manifest:
-        rows = csv.DictReader(manifest, delimiter="\t")
-        return [(FIXTURES / r["file"], r["text"]) for r in rows if r["kind"] == "command"]
+    rows = records_in((FIXTURES / MANIFEST).read_text(encoding="utf-8"))
+    return [(FIXTURES / r["file"], r["text"]) for r in rows if r["kind"] == "command"]
 
 
 def measure(engine: str) -> None:

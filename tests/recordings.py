@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
+from voz.recordings.rows import MANIFEST, records_in
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"
@@ -31,6 +31,5 @@ class Recording(NamedTuple):
 
 
 def read_manifest() -> list[Recording]:
-    with (FIXTURES / "manifest.tsv").open(encoding="utf-8") as manifest:
-        rows = csv.DictReader(manifest, delimiter="\t")
-        return [Recording(FIXTURES / r["file"], r["text"], r["voice"], r["kind"]) for r in rows]
+    rows = records_in((FIXTURES / MANIFEST).read_text(encoding="utf-8"))
+    return [Recording(FIXTURES / r["file"], r["text"], r["voice"], r["kind"]) for r in rows]

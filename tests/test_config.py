@@ -111,8 +111,9 @@ def test_a_room_may_be_another() -> None:
     assert config.simulator.room == Config().simulator.room
 
 
-def test_the_settings_in_the_readme_are_the_defaults(tmp_path: Path) -> None:
-    (shown,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+def test_the_settings_in_the_documents_are_the_defaults(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "settings.md").read_text()
+    (shown,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     assert load_config(write(tmp_path, shown)) == Config(lm="my_robot")
 
 

@@ -1,6 +1,5 @@
 """The recordings of audio_fixtures/ are what their manifest says, and what other tests rely on."""
 
-import csv
 import os
 import subprocess
 import sys
@@ -11,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import soundfile
+
+from voz.recordings.rows import rows_in
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "audio_fixtures"
@@ -31,10 +32,9 @@ class Recording(NamedTuple):
 
 
 def manifest():
-    with (FOLDER / "manifest.tsv").open(newline="") as file:
-        header, *rows = csv.reader(file, delimiter="\t")
+    (_, header), *rows = rows_in((FOLDER / "manifest.tsv").read_text())
     assert header == list(Recording._fields)
-    return [Recording(*row) for row in rows]
+    return [Recording(*row.fields) for row in rows]
 
 
 def of_kind(*kinds):

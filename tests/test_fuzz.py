@@ -94,7 +94,8 @@ def refusal(commands: Path) -> str | None:
 
 
 def toml(folder: Path) -> tuple[Path, Callable[[], object]]:
-    (settings,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    page = (ROOT / "docs" / "settings.md").read_text()
+    (settings,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     path = folder / "voz.toml"
     path.write_text(settings)
     return path, lambda: load_config(path)

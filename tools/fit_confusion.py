@@ -11,7 +11,6 @@ A pair that was heard little is drawn towards what articulation says of it.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator, Sequence
 from importlib.metadata import version
@@ -31,6 +30,7 @@ from voz.language.phone_distances import DISTANCES
 from voz.recognition.decoder import ACOUSTIC_MODEL, mean_start
 from voz.recognition.evidence import FILLERS, UNPRUNED
 from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT
+from voz.recordings.rows import records_in
 
 PHONES = PHONE_NAMES.split()
 MOST_PHONES = 12
@@ -134,14 +134,13 @@ def articulatory_distance(one: str, other: str) -> float:
 def clips(manifest: Path, conditions: Sequence[str]) -> Iterator[Clip]:
     """Go through the recordings of a manifest whose words are all in the dictionary."""
     cmudict = read_cmudict()
-    with manifest.open(encoding="utf-8") as file:
-        for row in csv.DictReader(file, delimiter="\t"):
-            if conditions and row.get("condition") not in conditions:
-                continue
-            phones = pronunciation(cmudict, row["text"].lower())
-            if 0 < len(phones) <= MOST_PHONES:
-                path = manifest.parent / (row.get("path") or row["file"])
-                yield Clip(path, phones, row.get("speaker") or row["voice"])
+    for row in records_in(manifest.read_text(encoding="utf-8")):
+        if conditions and row.get("condition") not in conditions:
+            continue
+        phones = pronunciation(cmudict, row["text"].lower())
+        if 0 < len(phones) <= MOST_PHONES:
+            path = manifest.parent / (row.get("path") or row["file"])
+            yield Clip(path, phones, row.get("speaker") or row["voice"])
 
 
 def pronunciation(cmudict: bytes, text: str) -> list[str]:

@@ -22,6 +22,7 @@ import soxr
 
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
+from voz.recordings.rows import MANIFEST, as_text, rows_in
 
 Sound = npt.NDArray[Any]
 """Samples between -1 and 1; more than one channel as columns."""
@@ -214,14 +215,14 @@ def gain(decibels: float) -> float:
 
 def write(folder: Path, made: list[tuple[Fixture, Sound]]) -> None:
     """Replace what an earlier run made by these recordings and their manifest."""
-    manifest = folder / "manifest.tsv"
+    manifest = folder / MANIFEST
     if manifest.exists():
         # By its list, not by folder: the user may have named one with other things in it.
-        for row in manifest.read_text().splitlines()[1:]:
-            (folder / row.split("\t")[0]).unlink(missing_ok=True)
+        for row in rows_in(manifest.read_text())[1:]:
+            (folder / row.fields[0]).unlink(missing_ok=True)
     for fixture, samples in made:
         path = folder / fixture.file
         path.parent.mkdir(parents=True, exist_ok=True)
         soundfile.write(path, samples, fixture.rate, subtype="PCM_16")
-    rows = sorted(f"{each.file}\t{each.text}\t{each.voice}\t{each.kind}\n" for each, _ in made)
-    manifest.write_text("file\ttext\tvoice\tkind\n" + "".join(rows))
+    rows = sorted((each.file, each.text, each.voice, each.kind) for each, _ in made)
+    manifest.write_text(as_text([("file", "text", "voice", "kind"), *rows]))

@@ -26,7 +26,20 @@ from voz.errors import (
 
 if TYPE_CHECKING:
     from voz.config import Config, Recognition, Safety, load_config
-    from voz.events import Event, Partial, Publish, Reply, SelectedObject, Twist, Utterance, Warning
+    from voz.events import (
+        Call,
+        Ended,
+        Event,
+        Partial,
+        Play,
+        Publish,
+        Reply,
+        Run,
+        SelectedObject,
+        Twist,
+        Utterance,
+        Warning,
+    )
     from voz.loading import load
     from voz.recognition.listener import Listener
     from voz.recognition.recognizer import Recognizer
@@ -39,16 +52,20 @@ __version__ = "0.1.0"
 
 _WHERE = {
     "BuiltinSound": "voz.speech.builtin_sounds",
+    "Call": "voz.events",
     "Config": "voz.config",
     "Controller": "voz.run.drive",
+    "Ended": "voz.events",
     "Event": "voz.events",
     "Listener": "voz.recognition.listener",
     "Partial": "voz.events",
+    "Play": "voz.events",
     "Publish": "voz.events",
     "Recognition": "voz.config",
     "Recognizer": "voz.recognition.recognizer",
     "Reply": "voz.events",
     "Robot": "voz.robot.base",
+    "Run": "voz.events",
     "Safety": "voz.config",
     "SelectedObject": "voz.events",
     "SoundClient": "voz.speech.sound_client",
@@ -62,14 +79,17 @@ _WHERE = {
 __all__ = [
     "AudioError",
     "BuiltinSound",
+    "Call",
     "CommandsError",
     "Config",
     "ConfigError",
     "Controller",
+    "Ended",
     "Event",
     "LanguageError",
     "Listener",
     "Partial",
+    "Play",
     "Publish",
     "Recognition",
     "Recognizer",
@@ -77,6 +97,7 @@ __all__ = [
     "Robot",
     "RobotError",
     "RobotMistake",
+    "Run",
     "Safety",
     "SelectedObject",
     "SoundClient",

@@ -297,7 +297,7 @@ def load_config(path: Path) -> Config:
     except RecursionError:
         raise ConfigError(f"{path}: has too many tables in each other; remove some") from None
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {error}; the README lists the settings") from error
+        raise ConfigError(f"{path}: {error}; docs/settings.md lists the settings") from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long; shorten it") from None
 

@@ -141,21 +141,37 @@ class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
 
 
 class SelectedObject(msgspec.Struct, frozen=True, tag_field="type", tag="selected_object"):
-    """The object the arm is asked to point at: 1 beer, 2 cocacola, 100 fold the arm."""
+    """The object the arm is asked to point at.
+
+    Attributes:
+        t: when it is sent, s.
+        value: 1 beer, 2 cocacola, 100 fold the arm.
+    """
 
     t: float
     value: int
 
 
 class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
-    """A sentence that the robot says."""
+    """A sentence that the robot says.
+
+    Attributes:
+        t: when it is asked for, s.
+        text: the sentence.
+    """
 
     t: float
     text: str
 
 
 class Publish(msgspec.Struct, frozen=True, tag_field="type", tag="publish"):
-    """A value for a topic of the user's own."""
+    """A value for a topic of the user's own.
+
+    Attributes:
+        t: when it is sent, s.
+        topic: where it goes; relative, as in ROS.
+        value: true or false, a number or a text.
+    """
 
     t: float
     topic: str
@@ -163,14 +179,25 @@ class Publish(msgspec.Struct, frozen=True, tag_field="type", tag="publish"):
 
 
 class Play(msgspec.Struct, frozen=True, tag_field="type", tag="play"):
-    """A sound that the robot plays: a name of voz's own, or a file."""
+    """A sound that the robot plays.
+
+    Attributes:
+        t: when it is to begin, s.
+        sound: a name of `voz sound --list`, or a file.
+    """
 
     t: float
     sound: str
 
 
 class Run(msgspec.Struct, frozen=True, tag_field="type", tag="run", omit_defaults=True):
-    """A program that is started: it and its arguments, and how long it may take, s."""
+    """A program that is started.
+
+    Attributes:
+        t: when it is started, s.
+        program: it and its arguments.
+        seconds: how long it may take, s; None is a minute.
+    """
 
     t: float
     program: tuple[str, ...]
@@ -178,7 +205,14 @@ class Run(msgspec.Struct, frozen=True, tag_field="type", tag="run", omit_default
 
 
 class Call(msgspec.Struct, frozen=True, tag_field="type", tag="call", omit_defaults=True):
-    """A function in Python that is called, `module:function`, and how long it may take, s."""
+    """A function in Python that is called.
+
+    Attributes:
+        t: when it is called, s.
+        function: `module:function`.
+        arguments: what it gets.
+        seconds: how long it may take until that is told, s; None is a minute.
+    """
 
     t: float
     function: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import signal
@@ -24,6 +23,7 @@ from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import Said, calibrate
 from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
+from voz.recordings.rows import MANIFEST, as_text
 
 
 @pytest.fixture(autouse=True)
@@ -53,12 +53,11 @@ def through_telephone(said: Sequence[Said]) -> list[Said]:
 
 def write(folder: Path, said: Sequence[Said], speaker: str = "ana") -> Path:
     folder.mkdir(exist_ok=True)
-    with (folder / "manifest.tsv").open("w") as stream:
-        rows = csv.writer(stream, delimiter="\t")
-        rows.writerow(("path", "text", "speaker", "kind"))
-        for number, (text, samples) in enumerate(said):
-            soundfile.write(folder / f"{number}.wav", samples, SAMPLE_RATE)
-            rows.writerow((f"{number}.wav", text, speaker, "command"))
+    rows = [("path", "text", "speaker", "kind")]
+    for number, (text, samples) in enumerate(said):
+        soundfile.write(folder / f"{number}.wav", samples, SAMPLE_RATE)
+        rows.append((f"{number}.wav", text, speaker, "command"))
+    (folder / MANIFEST).write_text(as_text(rows))
     return folder
 
 

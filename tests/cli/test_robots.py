@@ -60,7 +60,7 @@ class SerialPort:
 
 @pytest.fixture
 def serial_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SerialPort]:
-    """What a robot on a serial port gets; the README shows its class."""
+    """What a robot on a serial port gets; docs/robots.md shows its class."""
     port = SerialPort()
     write_serial_robot(tmp_path, port.name)
     monkeypatch.syspath_prepend(tmp_path)
@@ -71,8 +71,8 @@ def serial_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Se
 
 
 def write_serial_robot(folder: Path, port: str) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
-    code = readme.split("# serial_robot.py\n")[1].split("```")[0]
+    page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text()
+    code = page.split("# serial_robot.py\n")[1].split("```")[0]
     (folder / "serial_robot.py").write_text(code.replace("/dev/ttyUSB0", port))
 
 

@@ -17,10 +17,11 @@ from recordings import FIXTURES, GO_BACK
 from voz.audio import SAMPLE_RATE
 from voz.errors import AudioError
 from voz.events import Utterance
-from voz.recordings.folder import HEADER, MANIFEST, Folder
+from voz.recordings.folder import HEADER, Folder
 from voz.recordings.manifest import read_manifest
 from voz.recordings.recent_sound import Excerpt
 from voz.recordings.recorder import GIGABYTE
+from voz.recordings.rows import MANIFEST
 
 
 def piece(text: str = "stop", accepted: bool = True, seconds: float = 0.1) -> Excerpt:

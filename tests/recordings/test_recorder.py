@@ -14,9 +14,9 @@ from recordings import FIXTURES, GO_BACK
 
 from voz.audio import SAMPLE_RATE
 from voz.events import Utterance
-from voz.recordings.folder import MANIFEST
 from voz.recordings.manifest import read_manifest
 from voz.recordings.recorder import Recorder
+from voz.recordings.rows import MANIFEST
 
 HEARD = Utterance(2, "stop", 0.9, True, 1, 2, "microphone")
 

@@ -50,11 +50,13 @@ def test_only_the_console_and_the_simulator_go_without_a_clock() -> None:
     assert have_a_clock(["console", "serial_robot:SerialRobot"])
 
 
-def test_the_readme_and_the_help_tell_of_all_of_them() -> None:
+def test_the_documents_and_the_help_tell_of_all_of_them() -> None:
+    page = (ROOT / "docs" / "robots.md").read_text()
     readme = (ROOT / "README.md").read_text()
     told = " ".join(in_process("run", "--help").out.split())
     for name, kind in ROBOTS.items():
-        assert f"| `{name}` | {kind.does} |" in readme
+        assert f"| `{name}` | {kind.does} |" in page
+        assert f"`{name}`" in readme
     assert f"{', '.join(ROBOTS)} or MODULE:CLASS" in told
 
 

@@ -21,7 +21,7 @@ COMMANDS = {
     "go back": (-0.1, 0.0),
     "stop": (0.0, 0.0),
 }
-"""In this order; the velocities are those of the README's table."""
+"""In this order; the velocities are those of the table in docs/commands.md."""
 
 
 def driving(ros: Ros, *arguments: str, topics: tuple[str, ...] = ()) -> tuple[Program, Client]:

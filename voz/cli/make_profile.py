@@ -17,7 +17,7 @@ from voz.hearing.enrolment import missing, prompts, read_kept, read_recordings, 
 from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
 from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile
-from voz.recordings.keeping import MANIFEST
+from voz.recordings.rows import MANIFEST
 
 RECORDINGS = "recordings"
 """The folder in that of a profile."""

@@ -58,7 +58,7 @@ class Running(Recognising):
         bool, typer.Option("--no-half-duplex", help="Listen while the robot speaks: a headset.")
     ] = False
     no_safety: Annotated[
-        bool, typer.Option("--no-safety", help="The bare command rules; see the README.")
+        bool, typer.Option("--no-safety", help="The bare command rules: docs/safety.md.")
     ] = False
     watchdog: Annotated[
         bool,

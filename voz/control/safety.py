@@ -1,4 +1,4 @@
-"""What the command rules alone would let go wrong (the safety table of the README).
+"""What the command rules alone would let go wrong (the safety table of docs/safety.md).
 
 S1 to S4 look at one command: the velocities before it and those that the bare rules gave. S6 looks
 at the time since the last command, S7 at the end of the program. S5 (hearing is lost) belongs to

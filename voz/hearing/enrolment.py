@@ -19,8 +19,9 @@ from voz.errors import ConfigError
 from voz.files import told
 from voz.recognition.confidence import NO_SPEECH
 from voz.recognition.speaker.calibration import FEWEST, Said
-from voz.recordings.keeping import MANIFEST, keep
+from voz.recordings.keeping import keep
 from voz.recordings.manifest import read_manifest
+from voz.recordings.rows import MANIFEST
 from voz.terminal.level_bar import level_bar
 
 PROMPTS = 24

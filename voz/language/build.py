@@ -291,8 +291,9 @@ def _guess_warnings(given: Given) -> tuple[str, ...]:
 
 def _alike_warnings(given: Given) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
-    if given.commands.few and set(given.commands) == set(read_sentences(LanguageFiles(PACKAGED))):
-        return ()
+    brought = read_sentences(LanguageFiles(PACKAGED))
+    if given.commands.few and set(given.commands) == set(brought):
+        return ()  # docs/commands.md tells of these
     return alike.warnings(closest(given))
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from voz.errors import AudioError
 from voz.events import to_json
 from voz.files import replaced
-from voz.recordings.keeping import MANIFEST, keep
+from voz.recordings.keeping import keep
 from voz.recordings.recent_sound import Excerpt
+from voz.recordings.rows import MANIFEST, as_text, rows_in
 
 HEADER = ("file", "text", "speaker", "kind", "event")
 SPEAKER = "user"
@@ -62,17 +63,17 @@ class Folder:
         self._write(rows)
 
     def _rows(self) -> list[list[str]]:
-        *lines, unfinished = self._manifest.read_text(encoding="utf-8-sig").split("\n")
-        rows = [line.rstrip("\r").split("\t") for line in [*lines, unfinished] if line]
+        text = self._manifest.read_text(encoding="utf-8-sig")
+        rows = [row.fields for row in rows_in(text)]
         if rows and tuple(rows.pop(0)) != HEADER:
             raise AudioError(f"{self._manifest}: is not one of recordings; name another folder")
-        if unfinished and rows and len(rows[-1]) < len(HEADER):  # the power failed
+        if not text.endswith("\n") and rows and len(rows[-1]) < len(HEADER):  # the power failed
             rows.pop()
         return rows
 
     def _write(self, rows: list[list[str]]) -> None:
         with replaced(self._manifest) as manifest:
-            manifest.writelines("\t".join(row) + "\n" for row in [list(HEADER), *rows])
+            manifest.write(as_text([HEADER, *rows]))
 
     def _size_of(self, row: list[str]) -> int:
         path = self._path / row[0]

@@ -11,9 +11,7 @@ import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.files import append_line, replaced
-
-MANIFEST = "manifest.tsv"
-"""The list, as the evaluation reads it."""
+from voz.recordings.rows import MANIFEST, as_text
 
 
 def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]) -> int:
@@ -39,7 +37,7 @@ def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence
     manifest = folder / MANIFEST
     lines = [] if manifest.exists() else [header]
     lines.append([path.name, *fields])
-    append_line(manifest, "\n".join(map("\t".join, lines)))
+    append_line(manifest, as_text(lines).removesuffix("\n"))
     return len(flac.getvalue())
 
 

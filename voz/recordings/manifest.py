@@ -11,6 +11,7 @@ from voz.errors import ConfigError
 from voz.files import read_text, shown_path
 from voz.language.commands import normalise
 from voz.recordings.clips import Clip, Kind
+from voz.recordings.rows import Row, rows_in
 
 COLUMNS = {
     "file": ("path", "file"),
@@ -45,7 +46,7 @@ def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
     Raises:
         ConfigError: the manifest cannot be read or used; the message says which line and why.
     """
-    (_, header), *rows = _lines(path)
+    (_, header), *rows = _rows(path)
     columns = _columns(header, path)
     clips = []
     for number, fields in rows:
@@ -77,12 +78,10 @@ def set_name(path: Path) -> str:
     return shown_path(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
 
 
-def _lines(path: Path) -> list[tuple[int, list[str]]]:
-    """The fields of all lines that are not empty, with their numbers; the first is the header."""
+def _rows(path: Path) -> list[Row]:
+    """The lines that are not empty; the first is the header."""
     text = read_text(path, ConfigError, "name a manifest, a .tsv file")
-    numbered = enumerate(text.split("\n"), start=1)
-    lines = [(number, line.split("\t")) for number, line in numbered if line.strip()]
-    return lines or [(1, [])]
+    return rows_in(text) or [Row(1, [])]
 
 
 def _columns(header: list[str], path: Path) -> dict[str, int]:

@@ -1,0 +1,235 @@
+"""From one stretch of speech to a sentence, how sure that is, and whether it is obeyed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from recordings import Recording
+
+from voz.audio import SAMPLE_RATE
+from voz.audio.endpointing.segment import Segment
+from voz.audio.endpointing.segmenter import segments
+from voz.config import Recognition
+from voz.recognition.confidence import Around, load_models
+from voz.recognition.interpreter import Hypothesis, Interpreter, thresholds
+from voz.recognition.language import Language
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.profiles import Profile
+
+BAD_START = StartVector((25.0, -12.0, 9.0, *[6.0] * 10), 600)
+"""What was learnt of a microphone that is quite another one."""
+
+COMMANDS = ["stop", "go back", "turn left"]
+
+
+@pytest.fixture(scope="module")
+def interpreter(loaded: Language) -> Interpreter:
+    return Interpreter(loaded, Recognition(), Profile(), learning=False)
+
+
+@pytest.fixture(scope="module")
+def clips(recordings: list[Recording]) -> list[Recording]:
+    return [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
+
+
+def segment_of(recording: Recording) -> Segment:
+    (segment,) = segments([recording.samples()])
+    return segment
+
+
+def of(recordings: list[Recording], text: str, voice: str = "festival_slt") -> Segment:
+    return segment_of(next(r for r in recordings if (r.text, r.voice) == (text, voice)))
+
+
+def same(one: Hypothesis, other: Hypothesis) -> bool:
+    return (one.text, one.sure, one.values) == (other.text, other.sure, other.values)
+
+
+@pytest.mark.slow
+def test_the_sentence_of_a_segment_is_found_and_believed(
+    interpreter: Interpreter, clips: list[Recording]
+) -> None:
+    heard = [interpreter.understand(segment_of(clip)) for clip in clips]
+    assert [each.text for each in heard] == [clip.text for clip in clips]
+    assert all(each.evidence and each.sure > 0.9 for each in heard)
+
+
+@pytest.mark.slow
+def test_it_is_made_once_and_what_it_heard_before_does_not_matter(
+    interpreter: Interpreter, clips: list[Recording]
+) -> None:
+    cut = [segment_of(clip) for clip in clips]
+    first = [interpreter.understand(segment) for segment in cut]
+    again = [interpreter.understand(segment) for segment in reversed(cut)]
+    assert all(same(one, other) for one, other in zip(first, reversed(again), strict=True))
+
+
+def test_the_last_word_ends_before_the_segment_and_moves_with_it(
+    interpreter: Interpreter, clips: list[Recording]
+) -> None:
+    for clip in clips[:5]:
+        segment = segment_of(clip)
+        heard = interpreter.understand(segment)
+        assert segment.start + 0.2 < heard.spoken_until <= segment.end
+        later = segment._replace(start=segment.start + 60, end=segment.end + 60)
+        assert interpreter.understand(later).spoken_until == pytest.approx(heard.spoken_until + 60)
+
+
+def test_what_goes_on_for_longer_than_any_command_is_not_even_searched(
+    interpreter: Interpreter, recordings: list[Recording]
+) -> None:
+    stop = of(recordings, "stop")
+    length = interpreter.longest + 0.1
+    padded = np.pad(stop.samples, (0, int(length * SAMPLE_RATE) - len(stop.samples)))
+    heard = interpreter.understand(Segment(0, length, length, padded))
+    assert (heard.text, heard.evidence, heard.sure) == ("", None, 0)
+    utterance = interpreter.judge(heard, Around.QUIET, length, "")
+    assert (utterance.accepted, utterance.reason) == (False, "not_a_command")
+
+
+def test_a_list_of_longer_commands_may_take_longer(
+    interpreter: Interpreter, loaded: Language
+) -> None:
+    words = max(len(sentence.split()) for sentence in loaded.sentences)
+    longer = loaded._replace(sentences=[*loaded.sentences, " ".join(["stop"] * (words + 1))])
+    patient = Interpreter(longer, Recognition(second_ear=False), Profile(), learning=False)
+    assert patient.longest > interpreter.longest
+
+
+def test_what_is_known_of_the_speaker_is_used_unless_something_else_is_asked_for(
+    interpreter: Interpreter, loaded: Language, recordings: list[Recording]
+) -> None:
+    biased = Interpreter(loaded, Recognition(), Profile(BAD_START), learning=False)
+    segment = of(recordings, "turn left")
+    assert not same(biased.understand(segment), interpreter.understand(segment))
+    assert same(biased.understand(segment, StartVector()), interpreter.understand(segment))
+    assert same(interpreter.understand(segment, BAD_START), biased.understand(segment))
+
+
+def test_a_speaker_who_is_worth_more_trust_gets_it(
+    interpreter: Interpreter, loaded: Language, recordings: list[Recording]
+) -> None:
+    trusted = Interpreter(loaded, Recognition(), Profile(log_odds=math.log(4)), learning=False)
+    segment = next(
+        segment_of(r) for r in recordings if r.kind == "near-miss" and r.text.startswith("go")
+    )
+    doubted, believed = interpreter.understand(segment), trusted.understand(segment)
+    assert doubted.trust > 0
+    odds = [each.sure / each.trust / (1 - each.sure / each.trust) for each in (doubted, believed)]
+    assert odds[1] == pytest.approx(4 * odds[0], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_judging_and_accepting_agree_whatever_is_around(
+    interpreter: Interpreter, recordings: list[Recording]
+) -> None:
+    asked = [r for r in recordings if r.kind in ("command", "near-miss")][::7]
+    cut = [segment for r in asked for segment in segments([r.samples()])]
+    seen = set()
+    for heard in map(interpreter.understand, cut):
+        for around in Around:
+            judged = interpreter.judge(heard, around, heard.segment.decided, "")
+            assert judged.accepted == interpreter.accepts(heard, around)
+            assert (judged.reason is None) == judged.accepted
+            seen.add(judged.accepted)
+    assert seen == {True, False}
+
+
+def test_the_more_is_around_a_command_the_less_sure_it_is(
+    interpreter: Interpreter, recordings: list[Recording]
+) -> None:
+    heard = interpreter.understand(of(recordings, "go back", "espeak_gb"))
+    sure = [interpreter.judge(heard, around, 1, "").confidence for around in Around]
+    assert sure == sorted(sure, reverse=True)
+    assert sure[0] > sure[-1]
+
+
+def test_an_utterance_says_where_it_was_and_how_long_it_took(
+    interpreter: Interpreter, recordings: list[Recording]
+) -> None:
+    segment = of(recordings, "go forward")
+    heard = interpreter.understand(segment)
+    decided = segment.end + 0.3
+    utterance = interpreter.judge(heard, Around.QUIET, decided, "a.wav")
+    assert (utterance.source, utterance.t) == ("a.wav", round(decided, 3))
+    assert (utterance.start, utterance.end) == (round(segment.start, 3), round(segment.end, 3))
+    assert utterance.latency == round(decided - heard.spoken_until, 3)
+    assert utterance.ears is not None
+    assert [ear.text for ear in utterance.ears] == ["go forward", "go forward"]
+
+
+def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) -> None:
+    two = loaded._replace(sentences=["stop", "stop speech"])
+    interpreter = Interpreter(two, Recognition(second_ear=False), Profile(), learning=False)
+    assert interpreter.may_go_on("stop")
+    assert not interpreter.may_go_on("stop speech")
+    assert not interpreter.may_go_on("sto")
+
+
+def test_nothing_is_learnt_unless_it_was_made_to(
+    interpreter: Interpreter, recordings: list[Recording]
+) -> None:
+    before = interpreter.learnt
+    interpreter.learn(interpreter.understand(of(recordings, "go forward")))
+    assert interpreter.learnt is before
+
+
+def test_a_command_that_fits_closely_teaches_and_what_is_none_does_not(
+    loaded: Language, recordings: list[Recording]
+) -> None:
+    learning = Interpreter(loaded, Recognition(), Profile(), learning=True)
+    miss = next(segment_of(r) for r in recordings if r.kind == "near-miss")
+    learning.learn(learning.understand(miss))
+    assert learning.learnt.frames == 0
+    assert learning.learnt.share < StartVector().share
+    learning.learn(learning.understand(of(recordings, "go forward", "festival_kal")))
+    assert learning.learnt.frames > 0
+
+
+def test_what_is_understood_only_without_what_was_learnt_is_doubted(
+    loaded: Language, recordings: list[Recording]
+) -> None:
+    segment = of(recordings, "go forward", "festival_kal")
+    wrong = StartVector((60.0, *[-40.0] * 12), 1000)
+    learning = Interpreter(loaded, Recognition(), Profile(wrong), learning=True)
+    learning.learn(learning.understand(segment))
+    assert learning.learnt.doubts == 1
+    assert learning.learnt.frames == wrong.frames
+
+
+def test_a_stop_is_spotted_before_it_is_over_and_other_commands_are_not(
+    interpreter: Interpreter, loaded: Language, recordings: list[Recording]
+) -> None:
+    stop = of(recordings, "stop")
+    spotted = interpreter.spot(stop.samples)
+    assert spotted is not None
+    assert spotted.text == "stop"
+    assert interpreter.spot(of(recordings, "rotate right").samples) is None
+    alone = Interpreter(loaded, Recognition(second_ear=False), Profile(), learning=False)
+    assert alone.spot(stop.samples) is None
+
+
+@given(st.floats(0.01, 100), st.floats(1, 100))
+def test_what_must_not_be_missed_needs_less_and_all_others_the_same(
+    alarms: float, cost: float
+) -> None:
+    model = load_models().two_ears
+    settings = Recognition(false_alarms_per_hour=alarms, missed_cost=cost)
+    needed = thresholds(model, settings, COMMANDS)
+    assert list(needed) == COMMANDS
+    assert 0 <= needed["stop"] <= needed["go back"] == needed["turn left"] <= 1
+    cheaper = thresholds(model, replace(settings, missed_cost=1.0), COMMANDS)
+    assert cheaper["go back"] == needed["go back"]
+    assert cheaper["stop"] == pytest.approx(cheaper["go back"])
+
+
+@given(st.floats(0, 1))
+def test_a_threshold_that_is_given_is_that_of_every_command(threshold: float) -> None:
+    model = load_models().two_ears
+    needed = thresholds(model, Recognition(threshold=threshold, missed_cost=50), COMMANDS)
+    assert needed == dict.fromkeys(COMMANDS, threshold)

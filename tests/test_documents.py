@@ -1,0 +1,159 @@
+"""README and docs/ are right: links, command lines, settings, code; no network is needed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import msgspec
+import pytest
+import typer
+from documents import (
+    Document,
+    anchors,
+    broken_links,
+    commands_named,
+    commands_shown,
+    generated,
+    written,
+)
+from make_reference import API, SAMPLES
+from recordings import ROOT
+
+import voz
+from voz.cli.app import UsageError, app
+from voz.config import Config, load_config
+from voz.events import Event, to_json
+
+each_page = pytest.mark.parametrize("page", written(), ids=lambda page: str(page.path))
+COMMANDS = typer.main.get_command(app)
+
+
+def refusal(call: str, whole: bool = True) -> str | None:
+    """Why the command line would refuse a call; None if it takes it."""
+    name, *arguments = shlex.split(call)[1:]
+    if name.startswith("-"):
+        known = {option for each in COMMANDS.params for option in each.opts} | {"--help", "-h"}
+        return None if name in known else f"no option {name}"
+    if name not in COMMANDS.commands:  # type: ignore[attr-defined]
+        return f"no subcommand {name}"
+    command = COMMANDS.commands[name]  # type: ignore[attr-defined]
+    try:
+        command.make_context(name, [a for a in arguments if a != "--help"])
+    except UsageError as error:
+        left_out = type(error).__name__ == "MissingParameter" and not whole
+        return None if left_out else str(error.format_message())
+    return None
+
+
+@each_page
+def test_each_link_leads_somewhere(page: Document) -> None:
+    pages = {each.path: each.text for each in (*written(), *generated())}
+    assert list(broken_links(page, pages)) == []
+
+
+def test_a_link_that_leads_nowhere_is_found() -> None:
+    page = Document(
+        Path("docs/a.md"), "[a](b.md) [b](start.md#no) [c](start.md) [d](#here)\n# Here"
+    )
+    pages = {each.path: each.text for each in written()} | {page.path: page.text}
+    assert list(broken_links(page, pages)) == [
+        "docs/a.md: b.md: there is no such file",
+        "docs/a.md: start.md#no: there is no such heading",
+    ]
+
+
+def test_anchors_are_those_of_mkdocs_and_of_github() -> None:
+    text = "# What `voz` does\n```\n# no heading\n```\n## Is it? (one ear)\n## A - b\n"
+    assert anchors(text) == {"what-voz-does", "is-it-one-ear"}
+
+
+@each_page
+def test_each_call_of_voz_is_one_that_it_takes(page: Document) -> None:
+    refused = {call: refusal(call) for call in commands_shown(page)}
+    refused |= {call: refusal(call, whole=False) for call in commands_named(page)}
+    assert {call: why for call, why in refused.items() if why} == {}
+
+
+@pytest.mark.parametrize("call", ["voz runs", "voz run --wave a.wav", "voz decode", "voz --what"])
+def test_a_call_that_voz_does_not_take_is_found(call: str) -> None:
+    assert refusal(call)
+
+
+def test_calls_are_found_in_blocks_and_in_text() -> None:
+    page = Document(
+        Path("a.md"), "say `voz run\n--text -`\n```\n$ voz say hello  # loud\nhello\n```\n"
+    )
+    assert list(commands_shown(page)) == ["voz say hello "]
+    assert list(commands_named(page)) == ["voz run --text -"]
+
+
+@each_page
+def test_each_setting_that_is_shown_can_be_set(page: Document, tmp_path: Path) -> None:
+    for number, block in enumerate(page.blocks("toml")):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(block, encoding="utf-8")
+        load_config(path)
+
+
+@each_page
+def test_each_python_that_is_shown_compiles(page: Document) -> None:
+    for block in page.blocks("python"):
+        compile(block, str(page.path), "exec", dont_inherit=True)
+
+
+def test_all_settings_are_shown_and_explained() -> None:
+    shown = (ROOT / "docs" / "settings.md").read_text(encoding="utf-8")
+    (reference,) = (page.text for page in generated() if page.path.name == "settings.md")
+    for table in (Config, *(f.type for f in msgspec.structs.fields(Config))):
+        for field in getattr(table, "__struct_fields__", ()):
+            assert re.search(rf"^(# )?\[?{field}\b", shown, re.M), field
+            if table is not Config or not hasattr(getattr(Config(), field), "__struct_fields__"):
+                assert f"| `{field}` |" in reference
+
+
+def test_each_event_is_shown_as_it_is_written() -> None:
+    (reference,) = (page.text for page in generated() if page.path.name == "events.md")
+    for kind in Event.__args__:
+        assert any(isinstance(event, kind) for event in SAMPLES)
+    assert all(to_json(event) in reference for event in SAMPLES)
+
+
+def test_all_that_voz_offers_is_in_the_reference() -> None:
+    (reference,) = (page.text for page in generated() if page.path.name == "api.md")
+    told = {*re.findall(r"^::: voz\.(\w+)$", reference, re.M)}
+    assert told | {"Event", "__version__"} == set(voz.__all__)
+    assert {name for names in API.values() for name in names} <= told
+
+
+def test_all_subcommands_are_in_the_reference() -> None:
+    (reference,) = (page.text for page in generated() if page.path.name == "command-line.md")
+    assert set(COMMANDS.commands) <= anchors_of_commands(reference)  # type: ignore[attr-defined]
+
+
+def anchors_of_commands(reference: str) -> set[str]:
+    return {anchor.removeprefix("voz-") for anchor in anchors(reference)}
+
+
+def test_each_page_can_be_found_from_the_first_one() -> None:
+    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for page in written():
+        if page.path.parent == Path("docs") and page.path.name != "index.md":
+            assert f" {page.path.name}\n" in navigation
+            assert f"]({page.path.name})" in index
+            assert f"](docs/{page.path.name})" in readme
+
+
+def test_each_thread_is_told_of_with_its_queue() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "voz").rglob("*.py"))
+    names = set(re.findall(r'(?:name=|\()"(voz-[a-z-]+)", (?:lambda|daemon)', code))
+    assert {"voz-hearing", "voz-pace"} <= names
+    assert {name for name in names if f"\n| `{name}`" not in page} == set()
+
+
+def test_the_readme_is_short() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150

@@ -18,7 +18,7 @@ why="festival and its voice speak the replies, PortAudio plays them"
 ros1=
 if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
     ros1="python3-rospy python3-std-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs"
-    ros1="$ros1 python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
+    ros1="$ros1 python3-actionlib-msgs python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
     ros1="$ros1 python3-rosnode python3-rosservice python3-rosparam python3-venv"
 fi
 case "${1:-}" in

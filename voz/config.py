@@ -173,12 +173,14 @@ class Ros1(Section, frozen=True, kw_only=True):
         cmd_vel: the topic of the velocity.
         selected_object: the topic of what the arm points at.
         recognizer_output: the topic of the commands that were understood.
+        cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
     """
 
     node: RosName = "voz"
     cmd_vel: RosName = "cmd_vel"
     selected_object: RosName = "selected_object"
     recognizer_output: RosName = "recognizer/output"
+    cancel: tuple[RosName, ...] = ("move_base",)
 
 
 class Ros2(Section, frozen=True, kw_only=True):
@@ -194,6 +196,8 @@ class Ros2(Section, frozen=True, kw_only=True):
         output: topic of the commands that were heard.
         diagnostics: topic of what `rqt_robot_monitor` shows.
         wait: how long the start waits for somebody to listen, s.
+        cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
+            One that starts others comes first, or it starts the next.
     """
 
     domain: Domain | None = None
@@ -205,6 +209,11 @@ class Ros2(Section, frozen=True, kw_only=True):
     output: TopicName = "recognizer/output"
     diagnostics: TopicName = "/diagnostics"
     wait: NotNegative = 5.0
+    cancel: tuple[TopicName, ...] = (
+        "follow_waypoints",
+        "navigate_through_poses",
+        "navigate_to_pose",
+    )
 
 
 class Config(Section, frozen=True, kw_only=True):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from voz.config import Safety
 from voz.control.controller import OBJECTS, RULES, Mode, State, obey
 from voz.control.safety import (
+    ends_goals,
     limited,
     motion_has_expired,
     obey_safely,
@@ -17,6 +18,7 @@ from voz.control.safety import (
     stop_speech_stops,
     zero_at_the_end,
 )
+from voz.events import Event, Partial, Twist, Utterance, Warning
 
 SAFE = Safety()
 BARE = Safety(enabled=False)
@@ -112,3 +114,28 @@ def test_without_safety_it_is_the_bare_rules(state: State, spoken: list[str]) ->
     for command in spoken:
         assert obey_safely(state, command, BARE) == obey(state, command)
         state = obey(state, command).state
+
+
+def obeyed(text: str, really: bool = True) -> Utterance:
+    return Utterance(0, text, 1, True, 0, 0, "text", obeyed=really)
+
+
+@pytest.mark.parametrize(
+    "event", [obeyed("stop"), obeyed("stop speech"), Warning(0, "the robot stops", stops=True)]
+)
+def test_what_stops_the_robot_ends_the_goals_of_others_too(event: Event) -> None:
+    assert ends_goals(event)
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        obeyed("go forward"),
+        obeyed("stop", really=False),
+        Partial(0, "stop", 1),
+        Twist(0, 0, 0),
+        Warning(0, "it is back", good=True),
+    ],
+)
+def test_nothing_else_does(event: Event) -> None:
+    assert not ends_goals(event)

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from voz.config import Safety
 from voz.control.controller import STEPS_PER_UNIT, Outcome, State, halt, obey
+from voz.events import Event, Utterance, Warning
 
 STOP, STOP_SPEECH = "stop", "stop speech"
 
@@ -84,6 +85,16 @@ def motion_has_expired(state: State, silence: float, safety: Safety) -> bool:
     """
     limit = safety.motion_time_limit
     return safety.enabled and limit > 0 and state.moving and silence >= limit
+
+
+def ends_goals(event: Event) -> bool:
+    """Whether goals are to be cancelled by which others drive the robot, as zero does not end them.
+
+    They are at a command that stops it, and wherever it stops because nobody could tell it to.
+    """
+    if isinstance(event, Utterance):
+        return event.obeyed is True and event.text in STOPPING
+    return isinstance(event, Warning) and event.stops
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from voz.config import Ros1
+from voz.control.safety import ends_goals
 from voz.events import Event, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
@@ -19,7 +20,7 @@ class Ros1Robot(Robot):
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
     as `std_msgs/String` in lower case on `recognizer/output`; where a simulated robot is, as `odom`
-    and `tf`.
+    and `tf`. Where it stops, an empty `actionlib_msgs/GoalID` cancels what drives beside it.
     """
 
     def __init__(
@@ -48,10 +49,12 @@ class Ros1Robot(Robot):
         self._selected: Any = None
         self._heard: Any = None
         self._odometry: OdometryPublisher | None = None
+        self._goals: list[Any] = []
 
     def open(self) -> None:
         """Join ROS and tell it what will be published; raises RobotError if there is no master."""
         self._node = self._node or Node(self._settings.node, self._arguments)
+        from actionlib_msgs.msg import GoalID
         from rospy import Publisher
         from std_msgs.msg import Int16, String
 
@@ -60,6 +63,7 @@ class Ros1Robot(Robot):
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
+        self._goals = [Publisher(f"{name}/cancel", GoalID, queue_size=1) for name in names.cancel]
         if self.where:
             self._odometry = OdometryPublisher()
         self._node.before_the_end(self._stop)
@@ -76,7 +80,9 @@ class Ros1Robot(Robot):
                 self._odometry.publish(self.where(event.t))
         elif isinstance(event, SelectedObject):
             self._selected.publish(event.value)
-        elif isinstance(event, Utterance) and event.obeyed and self._heard:
+        elif ends_goals(event):
+            self._cancel_goals()
+        if isinstance(event, Utterance) and event.obeyed and self._heard:
             self._heard.publish(event.text)
 
     def lost(self) -> str | None:
@@ -94,7 +100,13 @@ class Ros1Robot(Robot):
         """Publish zero, and no velocity after it: another thread may be about to."""
         with self._lock:
             self._ended = True
+            self._cancel_goals()
             self._publish_velocity(0.0, 0.0)
+
+    def _cancel_goals(self) -> None:
+        """Cancel all goals of those that drive beside voz."""
+        for goals in self._goals:
+            goals.publish()  # no goal's name means all
 
     def _publish_velocity(self, linear: float, angular: float) -> None:
         self._velocity.publish(_velocity(linear, angular))

@@ -17,16 +17,32 @@ SERVICE = "/describe_parametersRequest"
 """Each ordinary node reads this below its own name; its names are nowhere else in all of ROS 2."""
 
 
-class Listeners:
-    """The readers that a writer's messages go to."""
+class Readers:
+    """All readers in the domain, those that this process makes too."""
 
-    def __init__(self, node: Node, writer: DataWriter[Any]) -> None:
-        self._writer = writer
+    def __init__(self, node: Node) -> None:
         self._readers = BuiltinDataReader(node.participant, BuiltinTopicDcpsSubscription)
         any_sample = ViewState.Any | SampleState.Any
         self._there = ReadCondition(self._readers, any_sample | InstanceState.Alive)
         gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
         self._gone = ReadCondition(self._readers, any_sample | gone)
+
+    def all(self) -> list[Any]:
+        """Those that are there now."""
+        self._readers.take(MOST, self._gone)  # or they would be kept for ever
+        return list(self._readers.read(MOST, self._there))
+
+    def of(self, topic: str) -> list[Any]:
+        """Those of a topic, by the name that DDS has for it."""
+        return [reader for reader in self.all() if reader.topic_name == topic]
+
+
+class Listeners:
+    """The readers that a writer's messages go to."""
+
+    def __init__(self, readers: Readers, writer: DataWriter[Any]) -> None:
+        self._writer = writer
+        self._readers = readers
 
     def handles(self) -> set[int]:
         """One number for each listener."""
@@ -39,7 +55,7 @@ class Listeners:
             return "somebody"
         nodes = sorted(
             reader.topic_name.removeprefix("rq").removesuffix(SERVICE)
-            for reader in self._others()
+            for reader in self._readers.all()
             if reader.participant_key == listener.participant_key
             and reader.topic_name.endswith(SERVICE)
         )
@@ -52,19 +68,12 @@ class Listeners:
             topic: its name for people.
         """
         ours = self._writer.topic
-        for reader in self._others():
-            if reader.topic_name != ours.name:
-                continue
+        for reader in self._readers.of(ours.name):
             if reader.type_name == ours.typename:
                 return f"a listener to {topic} asks for a quality of service that is not offered"
             wanted, sent = _as_in_ros(reader.type_name), _as_in_ros(ours.typename)
             return f"a listener to {topic} wants {wanted}, not {sent}: see `stamped` in voz.toml"
         return None
-
-    def _others(self) -> list[Any]:
-        """All readers in the domain."""
-        self._readers.take(MOST, self._gone)  # or they would be kept for ever
-        return list(self._readers.read(MOST, self._there))
 
 
 def _as_in_ros(type_name: str) -> str:

@@ -97,6 +97,15 @@ class Node:
         qos = self._qos(message, *policies)
         return DataReader(self.participant, self._topic(topic, message), qos)
 
+    def requests(self, service: str, message: type[Message]) -> DataWriter[Message]:
+        """A writer of requests to a service; the arguments are those of `writer`."""
+        topic = Topic(self.participant, self.request_topic(service), message)
+        return DataWriter(self.participant, topic, self._qos(message))
+
+    def request_topic(self, service: str) -> str:
+        """The topic of the requests to a service, as DDS knows it."""
+        return f"rq{self.name(service)}Request"
+
     def _topic(self, topic: str, message: type[Message]) -> Topic[Message]:
         return Topic(self.participant, f"rt{self.name(topic)}", message)
 

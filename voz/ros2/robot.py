@@ -6,12 +6,14 @@ import time
 from collections.abc import Callable
 
 from voz.config import Ros2
+from voz.control.safety import ends_goals
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
 from voz.ros2 import messages
 from voz.ros2.audience import Audience
 from voz.ros2.diagnostics import Diagnosis
-from voz.ros2.listeners import Listeners
+from voz.ros2.goals import Goals
+from voz.ros2.listeners import Listeners, Readers
 from voz.ros2.node import LAST_WORD, Node, answered, write
 from voz.ros2.odometry import OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
@@ -54,9 +56,11 @@ class Ros2Robot(Robot):
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
+        readers = Readers(node)
+        self._goals = Goals(node, readers, settings.cancel)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)
-        self._listeners = Listeners(node, self._velocities.writer)
+        self._listeners = Listeners(readers, self._velocities.writer)
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
 
@@ -76,7 +80,9 @@ class Ros2Robot(Robot):
                 self._look_around(event.t)
         elif isinstance(event, SelectedObject):
             write(self._selected_object, messages.Int16(event.value))
-        elif isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
+        elif ends_goals(event):
+            self._goals.cancel()
+        if isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
             write(self._output, messages.String(event.text.lower()))
 
     def lost(self) -> str | None:
@@ -90,14 +96,17 @@ class Ros2Robot(Robot):
         return self._obstacle or f"nobody listens to {self._topic}"
 
     def close(self) -> None:
-        """Wait until the last velocity has arrived, and leave the domain."""
+        """Cancel what others drive by, wait until all has arrived, and leave the domain."""
+        self._goals.cancel()
         answered(self._velocities.writer, LAST_WORD)
-        del self._velocities, self._selected_object, self._output, self._diagnostics
+        self._goals.wait()
+        del self._goals, self._velocities, self._selected_object, self._output, self._diagnostics
         self._odometry = None
         del self._listeners, self._node
 
     def _look_around(self, now: float) -> None:
-        """Say who came and who went; if nobody is there, look why."""
+        """Say who came and who went; if nobody is there, look why. Look who has goals."""
+        self._goals.look()
         handles = self._listeners.handles()
         for handle in handles - self._names.keys():
             self._names[handle] = self._listeners.name(handle)

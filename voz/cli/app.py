@@ -14,6 +14,7 @@ import typer
 from voz import __version__
 from voz.cli.calibrate import calibrate
 from voz.cli.devices import devices
+from voz.cli.doctor import doctor
 from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm
@@ -60,6 +61,7 @@ app.command("fit-confidence")(fit_confidence)
 app.command("run")(run)
 app.command("calibrate")(calibrate)
 app.command("devices")(devices)
+app.command("doctor")(doctor)
 app.command("say")(say)
 app.command("sound")(sound)
 

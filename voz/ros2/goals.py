@@ -8,7 +8,7 @@ from uuid import UUID
 
 from cyclonedds.pub import DataWriter
 
-from voz.ros2.listeners import Readers
+from voz.ros2.listeners import Endpoints
 from voz.ros2.messages import CancelAllGoals, CycloneCancelAllGoals
 from voz.ros2.node import LAST_WORD, Node, answered, write
 
@@ -19,7 +19,7 @@ CYCLONE = bytes([1, 16])
 class Goals:
     """The goals of some actions; who serves them may come and go."""
 
-    def __init__(self, node: Node, readers: Readers, actions: Sequence[str]) -> None:
+    def __init__(self, node: Node, readers: Endpoints, actions: Sequence[str]) -> None:
         """Prepare to look who serves the actions.
 
         Args:

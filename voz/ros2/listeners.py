@@ -17,30 +17,30 @@ SERVICE = "/describe_parametersRequest"
 """Each ordinary node reads this below its own name; its names are nowhere else in all of ROS 2."""
 
 
-class Readers:
-    """All readers in the domain, those that this process makes too."""
+class Endpoints:
+    """All readers in the domain, those that this process makes too; or all writers."""
 
-    def __init__(self, node: Node) -> None:
-        self._readers = BuiltinDataReader(node.participant, BuiltinTopicDcpsSubscription)
+    def __init__(self, node: Node, kind: Any = BuiltinTopicDcpsSubscription) -> None:
+        self._endpoints = BuiltinDataReader(node.participant, kind)
         any_sample = ViewState.Any | SampleState.Any
-        self._there = ReadCondition(self._readers, any_sample | InstanceState.Alive)
+        self._there = ReadCondition(self._endpoints, any_sample | InstanceState.Alive)
         gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
-        self._gone = ReadCondition(self._readers, any_sample | gone)
+        self._gone = ReadCondition(self._endpoints, any_sample | gone)
 
     def all(self) -> list[Any]:
         """Those that are there now."""
-        self._readers.take(MOST, self._gone)  # or they would be kept for ever
-        return list(self._readers.read(MOST, self._there))
+        self._endpoints.take(MOST, self._gone)  # or they would be kept for ever
+        return list(self._endpoints.read(MOST, self._there))
 
     def of(self, topic: str) -> list[Any]:
         """Those of a topic, by the name that DDS has for it."""
-        return [reader for reader in self.all() if reader.topic_name == topic]
+        return [one for one in self.all() if one.topic_name == topic]
 
 
 class Listeners:
     """The readers that a writer's messages go to."""
 
-    def __init__(self, readers: Readers, writer: DataWriter[Any]) -> None:
+    def __init__(self, readers: Endpoints, writer: DataWriter[Any]) -> None:
         self._writer = writer
         self._readers = readers
 

@@ -28,6 +28,8 @@ QUEUE = 10
 MOST_WAITING = 100_000_000
 """So long a full queue holds up a message, ns; one cycle."""
 
+RELIABLE = Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING)
+
 LAST_WORD = 0.3
 """How long an end waits for the last velocity to be acknowledged, s."""
 
@@ -97,6 +99,11 @@ class Node:
         qos = self._qos(message, *policies)
         return DataReader(self.participant, self._topic(topic, message), qos)
 
+    def any_reader(self, topic: str, message: type[Message]) -> DataReader[Message]:
+        """A reader also of writers that do not promise that all arrives, as those of sensors."""
+        qos = self._qos(message, reliability=Policy.Reliability.BestEffort)
+        return DataReader(self.participant, self._topic(topic, message), qos)
+
     def requests(self, service: str, message: type[Message]) -> DataWriter[Message]:
         """A writer of requests to a service; the arguments are those of `writer`."""
         topic = Topic(self.participant, self.request_topic(service), message)
@@ -109,9 +116,14 @@ class Node:
     def _topic(self, topic: str, message: type[Message]) -> Topic[Message]:
         return Topic(self.participant, f"rt{self.name(topic)}", message)
 
-    def _qos(self, message: type[Any], *policies: BasePolicy) -> Qos:
+    def _qos(
+        self,
+        message: type[Any],
+        *policies: BasePolicy,
+        reliability: BasePolicy = RELIABLE,
+    ) -> Qos:
         return Qos(
-            Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING),
+            reliability,
             Policy.History.KeepLast(QUEUE),
             # ROS 2 does not read the newer representation.
             Policy.DataRepresentation(use_cdrv0_representation=True),

@@ -13,7 +13,7 @@ from voz.ros2 import messages
 from voz.ros2.audience import Audience
 from voz.ros2.diagnostics import Diagnosis
 from voz.ros2.goals import Goals
-from voz.ros2.listeners import Listeners, Readers
+from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import LAST_WORD, Node, answered, write
 from voz.ros2.odometry import OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
@@ -56,7 +56,7 @@ class Ros2Robot(Robot):
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
-        readers = Readers(node)
+        readers = Endpoints(node)
         self._goals = Goals(node, readers, settings.cancel)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)

@@ -28,7 +28,7 @@ esac
 if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
-    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg"
+    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd"
     why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, and ffmpeg"
 fi
 

@@ -20,6 +20,7 @@ from voz.errors import (
     LanguageError,
     RobotError,
     RobotMistake,
+    ServiceError,
     SpeechError,
     VozError,
 )
@@ -77,6 +78,7 @@ __all__ = [
     "RobotMistake",
     "Safety",
     "SelectedObject",
+    "ServiceError",
     "SoundClient",
     "SpeechError",
     "Twist",

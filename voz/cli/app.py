@@ -20,6 +20,7 @@ from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm
 from voz.cli.recordings import decode
 from voz.cli.run import run
+from voz.cli.service import service
 from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
 from voz.errors import RobotMistake, VozError
@@ -62,6 +63,7 @@ app.command("run")(run)
 app.command("calibrate")(calibrate)
 app.command("devices")(devices)
 app.command("doctor")(doctor)
+app.add_typer(service, name="service")
 app.command("say")(say)
 app.command("sound")(sound)
 

@@ -29,7 +29,9 @@ if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
     packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd"
-    why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, and ffmpeg"
+    packages="$packages catkin g++ make colcon python3-colcon-ros python3-ament-index"
+    why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, ffmpeg,"
+    why="$why and what builds packages of ROS 1 and 2"
 fi
 
 # A Python that cannot make a virtual environment, or none at all, is the system's.

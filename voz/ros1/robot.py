@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from voz.config import Ros1
-from voz.control.safety import ends_goals
+from voz.control.safety import ends_goals, zero_at_the_end
 from voz.events import Event, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
@@ -100,8 +100,8 @@ class Ros1Robot(Robot):
         """Publish zero, and no velocity after it: another thread may be about to."""
         with self._lock:
             self._ended = True
-            self._cancel_goals()
-            self._publish_velocity(0.0, 0.0)
+            with zero_at_the_end(lambda: self._publish_velocity(0.0, 0.0)):
+                self._cancel_goals()
 
     def _cancel_goals(self) -> None:
         """Cancel all goals of those that drive beside voz."""

@@ -56,11 +56,10 @@ class Ros2Robot(Robot):
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
-        readers = Endpoints(node)
-        self._goals = Goals(node, readers, settings.cancel)
+        self._goals = Goals(node, settings.cancel)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)
-        self._listeners = Listeners(readers, self._velocities.writer)
+        self._listeners = Listeners(Endpoints(node), self._velocities.writer)
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
 
@@ -71,6 +70,7 @@ class Ros2Robot(Robot):
             handles = self._listeners.handles()
             self._audience.note(time.monotonic(), handles, answered(self._velocities.writer, 0.0))
             self._velocities.publish(event)
+            self._goals.look()
             if self._odometry and self.where:
                 self._odometry.publish(self.where(event.t))
             if event.t - self._diagnosed >= DIAGNOSED:
@@ -96,17 +96,16 @@ class Ros2Robot(Robot):
         return self._obstacle or f"nobody listens to {self._topic}"
 
     def close(self) -> None:
-        """Cancel what others drive by, wait until all has arrived, and leave the domain."""
-        self._goals.cancel()
+        """Wait until the last velocity has arrived, cancel the goals of others, and leave."""
         answered(self._velocities.writer, LAST_WORD)
+        self._goals.cancel()
         self._goals.wait()
         del self._goals, self._velocities, self._selected_object, self._output, self._diagnostics
         self._odometry = None
         del self._listeners, self._node
 
     def _look_around(self, now: float) -> None:
-        """Say who came and who went; if nobody is there, look why. Look who has goals."""
-        self._goals.look()
+        """Say who came and who went; if nobody is there, look why."""
         handles = self._listeners.handles()
         for handle in handles - self._names.keys():
             self._names[handle] = self._listeners.name(handle)

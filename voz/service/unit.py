@@ -33,8 +33,9 @@ Type=exec
 WorkingDirectory={folder}
 Environment=PYTHONUNBUFFERED=1
 {environment}ExecStart={command}
-# SIGTERM is for voz alone, which sends zero velocity last; its watchdog sees to that.
-KillMode=mixed
+# Zero velocity is the last that voz sends after SIGTERM. Its watchdog takes none: if voz crashed it still
+# has to stop the robot, and with another mode it would be killed at once.
+KillMode=control-group
 TimeoutStopSec=10
 SuccessExitStatus=143
 Restart=on-failure

@@ -33,8 +33,8 @@ Type=exec
 WorkingDirectory={folder}
 Environment=PYTHONUNBUFFERED=1
 {environment}ExecStart={command}
-# Zero velocity is the last that voz sends after SIGTERM. Its watchdog takes none: if voz crashed it still
-# has to stop the robot, and with another mode it would be killed at once.
+# Zero velocity is the last that voz sends after SIGTERM. Its watchdog takes no such signal: if voz
+# crashed it still has to stop the robot, and with another mode it would be killed at once.
 KillMode=control-group
 TimeoutStopSec=10
 SuccessExitStatus=143

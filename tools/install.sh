@@ -18,7 +18,7 @@ why="festival and its voice speak the replies, PortAudio plays them"
 ros1=
 if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
     ros1="python3-rospy python3-std-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs"
-    ros1="$ros1 python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
+    ros1="$ros1 python3-actionlib-msgs python3-std-srvs python3-roslaunch python3-rosmaster python3-rostopic"
     ros1="$ros1 python3-rosnode python3-rosservice python3-rosparam python3-venv"
 fi
 case "${1:-}" in
@@ -28,8 +28,10 @@ esac
 if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
-    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg"
-    why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, and ffmpeg"
+    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd"
+    packages="$packages catkin g++ make colcon python3-colcon-ros python3-ament-index"
+    why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, ffmpeg,"
+    why="$why and what builds packages of ROS 1 and 2"
 fi
 
 # A Python that cannot make a virtual environment, or none at all, is the system's.

@@ -20,6 +20,7 @@ from voz.errors import (
     LanguageError,
     RobotError,
     RobotMistake,
+    ServiceError,
     SpeechError,
     VozError,
 )
@@ -100,6 +101,7 @@ __all__ = [
     "Run",
     "Safety",
     "SelectedObject",
+    "ServiceError",
     "SoundClient",
     "SpeechError",
     "Twist",

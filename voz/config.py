@@ -179,6 +179,7 @@ class Ros1(Section, frozen=True, kw_only=True):
         selected_object: the topic of what the arm points at.
         recognizer_output: the topic of the commands that were understood.
         odom: the topic of the base's odometry: how far it came.
+        cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
     """
 
     node: RosName = "voz"
@@ -186,6 +187,7 @@ class Ros1(Section, frozen=True, kw_only=True):
     selected_object: RosName = "selected_object"
     recognizer_output: RosName = "recognizer/output"
     odom: RosName = "odom"
+    cancel: tuple[RosName, ...] = ("move_base",)
 
 
 class Ros2(Section, frozen=True, kw_only=True):
@@ -202,6 +204,8 @@ class Ros2(Section, frozen=True, kw_only=True):
         odom: topic of the base's odometry: how far it came.
         diagnostics: topic of what `rqt_robot_monitor` shows.
         wait: how long the start waits for somebody to listen, s.
+        cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
+            One that starts others comes first, or it starts the next.
     """
 
     domain: Domain | None = None
@@ -214,6 +218,11 @@ class Ros2(Section, frozen=True, kw_only=True):
     odom: TopicName = "odom"
     diagnostics: TopicName = "/diagnostics"
     wait: NotNegative = 5.0
+    cancel: tuple[TopicName, ...] = (
+        "follow_waypoints",
+        "navigate_through_poses",
+        "navigate_to_pose",
+    )
 
 
 class Config(Section, frozen=True, kw_only=True):

@@ -6,6 +6,7 @@
     ├── LanguageError    the generated language files are missing or broken
     ├── AudioError       a recording or a sound device cannot be read or opened
     ├── SpeechError      a text cannot be spoken
+    ├── ServiceError     the system does not run voz as a service
     └── RobotError       a robot cannot be reached
         └── RobotMistake its own code raised something
 
@@ -49,6 +50,10 @@ class AudioError(VozError):
 
 class SpeechError(VozError):
     """A text cannot be turned into speech."""
+
+
+class ServiceError(VozError):
+    """The system's manager of services is not there, or refuses."""
 
 
 class RobotError(VozError):

@@ -241,11 +241,13 @@ class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning", omit
         t: when it was noticed, s.
         text: for people.
         good: whether it is good news: what was lost is back.
+        stops: whether the robot stops for this, whatever drives it.
     """
 
     t: float
     text: str
     good: bool = False
+    stops: bool = False
 
 
 Event: TypeAlias = (

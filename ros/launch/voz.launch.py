@@ -1,12 +1,14 @@
-"""Drives a ROS 2 robot by voice: `ros2 launch ros/launch/voz.launch.py`, `-s` lists the arguments.
+"""Drives a ROS 2 robot by voice: `ros2 launch voz voz.launch.py`, `-s` lists the arguments.
 
-It starts `voz run --robot ros2`, which needs no ROS, and ends everything when voz ends. voz may
-stand in a virtual environment of its own: `voz:=$HOME/voz/.venv/bin/voz`.
+It starts `voz run --robot ros2`, which needs no ROS, and ends everything when voz ends. It is the
+program of the package `voz`, if that was built; without it, `ros2 launch ros/launch/voz.launch.py`
+starts the `voz` that is found, or the one that you name: `voz:=$HOME/voz/.venv/bin/voz`.
 """
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 OPTIONS = {
     "device": "number of the microphone, or a part of its name",
@@ -19,6 +21,15 @@ SWITCHES = {
     "no-sound": "true: do not speak",
     "listening": "true: obey without `start speech`",
 }
+
+
+def program() -> str:
+    """The program of the package that this file is installed with; else the first `voz` there is.
+
+    Installed, this file is PREFIX/share/voz/launch/voz.launch.py.
+    """
+    beside = Path(__file__).absolute().parents[3] / "lib" / "voz" / "voz"
+    return str(beside) if beside.is_file() else "voz"
 
 
 def command(arguments: dict[str, str]) -> list[str]:
@@ -47,7 +58,7 @@ def generate_launch_description():
 
     return LaunchDescription(
         [
-            DeclareLaunchArgument("voz", default_value="voz", description="the program"),
+            DeclareLaunchArgument("voz", default_value=program(), description="the program"),
             *(
                 DeclareLaunchArgument(name, default_value="", description=description)
                 for name, description in (OPTIONS | SWITCHES).items()

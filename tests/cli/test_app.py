@@ -54,7 +54,18 @@ def test_the_version_is_told(voz: Any) -> None:
 
 @pytest.mark.parametrize(
     "command",
-    ["build-lm", "calibrate", "decode", "devices", "eval", "fit-confidence", "run", "say", "sound"],
+    [
+        "build-lm",
+        "calibrate",
+        "decode",
+        "devices",
+        "doctor",
+        "eval",
+        "fit-confidence",
+        "run",
+        "say",
+        "sound",
+    ],
 )
 def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     result = voz(command, "--help")

@@ -10,6 +10,7 @@ from voz.config import Safety, usual_commands
 from voz.control.controller import Command, State, obey
 from voz.control.motion import Mode, Motion, moved
 from voz.control.safety import (
+    ends_goals,
     limited,
     motion_has_expired,
     slower_ends_at_zero,
@@ -18,6 +19,7 @@ from voz.control.safety import (
 )
 from voz.control.steps import Step
 from voz.control.table import USUAL
+from voz.events import Event, Partial, Twist, Utterance, Warning
 
 TABLE = usual_commands()
 SAFE = Safety()
@@ -114,3 +116,28 @@ def test_limits_hold_and_stop_stops_after_any_sequence(spoken: list[str]) -> Non
     assert (linear * 20).is_integer()
     assert (angular * 20).is_integer()
     assert not after(state, "stop").moving
+
+
+def obeyed(text: str, really: bool = True) -> Utterance:
+    return Utterance(0, text, 1, True, 0, 0, "text", obeyed=really)
+
+
+@pytest.mark.parametrize(
+    "event", [obeyed("stop"), obeyed("stop speech"), Warning(0, "the robot stops", stops=True)]
+)
+def test_what_stops_the_robot_ends_the_goals_of_others_too(event: Event) -> None:
+    assert ends_goals(event, TABLE.halts)
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        obeyed("go forward"),
+        obeyed("stop", really=False),
+        Partial(0, "stop", 1),
+        Twist(0, 0, 0),
+        Warning(0, "it is back", good=True),
+    ],
+)
+def test_nothing_else_does(event: Event) -> None:
+    assert not ends_goals(event, TABLE.halts)

@@ -70,6 +70,18 @@ def test_after_a_pause_of_the_process_the_motion_is_over(ros: Ros) -> None:
     client.wait_for_velocity(-0.1, 0)
 
 
+def test_a_service_manager_that_ends_the_rest_of_a_crashed_node_lets_it_be_stopped(
+    ros: Ros,
+) -> None:
+    node = ros.node("control_voz", *DRIVING)
+    client = driven(ros, node)
+    rest = children(node)
+    node.kill()
+    for process in rest:  # systemd does so at once, and kills them 10 s later
+        os.kill(process, signal.SIGTERM)
+    client.wait_for_velocity(0, 0)
+
+
 def test_a_node_that_is_killed_leaves_zero_behind(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING)
     client = driven(ros, node)

@@ -11,14 +11,22 @@ from ros1.ros import Program, Ros, eventually, running_ros
 
 PROGRAM = """
 import sys, time
-from voz.config import Ros1
+from voz.config import Config, Ros1
+from voz.control.steps import Step
 from voz.errors import RobotError
 from voz.events import *
 from voz.ros1.robot import Ros1Robot
 
-topics = {"lamp": bool, "count": int, "way": float, "bring": str}
-names = Ros1(node="own", selected_object="arm")
-robot = Ros1Robot(names, arguments=["cmd_vel:=/base"], topics=topics)
+used = Config(
+    commands={
+        "light": Step(publish=True, topic="lamp"),
+        "count": Step(publish=1, topic="count"),
+        "go": Step(publish=0.5, topic="way"),
+        "knife": Step(publish="knife", topic="bring"),
+    }
+)
+settings = Ros1(node="own", selected_object="arm", cancel=("move_base", "/dock"))
+robot = Ros1Robot(settings, arguments=["cmd_vel:=/base"], table=used.table)
 try:
     robot.open()
 except RobotError as error:
@@ -32,6 +40,8 @@ events = {
     "count": Publish(0, "count", -70000),
     "way": Publish(0, "way", 0.5),
     "bring": Publish(0, "bring", "knife"),
+    "stop": Utterance(0, "stop", 0.9, True, 0, 1, "text", obeyed=True),
+    "lost": Warning(0, "the microphone is gone: the robot stops", stops=True),
     "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
 }
 for line in sys.stdin:
@@ -71,6 +81,34 @@ def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
     assert set(client.velocities("/base")) == {(0.1, 0.05), (0, 0)}
     assert all(message == {"data": 1} for message in client.of("/arm"))
     assert all(message == {"data": "go back"} for message in client.of("/recognizer/output"))
+
+
+def test_what_others_drive_by_is_cancelled_where_the_robot_stops(ros: Ros) -> None:
+    client = ros.client("/move_base/cancel", "/dock/cancel")
+    driven = robot(ros)
+
+    def asked() -> list[int]:
+        return [len(client.of(topic)) for topic in ("/move_base/cancel", "/dock/cancel")]
+
+    def arrives() -> bool:  # what was sent before they found each other is lost
+        driven.type("stop")
+        return all(asked())
+
+    eventually(arrives)
+    assert client.messages[0]["type"] == "actionlib_msgs/GoalID"
+    all_goals = {"stamp": {"sec": 0, "nsec": 0}, "id": ""}
+    assert all(message["data"] == all_goals for message in client.messages)
+
+    def more_than(before: list[int]) -> bool:
+        return all(now > then for now, then in zip(asked(), before, strict=True))
+
+    before = asked()
+    driven.type("lost")
+    eventually(lambda: more_than(before))
+    before = asked()
+    driven.process.stdin.close()
+    assert driven.wait() == 0
+    eventually(lambda: more_than(before))
 
 
 def test_it_says_that_the_master_is_lost_and_lets_nothing_move(ros: Ros) -> None:

@@ -16,7 +16,8 @@ import pytest
 from programs import Program, wait_until
 from recordings import ROOT
 
-from voz.config import Ros2
+from voz.config import Config, Ros2
+from voz.control.steps import Step
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot, heard_on_ros
 from voz.simulation.base import Pose
@@ -156,6 +157,7 @@ def test_rclpy_reads_every_message_exactly(base: Base) -> None:
 
 def test_rclpy_reads_values_on_topics_of_the_users_own(base: Base) -> None:
     values = {"lamp": True, "count": -70000, "way": 1 / 3, "bring": "knife"}
+    publishing = {topic: Step(publish=value, topic=topic) for topic, value in values.items()}
     graph: Line = {}
     lines: list[Line] = []
 
@@ -166,7 +168,7 @@ def test_rclpy_reads_values_on_topics_of_the_users_own(base: Base) -> None:
         return known and all(messages(lines, topic) for topic in values)
 
     node = base(values=True)
-    robot = Ros2Robot(Ros2(wait=30), topics={topic: type(v) for topic, v in values.items()})
+    robot = Ros2Robot(Ros2(wait=30), table=Config(commands=publishing).table)
     robot.open()
     drive(robot, until=lambda: all(w.get_matched_subscriptions() for w in robot._others.values()))
     for topic, value in values.items():

@@ -127,7 +127,10 @@ def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
     assert drive.velocities == (-0.1, 0)
     drive.send(3.0)
     assert drive.velocities == (0, 0)
-    assert events[-2:] == [Warning(3.0, "no command for 2 s: the robot stops"), Twist(3.0, 0, 0)]
+    assert events[-2:] == [
+        Warning(3.0, "no command for 2 s: the robot stops", stops=True),
+        Twist(3.0, 0, 0),
+    ]
 
 
 @pytest.mark.parametrize("text", ["start speech", "stop speech", "stop", "slow down"])
@@ -161,3 +164,17 @@ def test_while_the_robot_speaks_only_stop_is_obeyed(text: str) -> None:
     assert isinstance(utterance, Utterance)
     assert utterance.obeyed is (text == "stop")
     assert drive.velocities == ((0, 0) if text == "stop" else (0.1, 0))
+
+
+def test_a_key_stops_whatever_drives_the_robot() -> None:
+    drive, events = listening_drive(["go forward"])
+    drive.stop_by_key(2.0)
+    assert drive.velocities == (0, 0)
+    assert events[-1] == Warning(2.0, "stopped by a key", good=True, stops=True)
+
+
+def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
+    drive, events = listening_drive()
+    drive.stop(1.0, "it is lost")
+    drive.stop(2.0, "it is back", good=True)
+    assert [e.stops for e in events if isinstance(e, Warning)] == [True, False]

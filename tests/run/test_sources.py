@@ -100,7 +100,7 @@ def test_s6_a_robot_that_hears_nothing_stops_and_needs_a_new_command() -> None:
     assert moving[11:17] == [0.0] * 6
     assert moving[17:] == [-0.1, -0.1, 0.0]
     (warning,) = of_type(events, Warning)
-    assert warning == Warning(1.1, "no command for 1 s: the robot stops")
+    assert warning == Warning(1.1, "no command for 1 s: the robot stops", stops=True)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, SystemExit, RuntimeError])

@@ -14,11 +14,13 @@ import typer
 from voz import __version__
 from voz.cli.calibrate import calibrate
 from voz.cli.devices import devices
+from voz.cli.doctor import doctor
 from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm, parse
 from voz.cli.recordings import decode
 from voz.cli.run import run
+from voz.cli.service import service
 from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
 from voz.errors import CommandsError, RobotMistake, VozError
@@ -61,6 +63,8 @@ app.command("fit-confidence")(fit_confidence)
 app.command("run")(run)
 app.command("calibrate")(calibrate)
 app.command("devices")(devices)
+app.command("doctor")(doctor)
+app.add_typer(service, name="service")
 app.command("say")(say)
 app.command("sound")(sound)
 

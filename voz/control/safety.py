@@ -8,7 +8,7 @@ the live microphone. That a command stops at all, whatever the table says, is ch
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 
 from msgspec.structs import replace
@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from voz.config import Safety
 from voz.control.motion import Motion, halt
 from voz.control.steps import PER_UNIT, Step
+from voz.events import Event, Utterance, Warning
 
 
 def secured(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:
@@ -70,6 +71,20 @@ def motion_has_expired(moving: bool, silence: float, safety: Safety) -> bool:
     """
     limit = safety.motion_time_limit
     return safety.enabled and limit > 0 and moving and silence >= limit
+
+
+def ends_goals(event: Event, halts: Collection[str]) -> bool:
+    """Whether goals are to be cancelled by which others drive the robot, as zero does not end them.
+
+    They are at a command that stops it, and wherever it stops because nobody could tell it to.
+
+    Args:
+        event: what happened.
+        halts: the names of the commands that leave the robot at rest.
+    """
+    if isinstance(event, Utterance):
+        return event.obeyed is True and event.name in halts
+    return isinstance(event, Warning) and event.stops
 
 
 @contextmanager

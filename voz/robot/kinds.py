@@ -69,7 +69,7 @@ def _simulator(setup: Setup) -> Robot:
 def _ros1(setup: Setup) -> Robot:
     from voz.ros1.robot import Ros1Robot
 
-    return Ros1Robot(setup.settings.ros1, topics=setup.settings.table.topics)
+    return Ros1Robot(setup.settings.ros1, table=setup.settings.table)
 
 
 def _ros1_watchdog(order: RobotSpec) -> Robot:
@@ -81,7 +81,7 @@ def _ros1_watchdog(order: RobotSpec) -> Robot:
 def _ros2(setup: Setup) -> Robot:
     from voz.ros2 import Ros2Robot
 
-    return Ros2Robot(setup.settings.ros2, setup.warn, setup.settings.table.topics)
+    return Ros2Robot(setup.settings.ros2, setup.warn, setup.settings.table)
 
 
 def _ros2_watchdog(order: RobotSpec) -> Robot:

@@ -48,7 +48,7 @@ def drive(
         says_heard: whether the node publishes what is obeyed.
     """
     robots = {
-        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, settings.table.topics),
+        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, settings.table),
         "watchdog": RobotProcess(_order(node, settings), load_rospy().loginfo),
     }
     with ExitStack() as parts:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Any
 
-from voz.config import Ros1
+from voz.config import Ros1, usual_commands
 from voz.control.bound import Place
+from voz.control.safety import ends_goals, zero_at_the_end
+from voz.control.table import CommandTable
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
@@ -21,7 +22,7 @@ class Ros1Robot(Robot):
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
     as `std_msgs/String` in lower case on `recognizer/output`; where a simulated robot is, as `odom`
-    and `tf`.
+    and `tf`. Where it stops, an empty `actionlib_msgs/GoalID` cancels what drives beside it.
     """
 
     def __init__(
@@ -30,7 +31,7 @@ class Ros1Robot(Robot):
         node: Node | None = None,
         arguments: Sequence[str] = (),
         says_heard: bool = True,
-        topics: Mapping[str, type] = MappingProxyType({}),
+        table: CommandTable | None = None,
     ) -> None:
         """Prepare to publish.
 
@@ -39,9 +40,9 @@ class Ros1Robot(Robot):
             node: the process's node; None makes one, and ends it in the end.
             arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
             says_heard: whether what is obeyed is published, or comes from that topic.
-            topics: what commands publish besides, by the topic.
+            table: what commands publish besides, and which of them stop the robot.
         """
-        self._topics = topics
+        self._table = table or usual_commands()
         self._others: dict[str, Any] = {}
         self._settings = settings
         self._own = node is None
@@ -55,10 +56,12 @@ class Ros1Robot(Robot):
         self._heard: Any = None
         self._odometry: OdometryPublisher | None = None
         self._base: OdometryListener | None = None
+        self._goals: list[Any] = []
 
     def open(self) -> None:
         """Join ROS and tell it what will be published; raises RobotError if there is no master."""
         self._node = self._node or Node(self._settings.node, self._arguments)
+        from actionlib_msgs.msg import GoalID
         from rospy import Publisher
         from std_msgs.msg import Int16, String
 
@@ -67,8 +70,9 @@ class Ros1Robot(Robot):
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
-        for topic, kind in self._topics.items():
+        for topic, kind in self._table.topics.items():
             self._others[topic] = Publisher(topic, _message(kind), queue_size=10)
+        self._goals = [Publisher(f"{name}/cancel", GoalID, queue_size=1) for name in names.cancel]
         if self.where:
             self._odometry = OdometryPublisher()
         else:
@@ -89,7 +93,9 @@ class Ros1Robot(Robot):
             self._selected.publish(event.value)
         elif isinstance(event, Publish):
             self._others[event.topic].publish(event.value)
-        elif isinstance(event, Utterance) and event.obeyed and self._heard:
+        elif ends_goals(event, self._table.halts):
+            self._cancel_goals()
+        if isinstance(event, Utterance) and event.obeyed and self._heard:
             self._heard.publish(event.text)
 
     def place(self, t: float) -> Place | None:
@@ -111,7 +117,13 @@ class Ros1Robot(Robot):
         """Publish zero, and no velocity after it: another thread may be about to."""
         with self._lock:
             self._ended = True
-            self._publish_velocity(0.0, 0.0)
+            with zero_at_the_end(lambda: self._publish_velocity(0.0, 0.0)):
+                self._cancel_goals()
+
+    def _cancel_goals(self) -> None:
+        """Cancel all goals of those that drive beside voz."""
+        for goals in self._goals:
+            goals.publish()  # no goal's name means all
 
     def _publish_velocity(self, linear: float, angular: float) -> None:
         self._velocity.publish(_velocity(linear, angular))

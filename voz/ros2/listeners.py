@@ -17,16 +17,41 @@ SERVICE = "/describe_parametersRequest"
 """Each ordinary node reads this below its own name; its names are nowhere else in all of ROS 2."""
 
 
+class Endpoints:
+    """All readers in the domain, those that this process makes too; or all writers."""
+
+    def __init__(self, node: Node, kind: Any = BuiltinTopicDcpsSubscription) -> None:
+        self._endpoints = BuiltinDataReader(node.participant, kind)
+        any_sample = ViewState.Any | SampleState.Any
+        self._there = ReadCondition(self._endpoints, any_sample | InstanceState.Alive)
+        gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
+        self._gone = ReadCondition(self._endpoints, any_sample | gone)
+
+    def all(self) -> list[Any]:
+        """Those that are there now."""
+        self._endpoints.take(MOST, self._gone)  # or they would be kept for ever
+        return list(self._endpoints.read(MOST, self._there))
+
+    def new(self, most: int) -> list[Any]:
+        """Those that came since the last call, each told once; `all` does not know them then.
+
+        Args:
+            most: so many at a time: each takes 0.1 ms, and there may be hundreds.
+        """
+        self._endpoints.take(most, self._gone)
+        return list(self._endpoints.take(most, self._there))
+
+    def of(self, topic: str) -> list[Any]:
+        """Those of a topic, by the name that DDS has for it."""
+        return [one for one in self.all() if one.topic_name == topic]
+
+
 class Listeners:
     """The readers that a writer's messages go to."""
 
-    def __init__(self, node: Node, writer: DataWriter[Any]) -> None:
+    def __init__(self, readers: Endpoints, writer: DataWriter[Any]) -> None:
         self._writer = writer
-        self._readers = BuiltinDataReader(node.participant, BuiltinTopicDcpsSubscription)
-        any_sample = ViewState.Any | SampleState.Any
-        self._there = ReadCondition(self._readers, any_sample | InstanceState.Alive)
-        gone = InstanceState.NotAliveDisposed | InstanceState.NotAliveNoWriters
-        self._gone = ReadCondition(self._readers, any_sample | gone)
+        self._readers = readers
 
     def handles(self) -> set[int]:
         """One number for each listener."""
@@ -39,7 +64,7 @@ class Listeners:
             return "somebody"
         nodes = sorted(
             reader.topic_name.removeprefix("rq").removesuffix(SERVICE)
-            for reader in self._others()
+            for reader in self._readers.all()
             if reader.participant_key == listener.participant_key
             and reader.topic_name.endswith(SERVICE)
         )
@@ -52,19 +77,12 @@ class Listeners:
             topic: its name for people.
         """
         ours = self._writer.topic
-        for reader in self._others():
-            if reader.topic_name != ours.name:
-                continue
+        for reader in self._readers.of(ours.name):
             if reader.type_name == ours.typename:
                 return f"a listener to {topic} asks for a quality of service that is not offered"
             wanted, sent = _as_in_ros(reader.type_name), _as_in_ros(ours.typename)
             return f"a listener to {topic} wants {wanted}, not {sent}: see `stamped` in voz.toml"
         return None
-
-    def _others(self) -> list[Any]:
-        """All readers in the domain."""
-        self._readers.take(MOST, self._gone)  # or they would be kept for ever
-        return list(self._readers.read(MOST, self._there))
 
 
 def _as_in_ros(type_name: str) -> str:

@@ -10,7 +10,17 @@ from typing import Annotated, Any
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float64, int16, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import (
+    array,
+    float64,
+    int16,
+    int32,
+    int64,
+    sequence,
+    uint8,
+    uint32,
+    uint64,
+)
 
 EXACT = (0.0,) * 36
 """The covariance of what is not uncertain at all."""
@@ -222,6 +232,28 @@ class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnosti
     status: Annotated[Sequence[DiagnosticStatus], sequence(DiagnosticStatus)]
 
 
+@dataclass
+@final
+class CancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_"):
+    """A request to an action's `cancel_goal`: no goal's number, and no time, mean all goals."""
+
+    goal: Annotated[Sequence[int], array(uint8, 16)] = (0,) * 16
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+@dataclass
+@final
+class CycloneCancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_"):
+    """The same for ROS 2 on Cyclone, where a request begins with who asks; 0 gets no answer."""
+
+    asker: uint64 = 0
+    number: int64 = 0
+    goal: Annotated[Sequence[int], array(uint8, 16)] = (0,) * 16
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
 def header(frame_id: str) -> Header:
     """A header with the time of day.
 
@@ -242,6 +274,8 @@ def stamped(twist: Twist, frame_id: str) -> TwistStamped:
     return TwistStamped(header(frame_id), twist)
 
 
+CANCEL_GOAL = "RIHS01_3d3c84653c1f96918086887e1dcb236faec88b81a5b14fd4cf4840065bcdf8af"
+
 TYPE_HASHES: dict[type[Any], str] = {
     Int16: "RIHS01_1dcc3464e47c288a55f943a389d337cdb06804de3f5cd7a266b0de718eee17e5",
     String: "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
@@ -252,6 +286,8 @@ TYPE_HASHES: dict[type[Any], str] = {
     TwistStamped: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
     Odometry: "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
     TFMessage: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    CancelAllGoals: CANCEL_GOAL,
+    CycloneCancelAllGoals: CANCEL_GOAL,
     DiagnosticArray: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
 }
 """By these a ROS since Iron knows that its definition is the same; the packages' JSON has them."""

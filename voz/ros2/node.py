@@ -28,6 +28,8 @@ QUEUE = 10
 MOST_WAITING = 100_000_000
 """So long a full queue holds up a message, ns; one cycle."""
 
+RELIABLE = Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING)
+
 LAST_WORD = 0.3
 """How long an end waits for the last velocity to be acknowledged, s."""
 
@@ -97,27 +99,40 @@ class Node:
         qos = self._qos(message, *policies)
         return DataReader(self.participant, self._topic(topic, message), qos)
 
+    def any_reader(self, topic: str, message: type[Message]) -> DataReader[Message]:
+        """A reader also of writers that do not promise that all arrives, as those of sensors."""
+        qos = self._qos(message, reliability=Policy.Reliability.BestEffort)
+        return DataReader(self.participant, self._topic(topic, message), qos)
+
+    def requests(self, service: str, message: type[Message]) -> DataWriter[Message]:
+        """A writer of requests to a service; the arguments are those of `writer`."""
+        topic = Topic(self.participant, self.request_topic(service), message)
+        return DataWriter(self.participant, topic, self._qos(message))
+
+    def request_topic(self, service: str) -> str:
+        """The topic of the requests to a service, as DDS knows it."""
+        return f"rq{self.name(service)}Request"
+
     def _topic(self, topic: str, message: type[Message]) -> Topic[Message]:
         return Topic(self.participant, f"rt{self.name(topic)}", message)
 
-    def _qos(self, message: type[Any], *policies: BasePolicy) -> Qos:
-        usual: list[BasePolicy] = [
-            Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING),
+    def _qos(
+        self,
+        message: type[Any],
+        *policies: BasePolicy,
+        reliability: BasePolicy = RELIABLE,
+    ) -> Qos:
+        return Qos(
+            reliability,
             Policy.History.KeepLast(QUEUE),
             # ROS 2 does not read the newer representation.
             Policy.DataRepresentation(use_cdrv0_representation=True),
             Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode()),
-        ]
-        # What `policies` say of the same matter wins: cyclonedds takes each but once.
-        chosen = {_matter(policy): policy for policy in (*usual, *policies)}
-        return Qos(*chosen.values())
+            *policies,
+        )
 
     def _prefix(self) -> list[str]:
         return [part for part in self._namespace.split("/") if part]
-
-
-def _matter(policy: Any) -> str:
-    return str(policy.__scope__)
 
 
 def write(writer: DataWriter[Message], message: Message) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import time
 
-from cyclonedds.core import Policy
-
 from voz.control.bound import Place
 from voz.ros2 import messages
 from voz.ros2.node import Node, write
@@ -72,7 +70,7 @@ class OdometryListener:
 
     def __init__(self, node: Node, topic: str) -> None:
         """Read the topic of its `nav_msgs/Odometry`, whatever quality of service it offers."""
-        self._reader = node.reader(topic, messages.Odometry, Policy.Reliability.BestEffort)
+        self._reader = node.any_reader(topic, messages.Odometry)
         self._heard: tuple[float, Place] | None = None
 
     def place(self) -> Place | None:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 
-from voz.config import Ros2
+from voz.config import Ros2, usual_commands
 from voz.control.bound import Place
+from voz.control.safety import ends_goals
+from voz.control.table import CommandTable
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
 from voz.ros2 import messages
 from voz.ros2.audience import Audience
 from voz.ros2.diagnostics import Diagnosis
-from voz.ros2.listeners import Listeners
+from voz.ros2.goals import Goals
+from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import LAST_WORD, Node, answered, write
 from voz.ros2.odometry import OdometryListener, OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
@@ -30,16 +32,16 @@ class Ros2Robot(Robot):
         self,
         settings: Ros2,
         warn: Callable[[Warning], None] = lambda _: None,
-        topics: Mapping[str, type] = MappingProxyType({}),
+        table: CommandTable | None = None,
     ) -> None:
         """Remember what to do; `open` does it.
 
         Args:
             settings: the domain, the topics and their types.
             warn: told who comes to listen and who leaves, from within `open` and `receive`.
-            topics: what commands publish besides, by the topic.
+            table: what commands publish besides, and which of them stop the robot.
         """
-        self._topics = topics
+        self._table = table or usual_commands()
         self._settings = settings
         self._warn = warn
         self._audience = Audience()
@@ -63,15 +65,17 @@ class Ros2Robot(Robot):
         self._velocities = VelocityTopic(node, settings)
         self._selected_object = node.writer(settings.selected_object, messages.Int16)
         self._others = {
-            topic: node.writer(topic, messages.HOLDS[kind]) for topic, kind in self._topics.items()
+            topic: node.writer(topic, messages.HOLDS[kind])
+            for topic, kind in self._table.topics.items()
         }
         self._output = node.writer(settings.output, messages.String)
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
+        self._goals = Goals(node, settings.cancel)
         if self.where:
             self._odometry = OdometryPublisher(node, settings.frame_id)
         else:
             self._base = OdometryListener(node, settings.odom)
-        self._listeners = Listeners(node, self._velocities.writer)
+        self._listeners = Listeners(Endpoints(node), self._velocities.writer)
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
 
@@ -82,6 +86,7 @@ class Ros2Robot(Robot):
             handles = self._listeners.handles()
             self._audience.note(time.monotonic(), handles, answered(self._velocities.writer, 0.0))
             self._velocities.publish(event)
+            self._goals.look()
             if self._odometry and self.where:
                 self._odometry.publish(self.where(event.t))
             if event.t - self._diagnosed >= DIAGNOSED:
@@ -93,7 +98,9 @@ class Ros2Robot(Robot):
             write(self._selected_object, messages.Int16(event.value))
         elif isinstance(event, Publish):
             write(self._others[event.topic], messages.HOLDS[type(event.value)](event.value))
-        elif isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
+        elif ends_goals(event, self._table.halts):
+            self._goals.cancel()
+        if isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
             write(self._output, messages.String(event.text.lower()))
 
     def place(self, t: float) -> Place | None:
@@ -112,9 +119,12 @@ class Ros2Robot(Robot):
         return self._obstacle or f"nobody listens to {self._topic}"
 
     def close(self) -> None:
-        """Wait until the last velocity has arrived, and leave the domain."""
+        """Wait until the last velocity has arrived, cancel the goals of others, and leave."""
         answered(self._velocities.writer, LAST_WORD)
-        del self._velocities, self._selected_object, self._output, self._diagnostics, self._others
+        self._goals.cancel()
+        self._goals.wait()
+        del self._goals, self._velocities, self._selected_object, self._output, self._diagnostics
+        del self._others
         self._odometry = self._base = None
         del self._listeners, self._node
 

@@ -61,19 +61,19 @@ def beat(
             return taken.message.error
         else:
             before = drive.velocities
-            take(drive, taken)
+            take(drive, taken, now)
             now = clock.now()
             if at_once and drive.velocities != before and now - last <= LONGEST_GAP:
                 drive.send(now)
 
 
-def take(drive: Controller, taken: Taken) -> None:
-    """Let what was heard or typed take effect."""
+def take(drive: Controller, taken: Taken, now: float) -> None:
+    """Let what was heard or typed take effect; the time is that of the run, s."""
     message = taken.message
     if isinstance(message, Utterance | Partial):
         drive.hear(message, late=taken.overtaken)
     elif isinstance(message, Halt):
-        drive.halt()
+        drive.stop_by_key(now)
     elif not isinstance(message, End):
         drive.emit(message)
 

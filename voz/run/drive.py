@@ -100,7 +100,13 @@ class Controller:
         """
         self.halt()
         self.stopped_at = now
-        self.emit(Warning(now, why, good))
+        # What is back stops nothing: the robot stands still since it was lost.
+        self.emit(Warning(now, why, good, stops=not good))
+
+    def stop_by_key(self, now: float) -> None:
+        """Ask the robot to stand still as a key was pressed; the time is that of the run, s."""
+        self.halt()
+        self.emit(Warning(now, "stopped by a key", good=True, stops=True))
 
     def send(self, now: float) -> None:
         """Let time pass, and send the velocities once.
@@ -112,7 +118,7 @@ class Controller:
         if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
-            self.emit(Warning(now, f"no command for {limit:g} s: the robot stops"))
+            self.emit(Warning(now, f"no command for {limit:g} s: the robot stops", stops=True))
         self.emit(Twist(now, *self.velocities))
 
     def zero(self, now: float) -> None:

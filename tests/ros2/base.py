@@ -1,0 +1,38 @@
+"""A base on ROS 2: it turns as it is told, and tells its odometry 20 times a second.
+
+`patience` is how long it goes on without a velocity, s. It prints each velocity.
+"""
+
+import json
+import sys
+import time
+
+from voz.config import Ros2
+from voz.ros2.messages import (
+    Header,
+    Odometry,
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Time,
+    Twist,
+    TwistWithCovariance,
+    velocity,
+)
+from voz.ros2.node import Node
+
+patience = json.loads(sys.argv[1])["patience"]
+node = Node(Ros2())
+wheels, odom = node.reader("cmd_vel", Twist), node.writer("odom", Odometry)
+here = PoseWithCovariance(Pose(Point(), Quaternion()))
+asked, came = velocity(0, 0), time.monotonic()
+print(json.dumps({"ready": True}), flush=True)
+while True:
+    for twist in wheels.take(100):
+        if isinstance(twist, Twist):
+            asked, came = twist, time.monotonic()
+            print(json.dumps({"linear": twist.linear.x, "angular": twist.angular.z}), flush=True)
+    speed = asked if time.monotonic() - came < patience else velocity(0, 0)
+    odom.write(Odometry(Header(Time(0, 0), "odom"), "base_link", here, TwistWithCovariance(speed)))
+    time.sleep(0.05)

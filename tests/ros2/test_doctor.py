@@ -1,0 +1,134 @@
+"""`voz doctor` with bases on ROS 2 that stop by themselves and that do not."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from calls import VOZ, in_process
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy
+from programs import Program, wait_until
+
+from voz.config import Ros2
+from voz.doctor.ros2_base import Ros2Base
+from voz.ros2 import messages
+from voz.ros2.node import Node
+
+pytestmark = [pytest.mark.usefixtures("domain"), pytest.mark.slow]
+
+BASE = "base stops"
+DRIVE = ["--base", "--yes"]
+
+
+@pytest.fixture
+def start(programs: Callable[..., Program]) -> Callable[[float], Program]:
+    """Starts a base with a patience, s."""
+
+    def begin(patience: float) -> Program:
+        program = programs(Path(sys.executable), "base.py", patience=patience)
+        program.wait_for(lambda line: line.get("ready"))
+        return program
+
+    return begin
+
+
+def findings(*arguments: str) -> dict[str, dict[str, Any]]:
+    result = in_process("doctor", "--robot", "ros2", "--json", *arguments)
+    assert result.code == 1  # there is no microphone, at the least
+    return {one["what"]: one for one in result.json}
+
+
+def test_a_base_that_listens_is_well_and_is_not_moved(start: Callable[[float], Program]) -> None:
+    base = start(0.5)
+    found = findings()
+    assert found["ROS 2"]["well"]
+    assert found["ROS 2 /cmd_vel"]["well"]
+    assert BASE not in found
+    assert base._lines.empty()
+
+
+def test_a_base_that_stops_by_itself_is_well_and_hears_zero_last(
+    start: Callable[[float], Program],
+) -> None:
+    base = start(0.4)
+    found = findings(*DRIVE)[BASE]
+    assert found["well"], found
+    heard = base.wait_for(lambda line: line["angular"] == 0)
+    assert [line["angular"] for line in heard] == [0.2] * (len(heard) - 1) + [0]
+
+
+def test_a_base_that_drives_on_is_told_of_and_hears_zero_last(
+    start: Callable[[float], Program],
+) -> None:
+    base = start(1000)
+    found = findings(*DRIVE)[BASE]
+    assert not found["well"]
+    assert "drives on at 0.20 rad/s" in found["told"]
+    base.wait_for(lambda line: line["angular"] == 0)
+
+
+def test_without_a_base_nobody_listens_and_nothing_is_driven() -> None:
+    found = findings(*DRIVE)
+    assert found["ROS 2 /cmd_vel"]["told"] == "nobody listens"
+    assert found[BASE]["told"] == "nobody listens to /cmd_vel"
+
+
+def test_a_base_that_another_program_drives_is_left_alone(
+    start: Callable[[float], Program],
+) -> None:
+    base = start(0.5)
+    other = Node(Ros2()).writer("cmd_vel", messages.Twist)
+    found = findings(*DRIVE)[BASE]
+    assert found["told"] == "another program sends velocities on /cmd_vel too"
+    assert base._lines.empty()
+    del other
+
+
+def test_ctrl_c_while_it_drives_ends_it_with_zero(start: Callable[[float], Program]) -> None:
+    base = start(1000)
+    command = [*VOZ, "doctor", "--robot", "ros2", *DRIVE]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        base.wait_for(lambda line: line["angular"] == 0.2)
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate(timeout=30)
+    assert process.returncode == 128 + signal.SIGINT
+    assert complaint == b""
+    base.wait_for(lambda line: line["angular"] == 0)
+
+
+def test_an_odometry_that_promises_nothing_is_read_too() -> None:
+    node = Node(Ros2())
+    qos = node._qos(messages.Odometry, reliability=Policy.Reliability.BestEffort)
+    odom = DataWriter(node.participant, node._topic("odom", messages.Odometry), qos)
+    base = Ros2Base(Ros2(), "odom", lambda: 5.0)
+    pose = messages.PoseWithCovariance(messages.Pose(messages.Point(), messages.Quaternion()))
+    speed = messages.TwistWithCovariance(messages.velocity(0.1, 0.2))
+    told = messages.Odometry(messages.header("odom"), "base", pose, speed)
+
+    def arrives() -> object:
+        odom.write(told)
+        return base.motion()
+
+    wait_until(arrives)
+    assert base.motion() == (5.0, 0.1, 0.2)
+
+
+def test_without_cyclonedds_it_says_how_to_install_it() -> None:
+    code = "import sys; sys.modules['cyclonedds'] = None\n" + VOZ[-1]
+    done = subprocess.run(
+        [*VOZ[:-1], code, "doctor", "--robot", "ros2", "--json"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    (ros2,) = [one for one in found if one["what"] == "ROS 2"]
+    assert not ros2["well"]
+    assert "[ros2]" in ros2["to_do"]

@@ -1,0 +1,89 @@
+"""`voz doctor`: what is there, what is not, and what to do."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from voz.cli.exit_codes import NOT_WELL
+from voz.cli.options import Common, DeviceOption, with_options
+from voz.cli.terminal import put, show
+from voz.errors import ConfigError
+
+if TYPE_CHECKING:
+    from voz.doctor.finding import Finding
+
+REALLY = (
+    "The base will turn on the spot at 0.2 rad/s, for up to 2.5 s. "
+    "Is it free, and a hand at its switch?"
+)
+
+
+@with_options
+def doctor(
+    options: Common,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Which robot is needed, as `voz run` takes it."),
+    ] = None,
+    base: Annotated[
+        bool, typer.Option("--base", help="Also DRIVE the base, to see whether it stops by itself.")
+    ] = False,
+    odom: Annotated[
+        str, typer.Option(metavar="TOPIC", help="Where the base tells how it moves.")
+    ] = "odom",
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the base moves.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
+    device: DeviceOption = None,
+) -> None:
+    """Look whether all is there that a robot needs to obey, and tell what to do.
+
+    Nothing moves without --base. The exit code is 1 if something that is needed is not well.
+
+    Example: voz doctor --robot ros2
+    """
+    from voz.process.quiet_libraries import quiet_libraries
+    from voz.robot.robots import robot_names
+
+    settings = options.settings(robot=robot or None)
+    robots = robot_names(settings.robot)
+    driven = _driven(robots, yes) if base else None
+    well = True
+    with quiet_libraries():
+        from voz.doctor.everything import findings, stopping
+
+        for finding in findings(settings, robots, device):
+            well = _told(finding, json) and well
+        if driven:
+            well = _told(stopping(settings, driven, odom), json) and well
+    if not well:
+        raise typer.Exit(NOT_WELL)
+
+
+def _driven(robots: Sequence[str], yes: bool) -> str:
+    """Which robot's base is to be driven, if somebody says that it may be."""
+    possible = [name for name in robots if name in ("ros1", "ros2")]
+    if len(possible) != 1:
+        raise ConfigError("--base drives one base: add --robot ros1 or --robot ros2")
+    if not (yes or sys.stdin.isatty()):
+        raise ConfigError("--base moves the robot, and nobody can be asked here: add --yes")
+    if not (yes or typer.confirm(REALLY, err=True)):
+        raise ConfigError("the base was not driven; leave out --base to look at the rest")
+    return possible[0]
+
+
+def _told(finding: Finding, json: bool) -> bool:
+    """Show a finding; tell whether all that is needed is well by it."""
+    from voz.events import to_json
+
+    if json:
+        put(to_json(finding))
+    else:
+        mark = "ok" if finding.well else "NO" if finding.needed else "--"
+        show(f"{mark}  {finding.what + ':':22} {finding.told}")
+        if finding.to_do:
+            show(f"{'':27}{finding.to_do}")
+    return finding.well or not finding.needed

@@ -1,0 +1,77 @@
+"""`voz service`: lets voz start with the computer."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from voz.cli.exit_codes import NOT_WELL
+from voz.cli.terminal import put, show
+
+service = typer.Typer(
+    rich_markup_mode=None,
+    help="Let voz start with the computer, as a service of systemd's.",
+)
+
+
+@service.command("install")
+def install(
+    options: Annotated[
+        list[str] | None, typer.Argument(metavar="[-- OPTIONS]", help="Those of `voz run`.")
+    ] = None,
+    shown: Annotated[
+        bool, typer.Option("--print", help="Show the unit, and write nothing.")
+    ] = False,
+) -> None:
+    """Let voz drive the robot from now on, and whenever the computer starts.
+
+    It runs in the folder that you are in, whose voz.toml and lm/ it reads, with what is set here
+    for ROS. If it fails it is started again. Without a display it writes lines into the journal.
+
+    Example: voz service install -- --robot console,ros2 --listening
+    """
+    from voz.service import systemd
+
+    _check(options or [])
+    if shown:
+        put(systemd.unit_for(options or []).rstrip("\n"))
+        return
+    for done in systemd.install(options or []):
+        show(done)
+
+
+@service.command("uninstall")
+def uninstall() -> None:
+    """Stop voz, and do not start it again.
+
+    Example: voz service uninstall
+    """
+    from voz.service import systemd
+
+    for done in systemd.uninstall():
+        show(done)
+
+
+@service.command("status")
+def status() -> None:
+    """Show whether it runs, and its last lines; the exit code is 1 if it does not.
+
+    Example: voz service status
+    """
+    from voz.service import systemd
+
+    told, runs = systemd.status()
+    show(*told.splitlines())
+    if not runs:
+        raise typer.Exit(NOT_WELL)
+
+
+def _check(options: list[str]) -> None:
+    """Refuse what `voz run` would not take: in the journal nobody would look for that."""
+    from typer.main import get_command
+
+    from voz.cli.app import app
+
+    run = get_command(app).commands["run"]  # type: ignore[attr-defined]
+    run.make_context("voz run", list(options))

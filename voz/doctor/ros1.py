@@ -1,0 +1,139 @@
+"""ROS 1: whether the master answers, who listens to `cmd_vel`, whether the base stops. An edge."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import Any
+
+from voz.config import Ros1
+from voz.doctor.finding import Finding, not_well
+from voz.doctor.stopping import Motion
+from voz.errors import ConfigError, RobotError
+from voz.ros1.master import ask, check_namespace, master_uri
+
+CALLER = "/voz_doctor"
+
+
+def ros1(settings: Ros1, needed: bool) -> Iterator[Finding]:
+    """Look at ROS 1.
+
+    Args:
+        settings: the names of the topics.
+        needed: whether this robot is driven by it.
+    """
+    if needed:
+        yield _rospy()
+    name = "ROS 1 master"
+    try:
+        check_namespace()
+        _, subscribers = graph()
+    except ConfigError as error:
+        yield not_well(name, error, needed)
+    except OSError as error:
+        told = f"none at {master_uri()} ({error.strerror or error})"
+        yield Finding(name, False, told, "start `roscore`, or set ROS_MASTER_URI", needed)
+    else:
+        yield Finding(name, True, f"answers at {master_uri()}", needed=needed)
+        yield _listeners(full_name(settings.cmd_vel), subscribers, needed)
+
+
+def graph() -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Ask the master who publishes and who subscribes each topic; raises OSError."""
+    publishers, subscribers, _ = ask("getSystemState", CALLER) or ([], [], [])
+    return dict(publishers), dict(subscribers)
+
+
+def full_name(topic: str) -> str:
+    """A topic's name with its namespace."""
+    if topic.startswith("/"):
+        return topic
+    namespace = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    return "/".join(["", *filter(None, [namespace]), topic])
+
+
+def _rospy() -> Finding:
+    if find_spec("rospy"):
+        return Finding("ROS 1", True, f"{sys.executable} has rospy")
+    told = f"{sys.executable} has no rospy"
+    return Finding("ROS 1", False, told, "`make ros1`, then call .venv-ros1/bin/voz")
+
+
+def _listeners(topic: str, subscribers: dict[str, list[str]], needed: bool) -> Finding:
+    what = f"ROS 1 {topic}"
+    if there := subscribers.get(topic):
+        return Finding(what, True, f"{' and '.join(there)} listens", needed=needed)
+    to_do = "start the base's driver, or name its topic: `cmd_vel` in [ros1] of voz.toml"
+    return Finding(what, False, "nobody listens", to_do, needed)
+
+
+class Ros1Base:
+    """The base that listens to the topic of the velocities."""
+
+    def __init__(self, settings: Ros1, odometry: str) -> None:
+        """Offer velocities, and listen to an odometry; a node has been made before."""
+        from geometry_msgs.msg import Twist
+        from nav_msgs.msg import Odometry
+        from rospy import Publisher, Subscriber
+
+        self._name = full_name(settings.cmd_vel)
+        self._twist = Twist
+        self._velocity = Publisher(settings.cmd_vel, Twist, queue_size=1, tcp_nodelay=True)
+        self._latest: Motion | None = None
+        self._odometry = Subscriber(odometry, Odometry, self._take, queue_size=1)
+
+    def send(self, linear: float, angular: float) -> None:
+        """Send a velocity once, m/s and rad/s."""
+        message = self._twist()
+        message.linear.x, message.angular.z = linear, angular
+        self._velocity.publish(message)
+
+    def motion(self) -> Motion | None:
+        """The newest odometry."""
+        return self._latest
+
+    def obstacle(self) -> str | None:
+        """Why it must not be driven now; None if it may be."""
+        if not self._velocity.get_num_connections():
+            return f"nobody listens to {self._name}; start the base's driver"
+        try:
+            publishers, _ = graph()
+        except OSError:
+            return "the ROS master does not answer; start it again"
+        others = [name for name in publishers.get(self._name, ()) if name != self._velocity_node()]
+        if others:
+            return f"{' and '.join(others)} sends velocities too; end it first"
+        return None
+
+    def _velocity_node(self) -> str:
+        import rospy
+
+        return str(rospy.get_name())
+
+    def _take(self, message: Any) -> None:
+        speed = message.twist.twist
+        self._latest = Motion(time.monotonic(), speed.linear.x, speed.angular.z)
+
+
+@contextmanager
+def ros1_base(settings: Ros1, odometry: str) -> Iterator[Ros1Base]:
+    """Reach the base for the length of a `with` block.
+
+    Args:
+        settings: the names of the topics.
+        odometry: the topic on which the base tells how it moves.
+
+    Raises:
+        RobotError: ROS 1 is not there.
+        ConfigError: the namespace cannot be.
+    """
+    from voz.ros1.node import Node
+
+    with Node("voz_doctor") as node:
+        yield Ros1Base(settings, odometry)
+        if node.over:
+            raise RobotError("somebody ended the node; call it again")

@@ -1,0 +1,71 @@
+"""The unit file of systemd's that runs voz. Pure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+KEPT = (
+    "PULSE_SERVER",
+    "ROS_MASTER_URI",
+    "ROS_IP",
+    "ROS_HOSTNAME",
+    "ROS_NAMESPACE",
+    "ROS_DOMAIN_ID",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_LOCALHOST_ONLY",
+    "ROS_STATIC_PEERS",
+    "CYCLONEDDS_URI",
+    "LD_LIBRARY_PATH",
+    "PYTHONPATH",
+)
+"""What a run reads of the environment and a service does not have: of ROS's set-up, above all."""
+
+UNIT = """\
+[Unit]
+Description=voz, drives the robot by voice
+After=pipewire.service pipewire-pulse.service wireplumber.service pulseaudio.service
+# What it needs may come later than it, as a microphone or a ROS master: it never gives up.
+StartLimitIntervalSec=0
+
+[Service]
+Type=exec
+WorkingDirectory={folder}
+Environment=PYTHONUNBUFFERED=1
+{environment}ExecStart={command}
+# Zero velocity is the last that voz sends after SIGTERM. Its watchdog takes no such signal: if voz
+# crashed it still has to stop the robot, and with another mode it would be killed at once.
+KillMode=control-group
+TimeoutStopSec=10
+SuccessExitStatus=143
+Restart=on-failure
+RestartSec=3
+
+[Install]
+WantedBy=default.target
+"""
+
+
+def unit(command: Sequence[str], folder: str, environment: Mapping[str, str]) -> str:
+    """Write the unit.
+
+    Args:
+        command: what is run; the first is the full path of a program.
+        folder: where it is run: its `voz.toml` and its `lm/` are read.
+        environment: that of a shell in which it runs; what it needs of that is kept.
+    """
+    kept = {name: environment[name] for name in KEPT if environment.get(name)}
+    lines = [f"Environment={_quoted(f'{name}={value}')}\n" for name, value in kept.items()]
+    # In a command, systemd also puts values in the place of names behind a dollar.
+    words = [_quoted(word).replace("$", "$$") for word in command]
+    place = folder.replace("%", "%%")
+    return UNIT.format(folder=place, environment="".join(lines), command=" ".join(words))
+
+
+def _quoted(word: str) -> str:
+    """Write a word as systemd reads it back: `%` begins a specifier there."""
+    word = word.replace("%", "%%")
+    if re.fullmatch(r"[\w@%+=:,./-]+", word, re.ASCII):
+        return word
+    escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

@@ -1,7 +1,7 @@
 """What longer lists of commands cost: time, memory, and commands that are understood.
 
 Run `python benchmarks/lists.py MANIFEST`. The commands of the manifest are heard with all of them
-in the list, and with more and more other sentences beside them.
+in the list, and with more and more other sentences beside them; its near-misses, too.
 """
 
 from __future__ import annotations
@@ -27,7 +27,16 @@ OTHERS = (
 )
 """Words of the sentences beside the commands, one of each line."""
 
-HEADER = ("sentences", "build", "load", "CPU per command", "right", "and accepted", "peak memory")
+HEADER = (
+    "sentences",
+    "build",
+    "load",
+    "CPU per command",
+    "right",
+    "and accepted",
+    "near-misses obeyed",
+    "peak memory",
+)
 
 
 def listed(commands: list[str], size: int) -> list[str]:
@@ -46,8 +55,11 @@ def measure(manifest: Path, size: int, most: int) -> tuple[str, ...]:
     from voz.recognition.recognizer import Recognizer
     from voz.recordings.manifest import read_manifest
 
-    clips = [clip for clip in read_manifest(manifest) if clip.kind == "command"]
+    everything = read_manifest(manifest)
+    clips = [clip for clip in everything if clip.kind == "command"]
     clips = clips[:: max(1, len(clips) // most)]
+    others = [clip for clip in everything if clip.kind == "near-miss"]
+    others = others[:: max(1, len(others) // most)]
     with TemporaryDirectory() as folder:
         path = Path(folder) / "commands.txt"
         path.write_text("\n".join(listed(sorted({c.text for c in clips}), size)), encoding="utf-8")
@@ -58,6 +70,8 @@ def measure(manifest: Path, size: int, most: int) -> tuple[str, ...]:
         loaded = time.process_time()
         heard = [list(recognizer.utterances(read_blocks(clip.path), "")) for clip in clips]
         used = time.process_time() - loaded
+        missed = [list(recognizer.utterances(read_blocks(clip.path), "")) for clip in others]
+    obeyed_others = sum(any(u.accepted for u in utterances) for utterances in missed)
     right = [[u.text for u in us] == [c.text] for us, c in zip(heard, clips, strict=True)]
     obeyed = [r and us[0].accepted for r, us in zip(right, heard, strict=True)]
     return (
@@ -67,6 +81,7 @@ def measure(manifest: Path, size: int, most: int) -> tuple[str, ...]:
         f"{1000 * used / len(clips):.0f} ms",
         f"{sum(right) / len(clips):.3f}",
         f"{sum(obeyed) / len(clips):.3f}",
+        f"{obeyed_others} of {len(others)}",
         f"{peak_megabytes():.0f} MB",
     )
 

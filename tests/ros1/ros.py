@@ -67,13 +67,16 @@ class Ros:
         )
 
     def node(self, name: str, *arguments: str, **more: Any) -> Program:
-        return self.start(str(ROOT / "ros" / "scripts" / name), *arguments, **more)
+        program: Program = self.start(str(ROOT / "ros" / "scripts" / name), *arguments, **more)
+        return program
 
     def launch(self, file: str, *arguments: str) -> Program:
-        return self.start("roslaunch", "voz", file, *arguments)
+        program: Program = self.start("roslaunch", "voz", file, *arguments)
+        return program
 
     def client(self, *topics: str) -> Client:
-        return self.start("node", str(HERE / "client.cjs"), *topics, kind=Client)
+        client: Client = self.start("node", str(HERE / "client.cjs"), *topics, kind=Client)
+        return client
 
 
 class Program:
@@ -98,7 +101,7 @@ class Program:
         self.process.stdin.flush()
 
     def wait(self) -> int:
-        code = self.process.wait(PATIENCE)
+        code: int = self.process.wait(PATIENCE)
         self._reader.join(PATIENCE)
         return code
 

@@ -83,6 +83,7 @@ class Interpreter:
         learnt: what is known of the microphone and the speaker; it changes only while learning.
         longest: how long a command may take, s.
         model: what the confidence is computed by.
+        needed: how sure each command must be to be accepted, 0 to 1.
     """
 
     def __init__(
@@ -107,7 +108,7 @@ class Interpreter:
         self.model = with_log_odds(model, profile.log_odds)
         most_words = max((len(command.split()) for command in self._commands), default=0)
         self.longest = PAUSES + LONGEST_WORD * most_words
-        self._needed = thresholds(self.model, settings, self._commands)
+        self.needed = thresholds(self.model, settings, self._commands)
         self._voice = voice_detector()
 
     def understand(self, segment: Segment, learnt: StartVector | None = None) -> Hypothesis:
@@ -184,7 +185,7 @@ class Interpreter:
         return any(command.startswith(f"{text} ") for command in self._commands)
 
     def _accepts(self, text: str, sure: float) -> bool:
-        return text in self._needed and sure >= self._needed[text]
+        return text in self.needed and sure >= self.needed[text]
 
     def judge(self, heard: Hypothesis, around: Around, decided: float, source: str) -> Utterance:
         """Decide whether what was heard is obeyed.

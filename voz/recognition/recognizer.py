@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fcntl import LOCK_SH
 from itertools import pairwise
 from typing import NamedTuple
@@ -83,6 +83,11 @@ class Recognizer:
     def model(self) -> Model:
         """What the confidence is computed by: the ears that there are."""
         return self._interpreter.model
+
+    @property
+    def needed(self) -> Mapping[str, float]:
+        """How sure each command must be to be accepted, 0 to 1."""
+        return self._interpreter.needed
 
     @property
     def learnt(self) -> StartVector:

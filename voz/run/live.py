@@ -12,7 +12,7 @@ from rich.live import Live
 
 from voz.config import Config
 from voz.events import Receiver
-from voz.hearing.microphone_thread import Hearing
+from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
@@ -92,7 +92,7 @@ def run_live(
         speaker = parts.enter_context(speaking(settings.speech, warn))
         hearing = Hearing(
             recognizer,
-            seat.device,
+            sound_card(seat.device),
             inbox,
             clock.now,
             loudspeaker=speaker.mixer if speaker and settings.speech.half_duplex else None,

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 from rich.console import Console, RenderableType
 from rich.live import Live
 
 from voz.config import Config
-from voz.events import Receiver
-from voz.hearing.microphone_thread import Hearing, sound_card
+from voz.events import Event, Receiver
+from voz.hearing.half_duplex import PlayedSound
+from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
-from voz.run.assembly import drive_by_clock, replies_to, speaking, warner
-from voz.run.clocks import WallClock
+from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, warner
+from voz.run.clocks import Clock, WallClock
 from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
@@ -27,8 +29,43 @@ from voz.terminal.keyboard import keys, somebody_types
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""
 
+PAGE = "the operator's page"
+
 Typist: TypeAlias = Callable[[str, str], None]
 """Obeys a sentence; the second is its source."""
+
+
+class Page(Protocol):
+    """A page that shows the run and drives in it, too."""
+
+    @property
+    def sound(self) -> SoundFrom | None:
+        """Its browser as a microphone; None if the robot's own is listened to."""
+
+    def receive(self, event: Event) -> None:
+        """Take an event; it never waits."""
+
+    def trouble(self, moving: bool) -> str | None:
+        """Tell why nobody drives by it any more, if that matters."""
+
+    def serving(self, parts: Shown) -> AbstractContextManager[Ears]:
+        """Serve it for a `with` block; gives what listens."""
+
+
+class Shown(NamedTuple):
+    """What a page shows of a run.
+
+    Attributes:
+        drive: what obeys.
+        hearing: what listens.
+        mixer: what the robot speaks by, if it does.
+        needed: how sure each command must be to be accepted.
+    """
+
+    drive: Controller
+    hearing: Hearing
+    mixer: PlayedSound | None
+    needed: Mapping[str, float]
 
 
 class Seat(NamedTuple):
@@ -42,6 +79,7 @@ class Seat(NamedTuple):
         record: the folder in which what is heard is kept.
         extra: what the terminal shows besides.
         also: another recogniser, which is given what obeys a sentence from a source.
+        page: makes a page that shows the run, from where its commands go and the time.
     """
 
     device: str | None = None
@@ -51,6 +89,7 @@ class Seat(NamedTuple):
     record: Path | None = None
     extra: RenderableType | None = None
     also: Callable[[Typist], AbstractContextManager[None]] | None = None
+    page: Callable[[Inbox, Clock], Page] | None = None
 
 
 def run_live(
@@ -85,6 +124,7 @@ def run_live(
             inbox.put(typed(text, text in commands, clock.now(), source))
 
     with ExitStack() as parts:
+        page = seat.page(inbox, clock) if seat.page else None
         recorder = None
         if seat.record:
             recorder = Recorder(seat.record, settings.recording.gigabytes, warn)
@@ -92,7 +132,7 @@ def run_live(
         speaker = parts.enter_context(speaking(settings.speech, warn))
         hearing = Hearing(
             recognizer,
-            sound_card(seat.device),
+            (page.sound if page else None) or sound_card(seat.device),
             inbox,
             clock.now,
             loudspeaker=speaker.mixer if speaker and settings.speech.half_duplex else None,
@@ -103,7 +143,7 @@ def run_live(
         line = parts.enter_context(keys(inbox, obey, warn))
         if seat.also:
             parts.enter_context(seat.also(obey))
-        told = [*receivers, *replies_to(speaker)]
+        told = [*receivers, *replies_to(speaker), *([page.receive] if page else [])]
         if seat.terminal:
             display = Display(
                 lambda: hearing.peak,
@@ -121,7 +161,16 @@ def run_live(
             parts.enter_context(drawn(display, seat.terminal))
         else:
             seat.tell(_ready(hearing.device, seat))
-        drive_by_clock(drive, inbox, clock, robots, hearing)
+        ears: Ears = hearing
+        if page:
+            shown = Shown(drive, hearing, speaker.mixer if speaker else None, recognizer.needed)
+            ears = parts.enter_context(page.serving(shown))
+            robots = {**robots, PAGE: partial(_trouble, page, drive)}
+        drive_by_clock(drive, inbox, clock, robots, ears)
+
+
+def _trouble(page: Page, drive: Controller) -> str | None:
+    return page.trouble(drive.moving)
 
 
 def _ready(microphone: str, seat: Seat) -> str:

@@ -8,6 +8,7 @@ import struct
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -17,6 +18,7 @@ from programs import PATIENCE, wait_until
 from websockets.sync.client import ClientConnection, connect
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import read_blocks
 
 BLOCK = 480
 """Samples of a block, 30 ms."""
@@ -40,6 +42,13 @@ class PageRobot:
     def state(self) -> Record:
         answer: Record = self.api.get("/api/state").raise_for_status().json()
         return answer
+
+    @property
+    def since(self) -> int:
+        """How many events there were until now, once all of them have arrived here."""
+        now = self.state["now"]["t"]
+        wait_until(lambda: self.robot.arrived[-1].event["t"] > now)
+        return len(self.robot.arrived)
 
     def command(self, text: str, **more: object) -> httpx.Response:
         return self.api.post("/api/command", json={"text": text, **more})
@@ -136,7 +145,8 @@ class Microphone:
 @contextmanager
 def page_robot(environment: dict[str, str], *arguments: str, **how: Any) -> Iterator[PageRobot]:
     """A robot in its room with a page, for the length of a `with` block."""
-    options = ["--web", "--web-port", "0", "--robot", "simulator", *arguments]
+    port = [] if "--web-port" in arguments else ["--web-port", "0"]
+    options = ["--web", *port, "--robot", "simulator", *arguments]
     with live_robot(environment, *options, **how) as robot:
         page = PageRobot(robot)
         with page.api:
@@ -156,6 +166,14 @@ def heard(robot: PageRobot, page: Page, rate: int = SAMPLE_RATE) -> Iterator[Mic
     """A page's microphone, for the length of a `with` block."""
     with connect(robot.link.replace("http", "ws", 1) + "api/audio") as socket:
         yield Microphone(socket, page, rate)
+
+
+def with_noise(clip: Path, before: float, after: float) -> Samples:
+    """A clip in a quiet room that is heard before and after it, for so many seconds each."""
+    spoken = np.concatenate(list(read_blocks(clip)))
+    ends = [np.zeros(round(seconds * SAMPLE_RATE), np.int16) for seconds in (before, after)]
+    sound = np.concatenate([ends[0], spoken, ends[1]])
+    return sound + room_noise(len(sound) / SAMPLE_RATE)[: len(sound)]
 
 
 def room_noise(seconds: float) -> Samples:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import socket
 import threading
 import time
@@ -15,27 +14,17 @@ import numpy as np
 import pytest
 from calls import in_process
 from live_robot import moves, rests, warns
-from operator_page import PageRobot, heard, opened, page_robot, room_noise
+from operator_page import PageRobot, heard, opened, page_robot, room_noise, with_noise
 from programs import wait_until
 from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-
-from voz.audio.capture.files import read_blocks
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """No sound device: the browser is the microphone."""
-    config = tmp_path_factory.mktemp("alsa") / "alsa.conf"
-    config.write_text("pcm.default { type hw card 99 }")
-    return os.environ | {"ALSA_CONFIG_PATH": str(config)}
-
-
-@pytest.fixture(scope="module")
-def one_run(environment: dict[str, str]) -> Iterator[PageRobot]:
-    with page_robot(environment, "--listening") as robot:
+def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
+    with page_robot(no_sound_card, "--listening") as robot:
         yield robot
 
 
@@ -49,18 +38,14 @@ def robot(one_run: PageRobot) -> PageRobot:
 @pytest.fixture(scope="module")
 def forward() -> np.ndarray:
     """Somebody says "go forward" in a quiet room."""
-    clip = np.concatenate(
-        list(read_blocks(FIXTURES / "commands" / "festival_slt__go_forward.flac"))
-    )
-    sound = np.concatenate([clip, np.zeros(8000, np.int16)])
-    return sound + room_noise(len(sound) / 16_000)[: len(sound)]
+    return with_noise(FIXTURES / "commands" / "festival_slt__go_forward.flac", 0.0, 0.5)
 
 
 # What a program asks for
 
 
 def test_a_command_is_answered_by_what_became_of_it(robot: PageRobot) -> None:
-    since = len(robot.robot.arrived)
+    since = robot.since
     answer = robot.command("Go  Forward").json()
     assert (answer["text"], answer["obeyed"], answer["source"]) == ("go forward", True, "page")
     robot.robot.wait_for(moves, since)
@@ -70,7 +55,7 @@ def test_a_command_is_answered_by_what_became_of_it(robot: PageRobot) -> None:
 
 def test_stop_is_answered_when_zero_velocity_was_sent(robot: PageRobot) -> None:
     robot.drives("go forward")
-    since = len(robot.robot.arrived)
+    since = robot.since
     answer = robot.api.post("/api/stop").raise_for_status().json()
     assert answer["stopped"]
     sent = robot.robot.wait_for(rests, since)
@@ -125,7 +110,7 @@ def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> No
         assert robot.command("go forward", page=second.welcome["secret"]).status_code == 409
         assert robot.command("go forward").status_code == 409
         assert robot.command("go forward", page=first.welcome["secret"]).json()["obeyed"]
-        since = len(robot.robot.arrived)
+        since = robot.since
         second.send("drive", over=True)
         number = second.welcome["page"]
         for page in (first, second):
@@ -142,7 +127,7 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_closed(robot: PageRobot
         assert page.drive()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
         page.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
-        since = len(robot.robot.arrived)
+        since = robot.since
     robot.robot.wait_for(warns("the operator's page is gone: the robot stops"), since)
     robot.robot.wait_for(rests, since)
     with opened(robot) as page:
@@ -154,7 +139,7 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
     with opened(robot) as page:
         assert page.drive()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
-        since = len(robot.robot.arrived)
+        since = robot.since
         # Its socket stays open and takes what comes, but nobody answers.
         page.wait_for(
             lambda r: r["type"] == "warning" and "page is gone" in r["text"], answers=False
@@ -163,7 +148,7 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
 
 
 def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRobot) -> None:
-    since = len(robot.robot.arrived)
+    since = robot.since
     with opened(robot) as page:
         assert page.drive()
     wait_until(lambda: robot.state["now"]["pages"] == 0)
@@ -212,8 +197,8 @@ def test_no_page_of_others_can_show_this_one_or_load_anything_into_it(robot: Pag
     assert headers["referrer-policy"] == "no-referrer"
 
 
-def test_others_need_the_token(environment: dict[str, str]) -> None:
-    with page_robot(environment, "--web-host", "0.0.0.0", "--listening") as robot:
+def test_others_need_the_token(no_sound_card: dict[str, str]) -> None:
+    with page_robot(no_sound_card, "--web-host", "0.0.0.0", "--listening") as robot:
         assert len(robot.token) == 32
         assert robot.api.get("/").status_code == 200
         assert robot.api.get("/api/state").status_code == 401
@@ -326,7 +311,7 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
 def test_sound_that_comes_late_does_not_drive_and_is_told(
     robot: PageRobot, forward: np.ndarray
 ) -> None:
-    since = len(robot.robot.arrived)
+    since = robot.since
     with opened(robot) as page:
         assert page.drive()
         with heard(robot, page) as microphone:
@@ -342,7 +327,7 @@ def test_sound_that_comes_late_does_not_drive_and_is_told(
 
 
 def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) -> None:
-    since = len(robot.robot.arrived)
+    since = robot.since
     middle = len(forward) // 3
     with opened(robot) as page:
         assert page.drive()
@@ -366,7 +351,7 @@ def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
             microphone.speak(room_noise(0.5), page)
             assert robot.command("go forward", page=secret).json()["obeyed"]
             microphone.speak(room_noise(0.5), page)
-            since = len(robot.robot.arrived)
+            since = robot.since
             # The sockets stay open, and the page answers.
             page.wait_for(lambda r: r["type"] == "warning" and "no sound comes" in r["text"])
             robot.robot.wait_for(rests, since)

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import json
 import socket
+import ssl
+import stat
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 
 import httpx
 import numpy as np
 import pytest
 from calls import in_process
 from live_robot import moves, rests, warns
-from operator_page import PageRobot, heard, opened, page_robot, room_noise, with_noise
+from operator_page import Page, PageRobot, heard, opened, page_robot, room_noise, with_noise
 from programs import wait_until
 from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
 
 pytestmark = pytest.mark.slow
 
@@ -218,6 +222,28 @@ def test_others_need_the_token(no_sound_card: dict[str, str]) -> None:
         with opened(robot, Cookie=f"{name}={value}") as page:
             assert page.drive()
         assert robot.robot.words.count(robot.token) == 1  # the link, and no log
+
+
+def test_with_https_the_certificate_it_offers_is_all_that_a_phone_needs(
+    no_sound_card: dict[str, str], tmp_path: Path
+) -> None:
+    environment = no_sound_card | {"XDG_DATA_HOME": str(tmp_path)}
+    with page_robot(environment, "--web-host", "0.0.0.0", "--https", "--listening") as robot:
+        assert robot.link.startswith("https://")
+        authority = robot.api.get("/api/authority.crt").raise_for_status().text
+        trusting = ssl.create_default_context(cadata=authority)
+        bearer = {"Authorization": f"Bearer {robot.token}"}
+        for name in ("127.0.0.1", "localhost"):
+            address = robot.link.replace("127.0.0.1", name)
+            with httpx.Client(base_url=address, verify=trusting, headers=bearer) as client:
+                assert client.get("/api/state").status_code == 200
+        address = robot.link.replace("https", "wss") + "api/events"
+        with connect(address, ssl=trusting, additional_headers=bearer) as socket:
+            assert Page(socket).drive()
+        entered = robot.api.post("/api/login", json={"token": robot.token})
+        assert "; Secure" in entered.headers["set-cookie"]
+    kept = (tmp_path / "voz" / "certificates" / "authority.key").stat()
+    assert stat.S_IMODE(kept.st_mode) == 0o600
 
 
 # What must not harm it

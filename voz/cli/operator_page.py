@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from voz.cli.run_options import Running
 from voz.cli.terminal import tell
 from voz.errors import AudioError, ConfigError
+from voz.files import data_folder
 
 if TYPE_CHECKING:
     from voz.robot.drawing.view import RoomView
@@ -64,7 +65,8 @@ def page_site(options: Running) -> Iterator[Site]:
     from voz.web.addresses import qr_code
     from voz.web.site import open_site
 
-    with open_site(options.web_host, options.web_port, options.https) as site:
+    authority = data_folder("certificates") if options.https else None
+    with open_site(options.web_host, options.web_port, authority) as site:
         tell(f"operator page: {site.link}")
         if site.doors.locked:
             _show_code(qr_code(site.link))

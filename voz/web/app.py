@@ -227,7 +227,7 @@ def application(api: Api, authority: bytes | None) -> Starlette:
             return _error(HTTPStatus.NOT_FOUND, "this page needs no certificate")
         return Response(authority, media_type="application/x-x509-ca-cert")
 
-    more = [Route("/", index), Route("/api/authority.pem", certificate)]
+    more = [Route("/", index), Route("/api/authority.crt", certificate)]
     files = Mount("/page", StaticFiles(directory=FILES))
     return Starlette(routes=[*more, *api.routes(), files])
 

@@ -20,7 +20,7 @@ EACH_SECOND, AT_ONCE = 100.0, 400.0
 
 STOP_PATH = "/api/stop"
 
-OPEN = ("/api/login", "/api/authority.pem")
+OPEN = ("/api/login", "/api/authority.crt")
 """What is under /api and needs no token."""
 
 POLICY = (

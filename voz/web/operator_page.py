@@ -91,7 +91,7 @@ class OperatorPage:
         look = partial(self._look, parts, ears)
         api = Api(desk, self._site.doors, look, self._about(parts))
         app = Guard(application(api, self._site.authority), self._site.doors)
-        work = partial(telling, desk, self._feed, look)
+        work = partial(telling, desk, self._feed, look, self._site.renew)
         with serving(app, self._site.at, self._site.tls, work):
             yield ears
 

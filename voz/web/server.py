@@ -6,19 +6,22 @@ import asyncio
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from ssl import SSLContext
 
 import uvicorn
 from starlette.types import ASGIApp
 
-from voz.errors import ConfigError
+from voz.errors import ConfigError, VozError
 from voz.web.board import Record
 from voz.web.desk import Desk
 from voz.web.feed import Feed
 
 SHOWN_EVERY = 0.1
 """How often pages are told how things are, s."""
+
+RENEWED_EVERY = 3600.0
+"""How often it is looked after the certificate, s."""
 
 MOST_AT_ONCE = 64
 """Messages of one page that wait to be looked at."""
@@ -110,8 +113,17 @@ async def _serve(
             task.cancel()
 
 
-def telling(desk: Desk, feed: Feed, look: Callable[[], Record]) -> list[asyncio.Task[None]]:
-    """Begin to tell pages what happens, and ten times a second how things are."""
+def telling(
+    desk: Desk, feed: Feed, look: Callable[[], Record], renew: Callable[[], None]
+) -> list[asyncio.Task[None]]:
+    """Begin what is done all the time.
+
+    Args:
+        desk: tells pages what happens, and ten times a second how things are.
+        feed: gives what happens.
+        look: gives how things are.
+        renew: looks after the certificate.
+    """
 
     async def tell() -> None:
         async for event in feed.events():
@@ -122,4 +134,10 @@ def telling(desk: Desk, feed: Feed, look: Callable[[], Record]) -> list[asyncio.
             desk.show(look())
             await asyncio.sleep(SHOWN_EVERY)
 
-    return [asyncio.create_task(tell()), asyncio.create_task(show())]
+    async def keep() -> None:
+        while True:
+            await asyncio.sleep(RENEWED_EVERY)
+            with suppress(VozError):  # the old one serves for a month yet
+                await asyncio.to_thread(renew)
+
+    return [asyncio.create_task(work) for work in (tell(), show(), keep())]

@@ -260,4 +260,5 @@ async function enter() {
   return false;
 }
 
+at("certificate").hidden = location.protocol !== "https:";
 if (await enter().catch(() => true)) connection.begin();

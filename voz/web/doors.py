@@ -10,6 +10,8 @@ import hmac
 import secrets
 from collections import deque
 from collections.abc import Collection
+from contextlib import suppress
+from ipaddress import ip_address
 from urllib.parse import urlsplit
 
 MOST_SESSIONS = 200
@@ -31,8 +33,8 @@ class Doors:
         """Prepare to decide.
 
         Args:
-            hosts: the names and addresses by which this server is asked for, in lower case; by
-                another name, a page of a stranger would be taken for this one (DNS rebinding).
+            hosts: the names by which this server is asked for, in lower case; by another name, a
+                page of a stranger would be taken for this one (DNS rebinding).
             token: what somebody must know to come in; None lets everybody in who is here.
             cookie: the name of the cookie for those who have shown it.
         """
@@ -49,7 +51,8 @@ class Doors:
     def refusal(self, headers: Collection[tuple[bytes, bytes]]) -> str | None:
         """Tell why a request is refused by where it comes from; None if it is not."""
         hosts = [value for name, value in headers if name == b"host"]
-        if len(hosts) != 1 or _name(host := hosts[0].decode("latin-1").lower()) not in self._hosts:
+        host = hosts[0].decode("latin-1").lower() if len(hosts) == 1 else ""
+        if not self._is_own(_name(host)):
             return "this server has another name: use the address that `voz run` shows"
         origins = [v.decode("latin-1").lower() for name, v in headers if name == b"origin"]
         if any(origin not in (f"http://{host}", f"https://{host}") for origin in origins):
@@ -58,6 +61,12 @@ class Doors:
         if any(site == b"cross-site" for site in sites):
             return "another site's page may not drive this robot"
         return None
+
+    def _is_own(self, name: str) -> bool:
+        """Whether a name is of this computer; an address is, as no name can be made to mean it."""
+        with suppress(ValueError):
+            return bool(ip_address(name))
+        return name in self._hosts
 
     def knows(self, headers: Collection[tuple[bytes, bytes]]) -> bool:
         """Tell whether who asks has shown the token, now or before."""

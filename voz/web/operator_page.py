@@ -92,7 +92,7 @@ class OperatorPage:
         api = Api(desk, self._site.doors, look, self._about(parts))
         app = Guard(application(api, self._site.authority), self._site.doors)
         work = partial(telling, desk, self._feed, look, self._site.renew)
-        with serving(app, self._site.at, self._site.tls, work):
+        with serving(app, self._site.at, self._site.tls, work, self._warn):
             yield ears
 
     def _about(self, parts: Shown) -> Record:

@@ -6,7 +6,7 @@ import asyncio
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from ssl import SSLContext
 
 import uvicorn
@@ -47,10 +47,12 @@ def listening_socket(host: str, port: int) -> socket.socket:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
-        taken = socket.socket(family, kind, protocol)
-        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        taken.bind(address)
-        taken.listen(128)
+        with ExitStack() as failing:
+            taken = failing.enter_context(socket.socket(family, kind, protocol))
+            taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            taken.bind(address)
+            taken.listen(128)
+            failing.pop_all()
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigError(
@@ -66,6 +68,7 @@ def serving(
     at: socket.socket,
     tls: SSLContext | None,
     work: Callable[[], list[asyncio.Task[None]]],
+    warn: Callable[[str], None],
 ) -> Iterator[None]:
     """Serve an application for the length of a `with` block.
 
@@ -74,6 +77,7 @@ def serving(
         at: the socket that it listens at.
         tls: keys and certificates, for HTTPS.
         work: begins what else is to be done on the thread of the server.
+        warn: told if it fails; the run goes on without a page, and who drove by it is gone (S5).
     """
     config = uvicorn.Config(
         app, ws="websockets-sansio", ws_max_size=LARGEST_MESSAGE, ws_max_queue=MOST_AT_ONCE,
@@ -85,9 +89,16 @@ def serving(
     config.ssl = tls
     server = uvicorn.Server(config)
     started = threading.Event()
-    thread = threading.Thread(
-        target=lambda: asyncio.run(_serve(server, at, work, started)), name="voz-web", daemon=True
-    )
+
+    def serve() -> None:
+        try:
+            asyncio.run(_serve(server, at, work, started))
+        except BaseException as error:  # whatever it is: the robot goes on
+            warn(f"the operator page has failed ({error!r})")
+        finally:
+            started.set()
+
+    thread = threading.Thread(target=serve, name="voz-web", daemon=True)
     thread.start()
     started.wait()
     try:
@@ -105,12 +116,14 @@ async def _serve(
     started: threading.Event,
 ) -> None:
     tasks = work()
+    for task in tasks:  # they have no end; one that fails shall not leave a page that stands still
+        task.add_done_callback(lambda _: setattr(server, "should_exit", True))
     started.set()
-    try:
-        await server.serve(sockets=[at])
-    finally:
-        for task in tasks:
-            task.cancel()
+    await server.serve(sockets=[at])
+    for task in tasks:
+        if task.done():
+            task.result()
+        task.cancel()
 
 
 def telling(

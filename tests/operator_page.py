@@ -34,8 +34,8 @@ class PageRobot:
         wait_until(lambda: "operator page: " in robot.words)
         found = re.search(r"operator page: (\S+)", robot.words)
         assert found
-        self.link, _, self.token = found[1].partition("#token=")
-        self.link = re.sub(r"//[^/]*:", "//127.0.0.1:", self.link)
+        link, _, self.token = str(found[1]).partition("#token=")
+        self.link = re.sub(r"//[^/]*:", "//127.0.0.1:", link)
         self.api = httpx.Client(base_url=self.link, timeout=PATIENCE, verify=False)
 
     @property
@@ -157,14 +157,17 @@ def page_robot(environment: dict[str, str], *arguments: str, **how: Any) -> Iter
 def opened(robot: PageRobot, **headers: str) -> Iterator[Page]:
     """A page that is open for the length of a `with` block."""
     address = robot.link.replace("http", "ws", 1) + "api/events"
-    with connect(address, additional_headers=headers, max_size=None) as socket:
+    with connect(
+        address, additional_headers=headers, max_size=None, ping_interval=None, close_timeout=1
+    ) as socket:
         yield Page(socket)
 
 
 @contextmanager
 def heard(robot: PageRobot, page: Page, rate: int = SAMPLE_RATE) -> Iterator[Microphone]:
     """A page's microphone, for the length of a `with` block."""
-    with connect(robot.link.replace("http", "ws", 1) + "api/audio") as socket:
+    address = robot.link.replace("http", "ws", 1) + "api/audio"
+    with connect(address, ping_interval=None, close_timeout=1) as socket:
         yield Microphone(socket, page, rate)
 
 

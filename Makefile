@@ -1,6 +1,6 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 docs test coverage fixtures benchmark clean
+.PHONY: help demo check install bags report ros1 ros2 web docs test coverage fixtures benchmark clean
 
 QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
@@ -25,6 +25,9 @@ report: ## Install what `voz eval` and pictures need
 
 ros2: ## Install what --robot ros2 needs; no ROS
 	@sh tools/install.sh ros2
+
+web: ## Install what --web needs: the operator page
+	@sh tools/install.sh web
 
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1
@@ -66,5 +69,5 @@ benchmark: install ## Print the figures of docs/figures.md on what it costs
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-rclpy .venv-ros1 tests/ros1/node_modules demo demo.png build dist site docs/reference
+	rm -rf .venv .venv-rclpy .venv-ros1 tests/*/node_modules demo demo.png build dist site docs/reference
 	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage

@@ -3,7 +3,7 @@
 #
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
 #   sh tools/install.sh demo     what draws pictures as well
-#   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for docs, report and ros2
+#   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for docs, report, ros2, web
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
@@ -23,15 +23,15 @@ if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
 fi
 case "${1:-}" in
     demo) extra="[report]" ;;
-    bags | docs | report | ros2) extra="[$1]" ;;
+    bags | docs | report | ros2 | web) extra="[$1]" ;;
 esac
 if [ "${1:-}" = tests ]; then
     extra="[dev]"
     packages="$packages festvox-kdlpc16k festvox-us-slt-hts flite espeak-ng"
-    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd"
+    packages="$packages pulseaudio pulseaudio-utils libasound2-plugins ffmpeg systemd chromium"
     packages="$packages catkin g++ make colcon python3-colcon-ros python3-ament-index"
     why="$why; the tests use more voices, pulseaudio as a microphone and a loudspeaker without hardware, ffmpeg,"
-    why="$why and what builds packages of ROS 1 and 2"
+    why="$why what builds packages of ROS 1 and 2, and chromium for the operator page"
 fi
 
 # A Python that cannot make a virtual environment, or none at all, is the system's.
@@ -89,9 +89,16 @@ install_voz() {
 [ -x .venv/bin/python ] || "$python" -m venv .venv
 install_voz .venv "$extra"
 
-if [ "${1:-}" = tests ] && [ ! -e tests/ros1/node_modules/@foxglove/ros1 ]; then
-    echo "Installing a client of ROS 1 for the tests into tests/ros1/node_modules"
-    npm install --prefix tests/ros1 --silent --no-audit --no-fund --no-package-lock
+# Install what a folder of tests has from npm, if a package of it is missing.
+install_node_modules() {
+    [ ! -e "$1/node_modules/$2" ] || return 0
+    echo "Installing $3 for the tests into $1/node_modules"
+    npm install --prefix "$1" --silent --no-audit --no-fund --no-package-lock
+}
+
+if [ "${1:-}" = tests ]; then
+    install_node_modules tests/ros1 @foxglove/ros1 "a client of ROS 1"
+    install_node_modules tests/web axe-core "what finds barriers in a page"
 fi
 
 if [ -n "$ros1" ]; then

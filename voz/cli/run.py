@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
+from voz.cli.operator_page import chosen_microphone, page_of, page_site
 from voz.cli.options import with_options
 from voz.cli.robots import Plan, Robots, robots_of
 from voz.cli.run_options import Running
@@ -26,10 +27,6 @@ if TYPE_CHECKING:
     from voz.recognition.speaker.profiles import Profile
     from voz.run.live import Typist
     from voz.run.offline import Played
-
-
-WITHOUT = ", or use `--text -` to type commands or `--wav FILE` for recordings"
-"""What to do besides connecting a microphone, where there is none."""
 
 
 @with_options
@@ -108,15 +105,17 @@ def _run_live(
     options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
-    from voz.audio.capture.devices import choose
     from voz.language.files import read_commands
     from voz.run.inbox import Inbox
     from voz.run.live import Seat, run_live
 
-    microphone = choose(options.device, WITHOUT).name
-    recognizer = parts.enter_context(_recognizer(options, settings, language, microphone))
+    microphone = chosen_microphone(options)
+    site = parts.enter_context(page_site(options)) if options.web else None
+    place = microphone or "browser"
+    recognizer = parts.enter_context(_recognizer(options, settings, language, place))
     inbox = Inbox(settings.table.halts)
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
+    commands = read_commands(language)
     seat = Seat(
         options.device,
         options.listening,
@@ -126,8 +125,8 @@ def _run_live(
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,
         robots.odometry,
+        page_of(site, commands, robots.view, microphone) if site else None,
     )
-    commands = read_commands(language)
     run_live(robots.receivers, robots.troubles, settings, recognizer, commands, inbox, seat)
 
 

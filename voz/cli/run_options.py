@@ -13,6 +13,9 @@ from voz.config import Config
 from voz.errors import ConfigError
 from voz.robot.kinds import ROBOTS
 
+LOCAL = "127.0.0.1"
+"""Only this computer reaches the page there."""
+
 
 @dataclass
 class Running(Recognising):
@@ -75,6 +78,21 @@ class Running(Recognising):
         Path | None,
         typer.Option(metavar="DIR", help="Keep what is heard, for a test set of your own."),
     ] = None
+    web: Annotated[
+        bool, typer.Option("--web", help="Serve a page: see the robot, drive it, speak to it.")
+    ] = False
+    web_host: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS", help="Where others reach the page, 0.0.0.0 for all; with a token."
+        ),
+    ] = LOCAL
+    web_port: Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page.")] = (
+        8737
+    )
+    https: Annotated[
+        bool, typer.Option("--https", help="Encrypt the page: for a phone's microphone.")
+    ] = False
     listen_ros: Annotated[
         bool, typer.Option("--listen-ros", help="Obey another recogniser on ROS 2, too.")
     ] = False
@@ -102,6 +120,10 @@ class Running(Recognising):
             )
         if self.record and not self.live:
             raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
+        if self.web and not self.live:
+            raise ConfigError("--web shows a live run: leave out --wav, --text and --replay")
+        if (self.https or self.web_host != LOCAL) and not self.web:
+            raise ConfigError("--web-host and --https are for the operator page: add --web")
         self.check_written(
             [self.events, self.picture, self.animation, self.bag],
             [*self.recordings, self.text, self.replay, self._profile()],

@@ -48,6 +48,7 @@ class HalfDuplex:
         recognizer: Recognizer,
         loudspeaker: PlayedSound | None,
         never_missed: Collection[str],
+        source: str = MICROPHONE,
     ) -> None:
         """Start with nothing heard.
 
@@ -55,11 +56,13 @@ class HalfDuplex:
             recognizer: what understands.
             loudspeaker: tells of the robot's own sound; None if the microphone cannot hear it.
             never_missed: the commands that are heard also while it sounds.
+            source: what its utterances say that they come from.
         """
         self._recognizer = recognizer
+        self._source = source
         self._loudspeaker = loudspeaker
         self._never_missed = never_missed
-        self._usual = recognizer.stream(MICROPHONE)
+        self._usual = recognizer.stream(source)
         self._fed = 0  # samples of the stream
         self._window: Samples = np.zeros(WINDOW, np.int16)  # the last that were heard
         self._pending = 0  # of them that are not cleaned yet
@@ -100,11 +103,18 @@ class HalfDuplex:
             self._guard = None
         yield from self._usual.feed(block)
 
+    def finish(self) -> Iterator[Utterance | Partial]:
+        """End the stream; yields what was still open."""
+        if self._guard:
+            yield from self._counting(self._guard.finish())
+            self._guard = None
+        yield from self._usual.finish()
+
     def _heard_in_spite(
         self, loudspeaker: PlayedSound, samples: int, arrived: float
     ) -> Iterator[Utterance | Partial]:
         if self._guard is None:
-            self._guard = self._recognizer.stream(MICROPHONE)
+            self._guard = self._recognizer.stream(self._source)
             self._pending = 0
             self._guarded_since = (self._fed - samples - EDGE) / SAMPLE_RATE
         self._pending += samples

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import AbstractContextManager
+from functools import partial
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.microphone import BLOCK_SECONDS, Microphone, open_microphone
+from voz.audio.capture.microphone import BLOCK_SECONDS, open_microphone
 from voz.audio.level import FULL_SCALE, LOWEST
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
@@ -45,6 +48,52 @@ SILENT = "the microphone gives only silence"
 MUTE_WARNING = f"{SILENT}: is it muted? `voz devices --test` tells"
 
 
+class OpenMicrophone(Protocol):
+    """What sound comes from: iterate over it for its blocks, 16 kHz, int16, stream by stream.
+
+    The one of a sound card has one stream without an end.
+
+    Attributes:
+        name: of the device.
+        alive: when it last handed something over, or need not have, on the monotonic clock, s.
+        arrived: when the block arrived that was last taken, on the monotonic clock, s.
+        blocks_lost: how many blocks were lost, of `BLOCK_SECONDS` each.
+        whole: whether the stream that ended is; else what was still open in it does not count.
+    """
+
+    name: str
+    alive: float
+    arrived: float
+    blocks_lost: int
+    whole: bool
+
+    def __iter__(self) -> Iterator[Samples]:
+        """Take the blocks."""
+
+    def __next__(self) -> Samples:
+        """Take a block; raises AudioError if it fails, and StopIteration at a stream's end."""
+
+
+Opening: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone]]
+
+
+class SoundFrom(NamedTuple):
+    """Where sound is taken from.
+
+    Attributes:
+        open: opens the microphone for a `with` block.
+        source: what utterances say that they come from.
+    """
+
+    open: Opening
+    source: str = MICROPHONE
+
+
+def sound_card(device: str | None) -> SoundFrom:
+    """A microphone of this computer: its number or a part of its name; None is the default one."""
+    return SoundFrom(partial(open_microphone, device))
+
+
 class Silence:
     """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
 
@@ -75,12 +124,10 @@ class Hearing:
         source: what its utterances say that they come from.
     """
 
-    source = MICROPHONE
-
     def __init__(
         self,
         recognizer: Recognizer,
-        device: str | None,
+        sound: SoundFrom,
         inbox: Inbox,
         clock: Callable[[], float],
         loudspeaker: PlayedSound | None = None,
@@ -91,7 +138,7 @@ class Hearing:
 
         Args:
             recognizer: what understands.
-            device: the microphone's number or a part of its name; None is the default one.
+            sound: what it listens to.
             inbox: where what is heard goes.
             clock: the time of the run, s.
             loudspeaker: what the microphone hears of the robot itself, if it does.
@@ -102,14 +149,15 @@ class Hearing:
         self.background = LOWEST
         self.deaf = False
         self.device = ""
+        self.source = sound.source
         self._recognizer = recognizer
-        self._wanted = device
+        self._open = sound.open
         self._inbox = inbox
         self._clock = clock
         self._loudspeaker = loudspeaker
         self._never_missed = never_missed
         self._recorder = recorder
-        self._microphone: Microphone | None = None
+        self._microphone: OpenMicrophone | None = None
         self._silence = Silence()
         self._zeros = 0.0  # how long it gave nothing else, s
         self._problem: str | None = None
@@ -153,9 +201,10 @@ class Hearing:
     def _work(self) -> None:
         while not self._closing.is_set():
             try:
-                with open_microphone(self._wanted) as microphone:
+                with self._open() as microphone:
                     self._begin(microphone)
-                    self._listen(microphone)
+                    while not self._closing.is_set():
+                        self._listen(microphone)
             except VozError as error:
                 self._lose(str(error))
             except BaseException as error:  # whatever it is, the robot must not drive on unheard
@@ -166,7 +215,7 @@ class Hearing:
             self._closing.wait(RETRIES[min(self._failures, len(RETRIES) - 1)])
             self._failures += 1
 
-    def _begin(self, microphone: Microphone) -> None:
+    def _begin(self, microphone: OpenMicrophone) -> None:
         self.device = microphone.name
         microphone.alive = time.monotonic()  # to open it may have taken long
         self._microphone = microphone
@@ -178,8 +227,9 @@ class Hearing:
         self._busy_since = None
         self._problem = problem
 
-    def _listen(self, microphone: Microphone) -> None:
-        ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed)
+    def _listen(self, microphone: OpenMicrophone) -> None:
+        """Follow one stream to its end."""
+        ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed, self.source)
         watch = _Watch(self._inbox, self._clock)
         fed = 0
         for block in microphone:
@@ -189,20 +239,30 @@ class Hearing:
             fed += len(block)
             self.peak = watch.look_at(block, microphone.blocks_lost)
             self._zeros = watch.zeros
-            # When the stream began, by the clock of the run.
-            begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
             if self._recorder:
                 self._recorder.feed(block)
-            for event in ears.feed(block, microphone.arrived):
-                told = self._now(event, begun)
-                self._inbox.put(told)
-                if self._recorder and isinstance(told, Utterance):
-                    self._recorder.mark(told, begun)
+            self._tell(ears.feed(block, microphone.arrived), self._begun(microphone, fed))
             self.deaf = ears.deaf
             self.background = ears.background - FULL_SCALE
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None
+        if microphone.whole:
+            self._tell(ears.finish(), self._begun(microphone, fed))
+        self._busy_since, self._zeros = None, 0.0
+        if self._recorder:
+            self._recorder.end_stream()
+
+    def _begun(self, microphone: OpenMicrophone, fed: int) -> float:
+        """Tell when the stream began, by the clock of the run, s."""
+        return self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
+
+    def _tell(self, events: Iterator[Utterance | Partial], begun: float) -> None:
+        for event in events:
+            told = self._now(event, begun)
+            self._inbox.put(told)
+            if self._recorder and isinstance(told, Utterance):
+                self._recorder.mark(told, begun)
 
     def _now(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
         """Give what was heard the times of the run."""

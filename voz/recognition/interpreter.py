@@ -190,12 +190,17 @@ class Interpreter:
         parse = self.commands.parse(text)
         return parse.command if parse and parse.command != text else None
 
-    def _accepts(self, text: str, sure: float) -> bool:
+    def needed(self, text: str) -> float | None:
+        """How sure a command must be to be accepted, 0 to 1; None if the text is none."""
         parse = self.commands.parse(text)
         if parse is None:
-            return False
+            return None
         is_careful = bool(self._never_missed & {parse.text, parse.command})
-        return sure >= (self._needed.careful if is_careful else self._needed.usual)
+        return self._needed.careful if is_careful else self._needed.usual
+
+    def _accepts(self, text: str, sure: float) -> bool:
+        least = self.needed(text)
+        return least is not None and sure >= least
 
     def judge(self, heard: Hypothesis, around: Around, decided: float, source: str) -> Utterance:
         """Decide whether what was heard is obeyed.

@@ -90,6 +90,10 @@ class Recognizer:
         """What may be said."""
         return self._interpreter.commands
 
+    def needed(self, text: str) -> float | None:
+        """How sure a command must be to be accepted, 0 to 1; None if the text is none."""
+        return self._interpreter.needed(text)
+
     @property
     def learnt(self) -> StartVector:
         """What is known of the microphone and the speaker; it changes only while learning."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from voz.audio.capture.pulse import CHOSEN, PULSE
 from voz.audio.playback.mixer import Mixer
 from voz.config import Config
-from voz.hearing.microphone_thread import Hearing
+from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
 from voz.ros1.language import read_language
@@ -47,7 +47,7 @@ def make_hearing(
         check_list(recognizer.commands, settings.table, str(language.sentences))
     return Hearing(
         recognizer,
-        _device(),
+        sound_card(_device()),
         inbox,
         clock,
         loudspeaker if settings.speech.half_duplex else None,

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 from rich.console import Console, RenderableType
 from rich.live import Live
 
 from voz.config import Config
 from voz.control.bound import Place
-from voz.events import Receiver
-from voz.hearing.microphone_thread import Hearing
+from voz.events import Event, Receiver
+from voz.hearing.half_duplex import PlayedSound
+from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
 from voz.language.commands import normalise
 from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
-from voz.run.assembly import drive_by_clock, replies_to, speaking, starting, warner
-from voz.run.clocks import WallClock
+from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
+from voz.run.clocks import Clock, WallClock
 from voz.run.drive import Controller
 from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
@@ -29,8 +31,43 @@ from voz.terminal.keyboard import keys, somebody_types
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""
 
+PAGE = "the operator's page"
+
 Typist: TypeAlias = Callable[[str, str], None]
 """Obeys a sentence; the second is its source."""
+
+
+class Page(Protocol):
+    """A page that shows the run and drives in it, too."""
+
+    @property
+    def sound(self) -> SoundFrom | None:
+        """Its browser as a microphone; None if the robot's own is listened to."""
+
+    def receive(self, event: Event) -> None:
+        """Take an event; it never waits."""
+
+    def trouble(self, moving: bool) -> str | None:
+        """Tell why nobody drives by it any more, if that matters."""
+
+    def serving(self, parts: Shown) -> AbstractContextManager[Ears]:
+        """Serve it for a `with` block; gives what listens."""
+
+
+class Shown(NamedTuple):
+    """What a page shows of a run.
+
+    Attributes:
+        drive: what obeys.
+        hearing: what listens.
+        mixer: what the robot speaks by, if it does.
+        needed: how sure a command must be to be accepted.
+    """
+
+    drive: Controller
+    hearing: Hearing
+    mixer: PlayedSound | None
+    needed: Callable[[str], float | None]
 
 
 class Seat(NamedTuple):
@@ -45,6 +82,7 @@ class Seat(NamedTuple):
         extra: what the terminal shows besides.
         also: another recogniser, which is given what obeys a sentence from a source.
         odometry: tells where the robot is at a time of the run, s, without waiting.
+        page: makes a page that shows the run, from where its commands go and the time.
     """
 
     device: str | None = None
@@ -55,6 +93,7 @@ class Seat(NamedTuple):
     extra: RenderableType | None = None
     also: Callable[[Typist], AbstractContextManager[None]] | None = None
     odometry: Callable[[float], Place | None] = lambda _: None
+    page: Callable[[Inbox, Clock], Page] | None = None
 
 
 def run_live(
@@ -90,6 +129,7 @@ def run_live(
             inbox.put(typed(text, commands, clock.now(), source))
 
     with ExitStack() as parts:
+        page = seat.page(inbox, clock) if seat.page else None
         recorder = None
         if seat.record:
             recorder = Recorder(seat.record, settings.recording.gigabytes, warn)
@@ -97,7 +137,7 @@ def run_live(
         speaker = parts.enter_context(speaking(settings.speech, table.replies, warn))
         hearing = Hearing(
             recognizer,
-            seat.device,
+            (page.sound if page else None) or sound_card(seat.device),
             inbox,
             clock.now,
             loudspeaker=speaker.mixer if speaker and settings.speech.half_duplex else None,
@@ -109,7 +149,7 @@ def run_live(
         if seat.also:
             parts.enter_context(seat.also(obey))
         start = parts.enter_context(starting(table, inbox, clock))
-        told = [*receivers, *replies_to(speaker), start]
+        told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
         if seat.terminal:
             display = Display(
                 lambda: hearing.peak,
@@ -127,7 +167,16 @@ def run_live(
             parts.enter_context(drawn(display, seat.terminal))
         else:
             seat.tell(_ready(hearing.device, seat))
-        drive_by_clock(drive, inbox, clock, robots, hearing)
+        ears: Ears = hearing
+        if page:
+            shown = Shown(drive, hearing, speaker.mixer if speaker else None, recognizer.needed)
+            ears = parts.enter_context(page.serving(shown))
+            robots = {**robots, PAGE: partial(_trouble, page, drive)}
+        drive_by_clock(drive, inbox, clock, robots, ears)
+
+
+def _trouble(page: Page, drive: Controller) -> str | None:
+    return page.trouble(drive.moving)
 
 
 def _ready(microphone: str, seat: Seat) -> str:

@@ -53,7 +53,10 @@ class Microphone:
         alive: when it last handed something over, on the monotonic clock, s.
         arrived: when the block arrived that was last taken, on the monotonic clock, s.
         blocks_lost: how many blocks were lost, of `BLOCK_SECONDS` each.
+        whole: whether all of the stream was heard when it ends, which it does not.
     """
+
+    whole = True
 
     def __init__(self, name: str, rate: int, channels: int) -> None:
         self.name = name

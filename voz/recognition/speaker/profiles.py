@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import shutil
 from pathlib import Path
@@ -13,7 +12,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.files import FEW_BYTES, read_json, read_text, replaced, shown_path, told
+from voz.files import FEW_BYTES, data_folder, read_json, read_text, replaced, shown_path, told
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.mllr import is_transforms
 
@@ -56,13 +55,7 @@ def profile_folder(name: str) -> Path:
         raise ConfigError(
             f"{name!r} cannot be the name of a profile; use letters, digits, - and _, up to 60"
         )
-    home = os.environ.get("XDG_DATA_HOME", "")
-    try:
-        # The standard says that a path which is not absolute is to be ignored.
-        data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
-    except RuntimeError as error:
-        raise ConfigError("there is no home folder for profiles; set XDG_DATA_HOME") from error
-    return data / "voz" / "profiles" / name
+    return data_folder("profiles") / name
 
 
 def profile_names() -> list[str]:

@@ -27,12 +27,16 @@ LEFT_FREE = 2
 
 
 class RoomView:
-    """Draws where a simulated robot is at the moment, and the way that it has been seen to go."""
+    """Draws where a simulated robot is at the moment, and the way that it has been seen to go.
+
+    Attributes:
+        settings: the room.
+    """
 
     def __init__(self, robot: SimulatedRobot, settings: Simulator) -> None:
         """Begin with no way behind it; the settings are those of the robot."""
+        self.settings = settings
         self._robot = robot
-        self._settings = settings
         self._behind = 0.0  # from the events' time to the clock's, s
         self._way: deque[WorldState] = deque(maxlen=MOST_PLACES)
 
@@ -41,10 +45,14 @@ class RoomView:
         if isinstance(event, Twist):
             self._behind = time.monotonic() - event.t
 
+    def state(self) -> WorldState:
+        """How everything in the room is at the moment."""
+        return self._robot.state_at(time.monotonic() - self._behind)
+
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        state = self._robot.state_at(time.monotonic() - self._behind)
+        state = self.state()
         self._way.append(state)
-        yield _fitted(self._settings, state, self._way, options)
+        yield _fitted(self.settings, state, self._way, options)
 
 
 class TripView:

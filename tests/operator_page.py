@@ -1,0 +1,185 @@
+"""A `voz run --web` in a process of its own, and programs that use its API."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+from live_robot import LiveRobot, live_robot
+from programs import PATIENCE, wait_until
+from websockets.sync.client import ClientConnection, connect
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import read_blocks
+
+BLOCK = 480
+"""Samples of a block, 30 ms."""
+
+Record = dict[str, Any]
+
+
+class PageRobot:
+    """A robot with an operator page, and its API."""
+
+    def __init__(self, robot: LiveRobot) -> None:
+        self.robot = robot
+        wait_until(lambda: "operator page: " in robot.words)
+        found = re.search(r"operator page: (\S+)", robot.words)
+        assert found
+        link, _, self.token = str(found[1]).partition("#token=")
+        self.link = re.sub(r"//[^/]*:", "//127.0.0.1:", link)
+        self.api = httpx.Client(base_url=self.link, timeout=PATIENCE, verify=False)
+
+    @property
+    def state(self) -> Record:
+        answer: Record = self.api.get("/api/state").raise_for_status().json()
+        return answer
+
+    @property
+    def since(self) -> int:
+        """How many events there were until now, once all of them have arrived here."""
+        now = self.state["now"]["t"]
+        wait_until(lambda: self.robot.arrived[-1].event["t"] > now)
+        return len(self.robot.arrived)
+
+    def command(self, text: str, **more: object) -> httpx.Response:
+        return self.api.post("/api/command", json={"text": text, **more})
+
+    def drives(self, text: str) -> None:
+        """Give a command as a program, and see that it is obeyed."""
+        assert self.command(text).raise_for_status().json()["obeyed"]
+
+
+class Page:
+    """What a page does, without a browser."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.welcome = self.wait_for(lambda record: record["type"] == "welcome")
+
+    def send(self, kind: str, **more: object) -> None:
+        self.socket.send(json.dumps({"type": kind, **more}))
+
+    def wait_for(self, sought: Callable[[Record], object], answers: bool = True) -> Record:
+        """Take what comes up to what is sought; states are answered as a page does."""
+        until = time.monotonic() + PATIENCE
+        while True:
+            record: Record = json.loads(self.socket.recv(max(0.0, until - time.monotonic())))
+            if record["type"] == "state" and answers:
+                self.send("seen")
+            if sought(record):
+                return record
+
+    def drive(self, over: bool = False) -> bool:
+        self.send("drive", over=over)
+        return bool(self.wait_for(lambda record: record["type"] == "drive")["driving"])
+
+    def stay(self, seconds: float) -> None:
+        """Answer states for some time."""
+        until = time.monotonic() + seconds
+        self.wait_for(lambda _: time.monotonic() > until)
+
+
+class Microphone:
+    """The sound of a page, over its own WebSocket."""
+
+    def __init__(self, socket: ClientConnection, page: Page, rate: int = SAMPLE_RATE) -> None:
+        self.socket = socket
+        self._number = 0
+        self._send(type="hello", page=page.welcome["secret"], rate=rate)
+        self.answer()
+
+    def _send(self, **message: object) -> None:
+        self.socket.send(json.dumps(message))
+
+    def answer(self, ahead: float = 0.0) -> None:
+        """Answer the question for the time, by a clock that is ahead by so many seconds."""
+        ping = json.loads(self.socket.recv(PATIENCE))
+        self._send(type="pong", t=ping["t"], at=(time.time() + ahead) * 1000)
+
+    def begin(self) -> None:
+        self._send(type="begin")
+
+    def end(self) -> None:
+        self._send(type="end")
+
+    def block(self, samples: Samples, late: float = 0.0) -> None:
+        """Send a block that was heard so many seconds ago."""
+        header = struct.pack("<IId", self._number, 0, (time.time() - late) * 1000)
+        self._number += 1
+        self.socket.send(header + samples.astype("<i2").tobytes())
+
+    def told(self) -> Record:
+        """What it is told, besides the questions for its time."""
+        while True:
+            record: Record = json.loads(self.socket.recv(PATIENCE))
+            if record["type"] != "ping":
+                return record
+
+    def take_all(self) -> None:
+        """Take what comes until the socket is closed, which is raised."""
+        while True:
+            self.socket.recv(PATIENCE)
+
+    def skip(self) -> None:
+        """Let a block be missing."""
+        self._number += 1
+
+    def speak(self, samples: Samples, page: Page, late: float = 0.0) -> None:
+        """Send sound as fast as it is heard."""
+        begun = time.monotonic()
+        for start in range(0, len(samples) - BLOCK, BLOCK):
+            self.block(samples[start : start + BLOCK], late)
+            left = begun + (start + BLOCK) / SAMPLE_RATE - time.monotonic()
+            page.stay(max(0.0, left))
+
+
+@contextmanager
+def page_robot(environment: dict[str, str], *arguments: str, **how: Any) -> Iterator[PageRobot]:
+    """A robot in its room with a page, for the length of a `with` block."""
+    port = [] if "--web-port" in arguments else ["--web-port", "0"]
+    options = ["--web", *port, "--robot", "simulator", *arguments]
+    with live_robot(environment, *options, **how) as robot:
+        page = PageRobot(robot)
+        with page.api:
+            yield page
+
+
+@contextmanager
+def opened(robot: PageRobot, **headers: str) -> Iterator[Page]:
+    """A page that is open for the length of a `with` block."""
+    address = robot.link.replace("http", "ws", 1) + "api/events"
+    with connect(
+        address, additional_headers=headers, max_size=None, ping_interval=None, close_timeout=1
+    ) as socket:
+        yield Page(socket)
+
+
+@contextmanager
+def heard(robot: PageRobot, page: Page, rate: int = SAMPLE_RATE) -> Iterator[Microphone]:
+    """A page's microphone, for the length of a `with` block."""
+    address = robot.link.replace("http", "ws", 1) + "api/audio"
+    with connect(address, ping_interval=None, close_timeout=1) as socket:
+        yield Microphone(socket, page, rate)
+
+
+def with_noise(clip: Path, before: float, after: float) -> Samples:
+    """A clip in a quiet room that is heard before and after it, for so many seconds each."""
+    spoken = np.concatenate(list(read_blocks(clip)))
+    ends = [np.zeros(round(seconds * SAMPLE_RATE), np.int16) for seconds in (before, after)]
+    sound = np.concatenate([ends[0], spoken, ends[1]])
+    return sound + room_noise(len(sound) / SAMPLE_RATE)[: len(sound)]
+
+
+def room_noise(seconds: float) -> Samples:
+    """What a microphone gives in a quiet room: none that is on gives exact zeros."""
+    quiet = np.random.default_rng(0).integers(-2, 3, round(seconds * SAMPLE_RATE))
+    return quiet.astype(np.int16)

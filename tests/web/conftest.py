@@ -1,0 +1,67 @@
+"""What the tests of the operator page share: no sound card, and a real browser."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import soundfile
+from operator_page import with_noise
+from playwright.sync_api import Browser, Playwright, sync_playwright
+from recordings import FIXTURES
+
+from voz.audio import SAMPLE_RATE
+
+SAID_AFTER = 2.0
+"""So long after the browser has opened its microphone somebody speaks, s."""
+
+
+@pytest.fixture(scope="session")
+def no_sound_card(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The environment in which only a browser can be the microphone."""
+    config = tmp_path_factory.mktemp("alsa") / "alsa.conf"
+    config.write_text("pcm.default { type hw card 99 }")
+    return os.environ | {"ALSA_CONFIG_PATH": str(config)}
+
+
+@pytest.fixture(scope="module")  # it leaves an event loop running, which others cannot do with
+def playwright() -> Iterator[Playwright]:
+    with sync_playwright() as playwright:
+        yield playwright
+
+
+@pytest.fixture(scope="session")
+def said(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Somebody says "go forward" in a quiet room, at a rate of sound cards."""
+    import soxr
+
+    clip = FIXTURES / "commands" / "festival_slt__go_forward.flac"
+    sound = with_noise(clip, SAID_AFTER, 60.0)
+    path = tmp_path_factory.mktemp("said") / "said.wav"
+    soundfile.write(path, soxr.resample(sound, SAMPLE_RATE, 48_000), 48_000, subtype="PCM_16")
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser(playwright: Playwright, said: Path) -> Iterator[Browser]:
+    """A browser whose microphone hears somebody speak."""
+    sound = f"--use-file-for-fake-audio-capture={said}%noloop"
+    browser = launched(playwright, "--use-fake-ui-for-media-stream", sound)
+    yield browser
+    browser.close()
+
+
+def launched(playwright: Playwright, *arguments: str) -> Browser:
+    """Start Debian's chromium."""
+    path = shutil.which("chromium")
+    assert path, "there is no chromium: `sh tools/install.sh tests` installs it"
+    usual = [
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-quic",
+        "--use-fake-device-for-media-stream",
+    ]
+    return playwright.chromium.launch(executable_path=path, args=[*usual, *arguments])

@@ -1,0 +1,318 @@
+"""The operator page in a real browser, whose microphone hears a recording."""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+import pytest
+from live_robot import moves, rests, warns
+from operator_page import PageRobot, page_robot
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
+from programs import wait_until
+
+pytestmark = pytest.mark.slow
+
+AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
+
+SECONDS = 30_000
+"""A busy machine may need that long, ms."""
+
+HARMLESS = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "401 (Unauthorized)", "ERR_EMPTY")
+"""What a browser writes of a server that is not there, or that wants a token."""
+
+
+@pytest.fixture(scope="module")
+def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
+    with page_robot(no_sound_card, "--listening") as robot:
+        yield robot
+
+
+@pytest.fixture
+def robot(one_run: PageRobot) -> PageRobot:
+    one_run.api.post("/api/stop").raise_for_status()
+    return one_run
+
+
+@pytest.fixture
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    expect.set_options(timeout=SECONDS)
+    context = browser.new_context(permissions=["microphone"], ignore_https_errors=True)
+    context.set_default_timeout(SECONDS)
+    yield context
+    context.close()
+
+
+def opened(context: BrowserContext, address: str) -> Page:
+    """Open the page; whatever it complains of fails the test."""
+    page = context.new_page()
+
+    def complain(message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning") and not any(w in message.text for w in HARMLESS):
+            complaints.append(message.text)
+
+    complaints: list[str] = []
+    page.on("console", complain)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(address)
+    page.complaints = complaints  # type: ignore[attr-defined]
+    return page
+
+
+def drive(page: Page) -> None:
+    page.get_by_role("button", name=re.compile("^(Drive|Take over)$")).click()
+    expect(page.locator("#driver")).to_have_text("you drive")
+
+
+def tap(page: Page, text: str) -> None:
+    page.locator("#commands").get_by_role("button", name=text, exact=True).click()
+
+
+def shown_at(page: Page) -> float:
+    """Where the picture shows the robot, along x, m."""
+    transform = page.locator("#robot").evaluate("robot => robot.style.transform")
+    return float(transform.split("(")[1].split("px")[0])
+
+
+def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    since = robot.since
+    page.get_by_role("button", name="Use this microphone").click()
+    talk = page.get_by_role("button", name="Hold to talk")
+    expect(talk).to_be_visible()
+    before = shown_at(page)
+    box = talk.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 20, box["y"] + 20)
+    page.mouse.down()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    robot.robot.wait_for(moves, since)
+    page.mouse.up()
+    assert robot.robot.commands()[-1] == "go forward"
+    assert robot.robot.of("utterance")[-1]["source"] == "browser"
+    expect(page.locator("#log .entry").first).to_contain_text("go forward")
+    expect(page.locator("#log .entry").first).to_contain_text("% sure, needs")
+    wait_until(lambda: shown_at(page) > before + 0.1)
+    expect(page.locator("#linear")).to_have_text("0.10")
+    expect(page.locator("#status")).to_have_text("listening")
+    assert page.complaints == []  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("way", ["tap", "space", "space on a command", "enter"])
+def test_stop(way: str, robot: PageRobot, context: BrowserContext) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    tap(page, "go back")
+    since = robot.since
+    robot.robot.wait_for(moves, since)
+    stop = page.locator("#stop")
+    if way == "tap":
+        stop.click()
+    elif way == "enter":
+        stop.focus()
+        page.keyboard.press("Enter")
+    else:
+        if way == "space on a command":
+            page.locator("#commands button").first.focus()
+        page.keyboard.press("Space")
+    expect(stop).to_have_text("stopped")
+    assert rests(robot.robot.of("cmd_vel")[-1])
+    assert set(robot.robot.commands()[-2:]) <= {"stop", "go back"}  # and not the command's button
+    expect(stop).to_have_text("STOP")
+    expect(page.locator("#stop-note")).to_contain_text("no emergency stop")
+    assert page.complaints == []  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("broken", ["api/stop", "events"])
+def test_stop_works_by_either_way_alone(
+    broken: str, robot: PageRobot, context: BrowserContext
+) -> None:
+    if broken == "events":  # the socket gives nothing back
+        context.add_init_script(
+            "const send = WebSocket.prototype.send;"
+            "WebSocket.prototype.send = function (data) {"
+            "  if (!String(data).includes('stop')) send.call(this, data); };"
+        )
+    page = opened(context, robot.link)
+    if broken == "api/stop":
+        page.route("**/api/stop", lambda route: route.abort())
+    expect(page.locator("#driver")).to_have_text("nobody drives")
+    robot.drives("go forward")
+    page.keyboard.press("Space")
+    expect(page.locator("#stop")).to_have_text("stopped")
+    assert robot.state["now"]["linear"] == 0
+
+
+def test_a_stop_that_nobody_confirms_says_so(robot: PageRobot, context: BrowserContext) -> None:
+    context.add_init_script("WebSocket.prototype.send = () => {};")
+    page = opened(context, robot.link)
+    page.route("**/api/stop", lambda route: route.abort())
+    page.keyboard.press("Space")
+    expect(page.locator("#stop")).to_contain_text("NOT STOPPED")
+    expect(page.get_by_role("alert")).to_contain_text("Cut its power")
+
+
+def test_it_comes_back_when_the_server_was_killed(
+    no_sound_card: dict[str, str], context: BrowserContext
+) -> None:
+    with page_robot(no_sound_card, "--listening") as robot:
+        port = robot.link.strip("/").rpartition(":")[2]
+        page = opened(context, robot.link)
+        drive(page)
+        robot.robot.process.send_signal(signal.SIGKILL)
+        expect(page.locator("#status")).to_have_text("no connection")
+        expect(page.locator("#commands button").first).to_be_disabled()
+    with page_robot(no_sound_card, "--listening", "--web-port", port) as robot:
+        expect(page.locator("#driver")).to_have_text("you drive")  # as it did before
+        tap(page, "go forward")
+        robot.robot.wait_for(moves)
+        page.keyboard.press("Space")
+        expect(page.locator("#stop")).to_have_text("stopped")
+        expect(page.get_by_role("alert")).to_be_hidden()
+
+
+def test_two_pages_one_drives_and_taking_over_is_asked_and_seen(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    first, second = opened(context, robot.link), opened(context, robot.link)
+    first.bring_to_front()
+    drive(first)
+    expect(second.locator("#driver")).to_contain_text("drives")
+    assert second.locator("#commands button:enabled").count() == 0
+    asked: list[str] = []
+
+    def accept(dialog: object) -> None:
+        asked.append(dialog.message)  # type: ignore[attr-defined]
+        dialog.accept()  # type: ignore[attr-defined]
+
+    second.on("dialog", accept)
+    tap(first, "go forward")
+    since = robot.since
+    robot.robot.wait_for(moves, since)
+    drive(second)
+    assert "Take over? The robot stops." in asked[0]
+    robot.robot.wait_for(rests, since)
+    expect(first.locator("#driver")).to_contain_text("drives")
+    assert first.locator("#commands button:enabled").count() == 0
+    for page in (first, second):
+        expect(page.locator("#log")).to_contain_text("drives now")
+
+
+def test_s5_a_page_that_is_frozen_stops_the_robot(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    tap(page, "go forward")
+    since = robot.since
+    robot.robot.wait_for(moves, since)
+    page.evaluate("() => { const end = Date.now() + 2000; while (Date.now() < end); }")
+    robot.robot.wait_for(warns("the operator's page is gone"), since)
+    robot.robot.wait_for(warns("the operator's page is there"), since)
+    assert rests(robot.robot.of("cmd_vel")[-1])
+
+
+def test_s5_a_page_that_nobody_sees_any_more_stops_the_robot(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    tap(page, "go forward")
+    since = robot.since
+    robot.robot.wait_for(moves, since)
+    page.evaluate(
+        "() => { Object.defineProperty(document, 'hidden', { value: true });"
+        "document.dispatchEvent(new Event('visibilitychange')); }"
+    )
+    robot.robot.wait_for(warns("the operator's page is gone"), since)
+
+
+def test_without_the_token_it_says_what_to_do(
+    no_sound_card: dict[str, str], context: BrowserContext
+) -> None:
+    with page_robot(no_sound_card, "--listening", "--web-host", "0.0.0.0") as robot:
+        page = opened(context, robot.link)
+        expect(page.get_by_role("alert")).to_contain_text("open the link")
+        page.goto(f"{robot.link}#token=wrong")
+        page.reload()
+        expect(page.get_by_role("alert")).to_contain_text("open the link")
+        page = opened(context, f"{robot.link}#token={robot.token}")
+        drive(page)
+        assert robot.token not in page.url
+        tap(page, "go forward")
+        robot.robot.wait_for(moves)
+
+
+def test_a_page_of_a_stranger_can_neither_drive_nor_read(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = context.new_page()
+    page.route("http://stranger.example/", lambda route: route.fulfill(body="<title>x</title>"))
+    page.goto("http://stranger.example/")
+    tried = page.evaluate(
+        """async (link) => {
+          const fetched = (path, how) => fetch(link + path, how).then((a) => a.status, () => "no");
+          const json = { "Content-Type": "application/json" };
+          const body = JSON.stringify({ text: "go forward" });
+          const opened = new Promise((done) => {
+            const socket = new WebSocket(link.replace("http", "ws") + "api/events");
+            socket.onopen = () => done("open");
+            socket.onerror = () => done("no");
+          });
+          return [
+            await fetched("api/state"),
+            await fetched("api/command", { method: "POST", headers: json, body }),
+            (await fetched("api/command", { method: "POST", mode: "no-cors", body })) && "sent",
+            await opened,
+          ];
+        }""",
+        robot.link,
+    )
+    assert tried == ["no", "no", "sent", "no"]
+    assert robot.state["now"]["linear"] == 0
+    assert robot.state["now"]["pages"] == 0
+
+
+def test_a_microphone_that_is_refused_says_so(robot: PageRobot, browser: Browser) -> None:
+    context = browser.new_context()
+    context.add_init_script(
+        "navigator.mediaDevices.getUserMedia = () => Promise.reject(new Error('not allowed'));"
+    )
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    expect(page.locator("#voice-note")).to_have_text("not allowed")
+    context.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (390, 844)])
+def test_nothing_of_it_is_a_barrier(
+    scheme: Literal["light", "dark"],
+    width: int,
+    height: int,
+    robot: PageRobot,
+    context: BrowserContext,
+) -> None:
+    page = opened(context, robot.link)
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": height})
+    robot.command("make coffee")
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    expect(page.locator("#talk")).to_be_visible()
+    tap(page, "point beer")
+    expect(page.locator("#arm")).to_have_text("points at the beer")
+    page.evaluate(AXE.read_text())
+    found = page.evaluate("() => axe.run().then((results) => results.violations)")
+    told = [(one["id"], one["impact"], [n["target"] for n in one["nodes"]]) for one in found]
+    assert told == []
+    too_wide = page.evaluate("() => document.documentElement.scrollWidth - window.innerWidth")
+    assert too_wide <= 0  # nothing to scroll sideways
+    expect(page.locator("#stop")).to_be_in_viewport(ratio=1)

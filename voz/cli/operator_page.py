@@ -1,0 +1,100 @@
+"""`voz run --web`: the operator page of a live run."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from voz.cli.run_options import Running
+from voz.cli.terminal import tell
+from voz.errors import AudioError, ConfigError
+from voz.files import data_folder
+
+if TYPE_CHECKING:
+    from voz.language.templates.commands import Commands
+    from voz.robot.drawing.view import RoomView
+    from voz.run.clocks import Clock
+    from voz.run.inbox import Inbox
+    from voz.run.live import Page
+    from voz.web.site import Site
+
+WITHOUT = (
+    ", or use `--web` to speak into a browser, `--text -` to type commands, "
+    "or `--wav FILE` for recordings"
+)
+"""What to do besides connecting a microphone, where there is none."""
+
+BROWSER = "browser"
+"""The name of the microphone of the operator's page, for `--device`."""
+
+NEEDED = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
+
+
+def chosen_microphone(options: Running) -> str | None:
+    """Find the microphone; None if it is the operator's browser.
+
+    Raises:
+        AudioError: there is none, and no page either.
+    """
+    from voz.audio.capture.devices import choose
+
+    if options.web and options.device == BROWSER:
+        return None
+    try:
+        return choose(options.device, WITHOUT).name
+    except AudioError:
+        if options.web and options.device is None:
+            return None
+        raise
+
+
+@contextmanager
+def page_site(options: Running) -> Iterator[Site]:
+    """Take the page's address for a `with` block, and tell it.
+
+    Raises:
+        ConfigError: it cannot be had, or a part of voz is not installed.
+    """
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        from voz.extras import how_to_install
+
+        raise ConfigError(f"{missing[0]} is not installed; {how_to_install('web')}")
+    from voz.web.addresses import qr_code
+    from voz.web.site import open_site
+
+    authority = data_folder("certificates") if options.https else None
+    with open_site(options.web_host, options.web_port, authority) as site:
+        tell(f"operator page: {site.link}")
+        if site.doors.locked:
+            _show_code(qr_code(site.link))
+        yield site
+
+
+def page_of(
+    site: Site, commands: Commands, view: RoomView | None, microphone: str | None
+) -> Callable[[Inbox, Clock], Page]:
+    """What makes the page of a run.
+
+    Args:
+        site: where it is.
+        commands: what may be given there.
+        view: the simulated room, if there is one.
+        microphone: the robot's own; None if the browser is one.
+    """
+    from voz.web.operator_page import OperatorPage
+    from voz.web.picture import ReckonedPicture, RoomPicture
+
+    picture = RoomPicture(view.settings, view.state) if view else ReckonedPicture()
+    return lambda inbox, clock: OperatorPage(
+        site, inbox, clock, commands, picture, microphone is None
+    )
+
+
+def _show_code(code: str) -> None:
+    """Draw a QR code, if somebody sees it: standard error may be a log."""
+    if sys.stderr.isatty():
+        print(code, file=sys.stderr, flush=True)

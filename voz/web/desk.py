@@ -1,0 +1,160 @@
+"""Where pages and the run meet: who is there, who drives, what all are told. On one thread."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import count
+
+from voz.events import Event, Utterance
+from voz.web.asking import Asking
+from voz.web.board import Board, Record, encoded
+from voz.web.browser_microphone import BrowserMicrophone
+from voz.web.watcher import Watcher
+from voz.web.wheel import Wheel
+
+MOST_PAGES = 100
+"""At a time; more are turned away."""
+
+
+class TakenError(Exception):
+    """Another page drives."""
+
+
+class Desk:
+    """Knows the pages; used on the server's thread alone.
+
+    Attributes:
+        microphone: of the page that drives; None if the robot's own is listened to.
+    """
+
+    def __init__(
+        self,
+        asking: Asking,
+        board: Board,
+        wheel: Wheel,
+        warn: Callable[[str], None],
+        microphone: BrowserMicrophone | None,
+    ) -> None:
+        """Begin with no page.
+
+        Args:
+            asking: puts commands into the run.
+            board: what was before.
+            wheel: who drives.
+            warn: takes what all should know.
+            microphone: gets the sound of the page that drives.
+        """
+        self.microphone = microphone
+        self._asking = asking
+        self._board = board
+        self._wheel = wheel
+        self._warn = warn
+        self._watchers: dict[int, Watcher] = {}
+        self._numbers = count(1)
+
+    @property
+    def full(self) -> bool:
+        """Whether no more pages can be served."""
+        return len(self._watchers) >= MOST_PAGES
+
+    @property
+    def pages(self) -> Record:
+        """Who is there."""
+        driver = self._watchers.get(self._wheel.driver or 0)
+        return {
+            "pages": len(self._watchers),
+            "driver": driver.number if driver else None,
+            "driver_name": driver.name if driver else None,
+        }
+
+    @property
+    def remembered(self) -> list[Record]:
+        """The last that was heard, said and warned of."""
+        return self._board.remembered
+
+    def take(self, event: Event) -> None:
+        """Tell all pages of an event."""
+        self._asking.take(event)
+        record = encoded(self._board.take(event))
+        for watcher in self._watchers.values():
+            watcher.put(record)
+
+    def show(self, state: Record) -> None:
+        """Tell all pages how things are, and look whether the one that drives is still there."""
+        self._wheel.vacated(time.monotonic())
+        record = encoded({"type": "state", **state, **self.pages})
+        for watcher in self._watchers.values():
+            watcher.put_state(record)
+
+    @contextmanager
+    def watching(self, address: str) -> Iterator[Watcher]:
+        """Let a page watch for the length of a `with` block; if it drives, nobody does then."""
+        watcher = Watcher(next(self._numbers), secrets.token_urlsafe(16), address)
+        self._watchers[watcher.number] = watcher
+        try:
+            yield watcher
+        finally:
+            del self._watchers[watcher.number]
+            self._wheel.leave(watcher.number)
+
+    def seen(self, watcher: Watcher) -> None:
+        """Note a sign of a page."""
+        self._wheel.seen(watcher.number, time.monotonic())
+
+    def drive(self, watcher: Watcher, over: bool) -> bool:
+        """Let a page drive; if it takes over from another, the robot stops. Tells whether it does.
+
+        Args:
+            watcher: the page.
+            over: whether it takes over from another that drives.
+        """
+        before = self._wheel.driver
+        if before == watcher.number:
+            return True
+        if not self._wheel.take(watcher.number, over, time.monotonic()):
+            return False
+        if self.microphone:
+            self.microphone.end(whole=False)
+        if before is not None:
+            self._asking.halt()
+            self._warn(f"{watcher.name} drives now, no longer page {before}: the robot stops")
+        return True
+
+    def leave(self, watcher: Watcher) -> None:
+        """Let a page drive no more; the robot stops."""
+        if self._wheel.leave(watcher.number):
+            self._asking.halt()
+
+    async def command(self, text: str, secret: str | None) -> Utterance:
+        """Obey a sentence as if it were typed.
+
+        Args:
+            text: the sentence.
+            secret: of the page that gives it; None of a program, which may while no page drives.
+
+        Returns:
+            What became of it.
+
+        Raises:
+            TakenError: another page drives.
+            NotDone: the control loop did not answer.
+        """
+        page = self.page_of(secret) if secret else None
+        if self._wheel.driver != (page.number if page else None) or (secret and not page):
+            raise TakenError
+        return await self._asking.command(text)
+
+    async def stop(self) -> float:
+        """Stop the robot, whoever asks; gives when it was, or raises NotDone."""
+        return await self._asking.stop()
+
+    def page_of(self, secret: str) -> Watcher | None:
+        """Find the page that a secret is of."""
+        return next((w for w in self._watchers.values() if w.secret == secret), None)
+
+    def drives(self, watcher: Watcher) -> bool:
+        """Whether it is this page that drives."""
+        return self._wheel.driver == watcher.number

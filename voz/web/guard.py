@@ -1,0 +1,86 @@
+"""Stands before the application: refuses strangers, bounds what comes in, limits the page."""
+
+from __future__ import annotations
+
+import time
+from http import HTTPStatus
+
+from starlette.datastructures import MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from voz.web.doors import Doors
+from voz.web.limits import Limit
+
+MOST_BYTES = 4096
+"""Of a request's body; a command has at most 200 letters."""
+
+EACH_SECOND, AT_ONCE = 100.0, 400.0
+"""Requests of all who come, but for those that stop the robot; fifty pages open with 400."""
+
+STOP_PATH = "/api/stop"
+
+OPEN = ("/api/login", "/api/authority.crt")
+"""What is under /api and needs no token."""
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+    "media-src 'self'; manifest-src 'self'; form-action 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'"
+)
+
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "Permissions-Policy": "microphone=(self), camera=(), geolocation=()",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+class Guard:
+    """An application that asks the doors before it lets another one answer."""
+
+    def __init__(self, inside: ASGIApp, doors: Doors) -> None:
+        self._inside = inside
+        self._doors = doors
+        self._limit = Limit(EACH_SECOND, AT_ONCE)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request or a WebSocket."""
+        if scope["type"] == "lifespan":
+            await self._inside(scope, receive, send)
+            return
+        status, why = self._refusal(scope)
+        if why is None:
+            await self._inside(scope, receive, _with_headers(send))
+        elif scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": 1008, "reason": why})
+        else:
+            await JSONResponse({"error": why}, status)(scope, receive, _with_headers(send))
+
+    def _refusal(self, scope: Scope) -> tuple[HTTPStatus, str | None]:
+        headers, path = scope["headers"], scope["path"]
+        if why := self._doors.refusal(headers):
+            return HTTPStatus.FORBIDDEN, why
+        if path != STOP_PATH and not self._limit.allows(time.monotonic()):
+            return HTTPStatus.TOO_MANY_REQUESTS, "too many requests at a time"
+        if path.startswith("/api/") and path not in OPEN and not self._doors.knows(headers):
+            return HTTPStatus.UNAUTHORIZED, "open the link that `voz run` shows: it has the token"
+        length = next((value for name, value in headers if name == b"content-length"), b"0")
+        if not length.isdigit() or int(length[:9]) > MOST_BYTES:
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "that is too much for a command"
+        return HTTPStatus.OK, None
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).update(HEADERS)
+        await send(message)
+
+    return sent

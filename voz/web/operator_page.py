@@ -1,0 +1,148 @@
+"""The operator page as a part of a run: a source, a receiver, and one that may be lost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+
+from voz.events import Event
+from voz.hearing.microphone_thread import Hearing, SoundFrom
+from voz.language.templates.commands import Commands
+from voz.run.assembly import Ears, warner
+from voz.run.clocks import Clock
+from voz.run.inbox import Inbox
+from voz.run.live import Shown
+from voz.web.app import Api, application
+from voz.web.asking import Asking
+from voz.web.board import Board, Record
+from voz.web.browser_microphone import BROWSER, BrowserMicrophone, opened
+from voz.web.desk import Desk
+from voz.web.feed import Feed
+from voz.web.guard import Guard
+from voz.web.picture import Picture
+from voz.web.server import serving, telling
+from voz.web.site import Site
+from voz.web.wheel import Wheel
+
+MOST_BUTTONS = 60
+"""Of more commands, each has one button, with the shortest of its sentences."""
+
+
+class OperatorPage:
+    """Serves the page."""
+
+    def __init__(
+        self,
+        site: Site,
+        inbox: Inbox,
+        clock: Clock,
+        commands: Commands,
+        picture: Picture,
+        listens: bool,
+    ) -> None:
+        """Prepare to serve.
+
+        Args:
+            site: where it is, and who may come.
+            inbox: where commands go.
+            clock: the time of the run.
+            commands: what may be said; the buttons are in their order.
+            picture: what is drawn of the robot.
+            listens: whether the browser is the microphone.
+        """
+        self._site = site
+        self._inbox = inbox
+        self._clock = clock
+        self._commands = commands
+        self._picture = picture
+        self._warn = warner(inbox, clock)
+        self._microphone = BrowserMicrophone(self._warn) if listens else None
+        self._feed = Feed()
+        self._wheel = Wheel()
+
+    @property
+    def sound(self) -> SoundFrom | None:
+        """The browser as a microphone; None if the robot's own is listened to."""
+        return SoundFrom(partial(opened, self._microphone), BROWSER) if self._microphone else None
+
+    def receive(self, event: Event) -> None:
+        """Take an event of the run; it never waits."""
+        self._picture.receive(event)
+        self._feed.receive(event)
+
+    def trouble(self, moving: bool) -> str | None:
+        """Tell that the page is gone that drove the robot (S5)."""
+        return self._wheel.trouble(time.monotonic(), moving)
+
+    @contextmanager
+    def serving(self, parts: Shown) -> Iterator[Ears]:
+        """Serve the page for the length of a `with` block.
+
+        Args:
+            parts: what it shows.
+
+        Yields:
+            What listens, whose trouble the page shows.
+
+        Raises:
+            ConfigError: its address cannot be had.
+        """
+        ears = _Watched(parts.hearing)
+        asking = Asking(self._inbox, self._clock.now, self._commands)
+        desk = Desk(asking, Board(parts.needed), self._wheel, self._warn, self._microphone)
+        look = partial(self._look, parts, ears)
+        api = Api(desk, self._site.doors, look, self._about(parts))
+        app = Guard(application(api, self._site.authority), self._site.doors)
+        work = partial(telling, desk, self._feed, look, self._site.renew)
+        with serving(app, self._site.at, self._site.tls, work, self._warn):
+            yield ears
+
+    def _about(self, parts: Shown) -> Record:
+        """What does not change while the run goes on."""
+        room = self._picture.about()
+        return {
+            "commands": _buttons(self._commands),
+            "room": room or None,
+            "microphone": "browser" if self._microphone else parts.hearing.device,
+        }
+
+    def _look(self, parts: Shown, ears: _Watched) -> Record:
+        """How things are now; on the server's thread."""
+        linear, angular = parts.drive.velocities
+        mixer = parts.mixer
+        return {
+            "t": self._clock.now(),
+            "listening": parts.drive.listening,
+            "speaking": bool(mixer and mixer.busy_until() > time.monotonic()),
+            "deaf": ears.problem,
+            "talking": bool(self._microphone and self._microphone.expected),
+            "linear": linear,
+            "angular": angular,
+            "peak": round(parts.hearing.peak, 4),
+            "background": round(parts.hearing.background, 1),
+            **self._picture.look(),
+        }
+
+
+class _Watched:
+    """Ears whose trouble somebody else may read, too."""
+
+    def __init__(self, hearing: Hearing) -> None:
+        self.source = hearing.source
+        self.problem: str | None = None
+        self._trouble: Callable[[bool], str | None] = hearing.trouble
+
+    def trouble(self, moving: bool) -> str | None:
+        """Tell why nothing is heard right now."""
+        self.problem = self._trouble(moving)
+        return self.problem
+
+
+def _buttons(commands: Commands) -> list[str]:
+    """The sentences that have a button."""
+    if len(commands) <= MOST_BUTTONS:
+        return commands.listed
+    shortest = [commands.named([name], 1) for name in commands.names[:MOST_BUTTONS]]
+    return [sentence for sentences in shortest for sentence in sentences[:1]]

@@ -1,0 +1,68 @@
+// What was heard, said and warned of, the newest first.
+import { utterance } from "./words.js";
+
+const MOST = 40;
+
+function element(name, className, text) {
+  const made = document.createElement(name);
+  made.className = className;
+  if (text !== undefined) made.textContent = text;
+  return made;
+}
+
+// How sure it was, with a mark where it would have been enough.
+function gauge(event) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", "0 0 100 4");
+  svg.setAttribute("preserveAspectRatio", "none");
+  svg.setAttribute("aria-hidden", "true");
+  const bars = [["gauge-back", 0, 100], ["gauge", 0, event.confidence * 100]];
+  if (event.needed) bars.push(["gauge-need", event.needed * 100 - 0.4, 0.8]);
+  for (const [name, x, width] of bars) {
+    const bar = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+    for (const [key, value] of Object.entries({ class: name, x, y: 0, width, height: 4 })) bar.setAttribute(key, value);
+    svg.append(bar);
+  }
+  return svg;
+}
+
+function item(event) {
+  if (event.type === "utterance") {
+    const [kind, what, more] = utterance(event);
+    const made = element("div", `entry ${kind}`);
+    made.append(element("p", "what", what), element("p", "more", more));
+    if (event.source !== "page" && event.source !== "text") made.append(gauge(event));
+    return made;
+  }
+  const kind = event.type === "reply" ? "reply" : event.good ? "good" : "warning";
+  const made = element("div", `entry ${kind}`);
+  const who = event.type === "reply" ? "the robot says" : "";
+  made.append(element("p", "what", event.text));
+  if (who) made.append(element("p", "more", who));
+  return made;
+}
+
+const TOGETHER = 1; // s between two stops that are one: it goes by two ways
+
+export class Log {
+  constructor(list) {
+    this.list = list;
+  }
+
+  fill(events) {
+    this.list.replaceChildren(...events.map(item).reverse());
+  }
+
+  add(event) {
+    if (this.isTheSameStop(event)) return;
+    this.last = event;
+    this.list.prepend(item(event));
+    while (this.list.children.length > MOST) this.list.lastElementChild.remove();
+  }
+
+  isTheSameStop(event) {
+    const last = this.last;
+    const stops = (one) => one?.type === "utterance" && one.source === "page" && one.text === "stop";
+    return stops(event) && stops(last) && event.t - last.t < TOGETHER;
+  }
+}

@@ -1,0 +1,45 @@
+// What is shown, in words: pure.
+
+export const percent = (share) => `${Math.round(share * 100)} %`;
+
+// Two decimals with a real minus sign, and never "-0.00".
+export function velocity(value) {
+  const shown = Math.abs(value) < 0.005 ? "0.00" : Math.abs(value).toFixed(2);
+  return value <= -0.005 ? `\u2212${shown}` : shown;
+}
+
+export function arm(selected) {
+  if (selected === 1) return "points at the beer";
+  if (selected === 2) return "points at the cocacola";
+  return selected === 100 ? "folded" : "–";
+}
+
+export function place([x, y, heading]) {
+  const degrees = Math.round((heading * 180) / Math.PI);
+  return `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, ${degrees}\u00b0`;
+}
+
+// Whether it hears, and why not: [kind, words].
+export function status(state) {
+  if (state.deaf) return ["deaf", `deaf: ${state.deaf}`];
+  if (state.speaking) return ["speaking", "speaking: hears only stop"];
+  if (!state.listening) return ["waiting", "say or tap “start speech”"];
+  return ["listening", state.talking ? "listening to you" : "listening"];
+}
+
+// An utterance: [kind, what, more].
+export function utterance(event) {
+  const typed = event.source === "page" || event.source === "text";
+  const sure = `${percent(event.confidence)} sure` + (event.needed ? `, needs ${percent(event.needed)}` : "");
+  const from = typed ? "tapped or typed" : sure;
+  const details = [from, ears(event)].filter(Boolean).join(" · ");
+  if (event.obeyed) return ["obeyed", event.text, details];
+  const what = event.accepted || typed ? event.text : event.text ? `perhaps “${event.text}”` : "something else";
+  return ["refused", what, [event.why, details].filter(Boolean).join(" · ")];
+}
+
+function ears(event) {
+  if (!event.ears) return "";
+  const [first, second] = event.ears.map((ear) => `“${ear.text}” (${ear.fit.toFixed(1)})`);
+  return `first ear ${first}, second ear ${second}`;
+}

@@ -127,7 +127,7 @@ def _run_live(
         robots.odometry,
         page_of(site, commands, robots.view, microphone) if site else None,
     )
-    run_live(robots.receivers, robots.troubles, settings, recognizer, commands, inbox, seat)
+    run_live(robots.receivers, robots.troubles, settings, recognizer, inbox, seat)
 
 
 def _run_by_files(

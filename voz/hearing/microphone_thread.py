@@ -228,7 +228,8 @@ class Hearing:
         self._problem = problem
 
     def _listen(self, microphone: OpenMicrophone) -> None:
-        """Follow one stream to its end."""
+        """Follow one stream to its end, or until there are other commands."""
+        commands = self._recognizer.commands
         ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed, self.source)
         watch = _Watch(self._inbox, self._clock)
         fed = 0
@@ -247,6 +248,8 @@ class Hearing:
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None
+            if self._recognizer.commands is not commands:
+                break
         if microphone.whole:
             self._tell(ears.finish(), self._begun(microphone, fed))
         self._busy_since, self._zeros = None, 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from fcntl import LOCK_SH
 from itertools import pairwise
 from typing import NamedTuple
@@ -54,7 +54,11 @@ class Candidate(NamedTuple):
 
 
 class Recognizer:
-    """Finds the utterances in streams of audio; made once, used for many."""
+    """Finds the utterances in streams of audio; made once, used for many.
+
+    Attributes:
+        files: the language files.
+    """
 
     def __init__(
         self,
@@ -75,10 +79,31 @@ class Recognizer:
             LanguageError: the language files cannot be used.
             ConfigError: the model of the confidence that the settings name cannot be used.
         """
-        with locked(language.folder, LOCK_SH):  # all of one `voz build-lm`
-            loaded = load_language(language)
-            self._interpreter = Interpreter(loaded, settings, profile or Profile(), learning)
+        self.files = language
+        self._settings = settings
+        self._profile = profile or Profile()
+        self._learning = learning
+        self._interpreter = self._load()
         self._early = settings.early_decision
+
+    def _load(self) -> Interpreter:
+        with locked(self.files.folder, LOCK_SH):  # all of one `voz build-lm`
+            language = load_language(self.files)
+            return Interpreter(language, self._settings, self._profile, self._learning)
+
+    def reload(self, check: Callable[[Commands], None] = lambda _: None) -> None:
+        """Read the language files again, for the streams that begin from now on.
+
+        Args:
+            check: raises what speaks against the new commands; then the old ones stay.
+
+        Raises:
+            LanguageError: the files cannot be used; the old commands stay.
+        """
+        renewed = self._load()
+        check(renewed.commands)
+        renewed.learnt = self._interpreter.learnt
+        self._interpreter = renewed
 
     @property
     def model(self) -> Model:

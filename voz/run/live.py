@@ -13,17 +13,17 @@ from rich.live import Live
 
 from voz.config import Config
 from voz.control.bound import Place
-from voz.events import Event, Receiver
+from voz.events import Event, Receiver, Warning
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
 from voz.language.commands import normalise
-from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
 from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
 from voz.run.clocks import Clock, WallClock
 from voz.run.drive import Controller
 from voz.run.inbox import Inbox
+from voz.run.renewal import renewing
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 from voz.terminal.display import Display
 from voz.terminal.keyboard import keys, somebody_types
@@ -101,7 +101,6 @@ def run_live(
     robots: Mapping[str, Callable[[], str | None]],
     settings: Config,
     recognizer: Recognizer,
-    commands: Commands,
     inbox: Inbox,
     seat: Seat,
 ) -> None:
@@ -111,8 +110,7 @@ def run_live(
         receivers: called with every event, in order.
         robots: tells of each robot, by its name, why it is lost (S5).
         settings: the safety rules and the voice.
-        recognizer: what understands.
-        commands: what may be typed.
+        recognizer: what understands; what it knows may be typed, too.
         inbox: what is heard goes through it; others may warn of something by it.
         seat: what the operator wants.
 
@@ -123,10 +121,13 @@ def run_live(
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
 
+    def tell(text: str, good: bool) -> None:
+        inbox.put(Warning(clock.now(), text, good))
+
     def obey(line: str, source: str = TYPED) -> None:
         text = normalise(line[:LONGEST])
         if text not in NO_COMMAND:
-            inbox.put(typed(text, commands, clock.now(), source))
+            inbox.put(typed(text, recognizer.commands, clock.now(), source))
 
     with ExitStack() as parts:
         page = seat.page(inbox, clock) if seat.page else None
@@ -145,6 +146,7 @@ def run_live(
             recorder=recorder,
         )
         parts.enter_context(hearing)
+        parts.enter_context(renewing(recognizer, table, tell))
         line = parts.enter_context(keys(inbox, obey, warn))
         if seat.also:
             parts.enter_context(seat.also(obey))

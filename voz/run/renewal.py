@@ -1,0 +1,71 @@
+"""Takes a new list of commands while the robot is driven: whenever `voz build-lm` was run again."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeAlias
+
+from voz.control.table import CommandTable
+from voz.errors import VozError
+from voz.language.files import LanguageFiles
+from voz.recognition.recognizer import Recognizer
+from voz.run.commands import check_list
+
+LOOK = 1.0
+"""From one look at the files to the next, s."""
+
+State: TypeAlias = tuple[int, int] | None
+"""When a file was written, and which it is; None if there is none."""
+
+
+@contextmanager
+def renewing(
+    recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]
+) -> Iterator[None]:
+    """Let a recogniser have the newest commands of its folder, for a `with` block.
+
+    It is loaded on a thread of its own while the old one goes on hearing.
+
+    Args:
+        recognizer: what understands.
+        table: what commands do: a list that could not stop the robot is not taken.
+        tell: takes a line, and whether it is good news, on any thread.
+    """
+    end = threading.Event()
+    files = recognizer.files
+    before = _state(files)
+
+    def look() -> None:
+        seen = before
+        while not end.wait(LOOK):
+            if (now := _state(files)) not in (seen, None):
+                seen = now
+                _renew(recognizer, table, tell)
+
+    thread = threading.Thread(target=look, name="voz-renewal", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+
+
+def _renew(recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]) -> None:
+    where = str(recognizer.files.sentences)
+    try:
+        recognizer.reload(lambda commands: check_list(commands, table, where))
+    except VozError as error:
+        tell(f"the new commands are not taken: {error}", False)
+    else:
+        tell(f"there are new commands: {len(recognizer.commands):,} sentences", True)
+
+
+def _state(files: LanguageFiles) -> State:
+    """How the fingerprint is now, which `voz build-lm` writes last."""
+    try:
+        found = files.fingerprint.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_ino

@@ -27,13 +27,13 @@ import json, sys, threading, time
 import msgspec
 from voz import load
 from voz.errors import AudioError
-from voz.hearing.microphone_thread import Hearing
+from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.run.inbox import Inbox
 
 def tell(**what):
     print(json.dumps(what), flush=True)
 
-inbox, begun = Inbox(), time.monotonic()
+inbox, begun = Inbox({"stop"}), time.monotonic()
 def heard():
     found = []
     while taken := inbox.take(0.0001):
@@ -45,7 +45,7 @@ def look(hearing, moving):
     tell(trouble=trouble, peak=hearing.peak, background=hearing.background, deaf=hearing.deaf,
          device=hearing.device, now=time.monotonic() - begun, heard=heard())
 
-hearing = Hearing(load(), sys.argv[1] or None, inbox, lambda: time.monotonic() - begun)
+hearing = Hearing(load(), sound_card(sys.argv[1] or None), inbox, lambda: time.monotonic() - begun)
 try:
     with hearing:
         for line in sys.stdin:

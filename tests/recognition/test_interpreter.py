@@ -15,6 +15,7 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.config import Recognition
+from voz.language.templates.commands import plain_commands
 from voz.recognition.confidence import Around, load_models
 from voz.recognition.interpreter import Hypothesis, Interpreter, thresholds
 from voz.recognition.language import Language
@@ -95,8 +96,10 @@ def test_what_goes_on_for_longer_than_any_command_is_not_even_searched(
 def test_a_list_of_longer_commands_may_take_longer(
     interpreter: Interpreter, loaded: Language
 ) -> None:
-    words = max(len(sentence.split()) for sentence in loaded.sentences)
-    longer = loaded._replace(sentences=[*loaded.sentences, " ".join(["stop"] * (words + 1))])
+    words = max(len(sentence.split()) for sentence in loaded.commands)
+    longer = loaded._replace(
+        commands=plain_commands([*loaded.commands, " ".join(["stop"] * (words + 1))])
+    )
     patient = Interpreter(longer, Recognition(second_ear=False), Profile(), learning=False)
     assert patient.longest > interpreter.longest
 
@@ -164,7 +167,7 @@ def test_an_utterance_says_where_it_was_and_how_long_it_took(
 
 
 def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) -> None:
-    two = loaded._replace(sentences=["stop", "stop speech"])
+    two = loaded._replace(commands=plain_commands(["stop", "stop speech"]))
     interpreter = Interpreter(two, Recognition(second_ear=False), Profile(), learning=False)
     assert interpreter.may_go_on("stop")
     assert not interpreter.may_go_on("stop speech")

@@ -168,7 +168,7 @@ def test_while_the_robot_speaks_only_stop_is_obeyed(text: str) -> None:
 
 def test_a_key_stops_whatever_drives_the_robot() -> None:
     drive, events = listening_drive(["go forward"])
-    drive.stop_by_key(2.0)
+    drive.stop_by_hand(2.0, "stopped by a key")
     assert drive.velocities == (0, 0)
     assert events[-1] == Warning(2.0, "stopped by a key", good=True, stops=True)
 

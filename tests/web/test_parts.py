@@ -144,7 +144,7 @@ def test_a_page_that_takes_nothing_is_too_slow_and_keeps_only_the_newest_state()
 
 
 def test_the_board_tells_why_and_remembers_what_matters() -> None:
-    board = Board({"stop": 0.5})
+    board = Board({"stop": 0.5}.get)
     refused = Utterance(1.0, "stop", 0.4, False, 0.0, 1.0, "browser", reason="too_short")
     record = board.take(refused)
     assert (record["needed"], record["why"]) == (0.5, "too short")

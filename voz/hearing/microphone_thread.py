@@ -18,6 +18,7 @@ from voz.audio.level import FULL_SCALE, LOWEST
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
 from voz.hearing.half_duplex import HalfDuplex, PlayedSound
+from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recordings.recorder import Recorder
 from voz.run.inbox import Inbox
@@ -179,6 +180,11 @@ class Hearing:
     def __exit__(self, *_: object) -> None:
         self._closing.set()
         self._thread.join(CLOSING_TIME)
+
+    @property
+    def commands(self) -> Commands:
+        """What may be said."""
+        return self._recognizer.commands
 
     def trouble(self, moving: bool) -> str | None:
         """Tell why nothing is heard right now; None if all is well.

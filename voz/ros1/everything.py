@@ -12,6 +12,7 @@ from voz.ros1.program import run_node
 from voz.ros1.replies import replies
 from voz.run.assembly import warner
 from voz.run.clocks import WallClock
+from voz.run.commands import check_list
 from voz.run.inbox import Inbox
 
 
@@ -25,6 +26,7 @@ def listen_and_drive(node: Node) -> None:
         replies(settings.speech, table.replies, warner(inbox, clock)) as speech,
         make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
+        check_list(hearing.commands, table, "the list of commands")
         drive(node, settings, inbox, clock, hearing, speech.receivers, says_heard=True)
 
 

@@ -16,7 +16,6 @@ from voz.recognition.speaker.profiles import load_profile
 from voz.ros1.language import read_language
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
-from voz.run.commands import check_list
 from voz.run.inbox import Inbox
 
 
@@ -44,7 +43,6 @@ def make_hearing(
         profile = text("profile")
         known = load_profile(profile) if profile else None
         recognizer = Recognizer(language, settings.recognition, known)
-        check_list(recognizer.commands, settings.table, str(language.sentences))
     return Hearing(
         recognizer,
         sound_card(_device()),

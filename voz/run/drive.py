@@ -103,10 +103,10 @@ class Controller:
         # What is back stops nothing: the robot stands still since it was lost.
         self.emit(Warning(now, why, good, stops=not good))
 
-    def stop_by_key(self, now: float) -> None:
-        """Ask the robot to stand still as a key was pressed; the time is that of the run, s."""
+    def stop_by_hand(self, now: float, why: str) -> None:
+        """Ask the robot to stand still as somebody wants it; the time is that of the run, s."""
         self.halt()
-        self.emit(Warning(now, "stopped by a key", good=True, stops=True))
+        self.emit(Warning(now, why, good=True, stops=True))
 
     def send(self, now: float) -> None:
         """Let time pass, and send the velocities once.

@@ -15,7 +15,9 @@ MOST_WAITING = 64
 
 
 class Halt(NamedTuple):
-    """Somebody wants the robot to stand still, by a key."""
+    """Somebody wants the robot to stand still, by a key or a button; `why` is for people."""
+
+    why: str = "stopped by a key"
 
 
 class End(NamedTuple):

@@ -18,6 +18,8 @@ Kind = TypeVar("Kind")
 PAGE = "page"
 """The source of a command that was given on a page, or by a program that uses its API."""
 
+BY_PAGE = "stopped from the operator page"
+
 PATIENCE = 1.0
 """For the control loop to do it, s; it takes a tenth of that."""
 
@@ -64,12 +66,12 @@ class Asking:
         t = self._time()
         self._stops[t] = asyncio.get_running_loop().create_future()
         self._inbox.put(Utterance(t, STOP, 1.0, True, t, t, PAGE))
-        self._inbox.put(Halt())  # the bare rules obey `stop` only while listening
+        self._inbox.put(Halt(BY_PAGE))  # the bare rules obey `stop` only while listening
         return await _answer(self._stops, t)
 
     def halt(self) -> None:
         """Let the robot stand still, without an answer."""
-        self._inbox.put(Halt())
+        self._inbox.put(Halt(BY_PAGE))
 
     def take(self, event: Event) -> None:
         """Look whether an event is what somebody waits for."""

@@ -23,7 +23,7 @@ Reason = Literal[
 ]
 """Why an utterance is not accepted; `unsure_between` comes with two commands."""
 
-Ignored = Literal["not_listening", "robot_speaking", "too_late"]
+Ignored = Literal["not_listening", "robot_speaking", "too_late", "rehearsal"]
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
@@ -159,6 +159,7 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
     "not_listening": 'say "start speech" first',
     "robot_speaking": "the robot was speaking",
     "too_late": "it came too late",
+    "rehearsal": "this is a rehearsal",
 }
 
 

@@ -9,7 +9,17 @@ from msgspec.structs import replace
 from voz.config import Safety
 from voz.control.controller import Outcome, State, halt
 from voz.control.safety import STOP, motion_has_expired, obey_safely
-from voz.events import Event, Partial, Receiver, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import (
+    Event,
+    Ignored,
+    Partial,
+    Receiver,
+    Reply,
+    SelectedObject,
+    Twist,
+    Utterance,
+    Warning,
+)
 
 
 class Controller:
@@ -18,6 +28,7 @@ class Controller:
     Attributes:
         stopped_at: when the motion was last ended by a loss, s. What was said before does not
             begin another.
+        rehearsing: whether commands are understood and told, but none but `stop` is obeyed.
     """
 
     def __init__(
@@ -38,6 +49,7 @@ class Controller:
         self._state = State(listening=listening)
         self._last_command = 0.0
         self.stopped_at = 0.0
+        self.rehearsing = False
         self._behind: set[str] = set()
 
     @property
@@ -71,7 +83,8 @@ class Controller:
             self.emit(replace(event, obeyed=False))
         else:
             late = late or event.end < self.stopped_at or event.source in self._behind
-            self._obey(replace(event, ignored="too_late") if late else event)
+            why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
+            self._obey(replace(event, ignored=why) if why else event)
 
     def late_from(self, source: str, behind: bool) -> None:
         """Note whether a source is behind, so that what it hears was said long ago."""

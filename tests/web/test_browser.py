@@ -249,6 +249,21 @@ def test_without_the_token_it_says_what_to_do(
         robot.robot.wait_for(moves)
 
 
+def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_label("rehearsal").check()
+    expect(page.locator("#status")).to_have_text("rehearsal: nothing moves")
+    since = robot.since
+    tap(page, "go forward")
+    expect(page.locator("#log")).to_contain_text("not obeyed: this is a rehearsal")
+    page.get_by_label("rehearsal").uncheck()
+    expect(page.locator("#status")).to_have_text("listening")
+    assert all(rests(event) for event in robot.robot.of("cmd_vel", since))
+    tap(page, "go forward")
+    robot.robot.wait_for(moves, since)
+
+
 def test_a_page_of_a_stranger_can_neither_drive_nor_read(
     robot: PageRobot, context: BrowserContext
 ) -> None:

@@ -1,6 +1,6 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 web docs test coverage fixtures benchmark clean
+.PHONY: help demo check install bags report ros1 ros2 web wyoming docs test coverage fixtures benchmark clean
 
 QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
@@ -28,6 +28,9 @@ ros2: ## Install what --robot ros2 needs; no ROS
 
 web: ## Install what --web needs: the operator page
 	@sh tools/install.sh web
+
+wyoming: ## Install what `voz serve` needs
+	@sh tools/install.sh wyoming
 
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1

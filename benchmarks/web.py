@@ -17,7 +17,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from itertools import pairwise
+from itertools import cycle, pairwise
 from pathlib import Path
 
 from machine import machine
@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from operator_page import Page, PageRobot, heard, opened, page_robot, with_noise
 from recordings import FIXTURES
 
-SAID = FIXTURES / "commands" / "festival_slt__go_forward.flac"
+SAID = ("go_forward", "go_back")
 ASLEEP = 5
 """Every so many of the watchers reads nothing."""
 
@@ -60,14 +60,15 @@ def watching(robot: PageRobot, count: int) -> Iterator[None]:
 def drive(robot: PageRobot, seconds: float) -> list[float]:
     """Drive by one page, by voice and by taps; gives how long each stop took, s."""
     stops = []
-    sound = with_noise(SAID, 0.2, 0.6)
+    clips = (FIXTURES / "commands" / f"festival_slt__{name}.flac" for name in SAID)
+    sounds = cycle([with_noise(clip, 0.2, 0.6) for clip in clips])
     until = time.monotonic() + seconds
     with opened(robot) as page:
         page.drive()
         with heard(robot, page) as ear:
             while time.monotonic() < until:
                 ear.begin()
-                ear.speak(sound, page)
+                ear.speak(next(sounds), page)
                 ear.end()
                 page.stay(1.0)
                 begun = time.monotonic()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import queue
 import re
 import struct
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ import httpx
 import numpy as np
 from live_robot import LiveRobot, live_robot
 from programs import PATIENCE, wait_until
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -89,21 +92,30 @@ class Page:
 
 
 class Microphone:
-    """The sound of a page, over its own WebSocket."""
+    """The sound of a page, over its own WebSocket; the questions for its time are answered."""
 
     def __init__(self, socket: ClientConnection, page: Page, rate: int = SAMPLE_RATE) -> None:
         self.socket = socket
         self._number = 0
+        self._asked = threading.Event()
+        self._told: queue.SimpleQueue[Record | None] = queue.SimpleQueue()
         self._send(type="hello", page=page.welcome["secret"], rate=rate)
-        self.answer()
+        threading.Thread(target=self._read, daemon=True).start()
+        assert self._asked.wait(PATIENCE)
 
     def _send(self, **message: object) -> None:
         self.socket.send(json.dumps(message))
 
-    def answer(self, ahead: float = 0.0) -> None:
-        """Answer the question for the time, by a clock that is ahead by so many seconds."""
-        ping = json.loads(self.socket.recv(PATIENCE))
-        self._send(type="pong", t=ping["t"], at=(time.time() + ahead) * 1000)
+    def _read(self) -> None:
+        with suppress(ConnectionClosed):
+            while True:
+                record = json.loads(self.socket.recv())
+                if record["type"] == "ping":
+                    self._send(type="pong", t=record["t"], at=time.time() * 1000)
+                    self._asked.set()
+                else:
+                    self._told.put(record)
+        self._told.put(None)
 
     def begin(self) -> None:
         self._send(type="begin")
@@ -117,17 +129,9 @@ class Microphone:
         self._number += 1
         self.socket.send(header + samples.astype("<i2").tobytes())
 
-    def told(self) -> Record:
-        """What it is told, besides the questions for its time."""
-        while True:
-            record: Record = json.loads(self.socket.recv(PATIENCE))
-            if record["type"] != "ping":
-                return record
-
-    def take_all(self) -> None:
-        """Take what comes until the socket is closed, which is raised."""
-        while True:
-            self.socket.recv(PATIENCE)
+    def told(self) -> Record | None:
+        """What it is told next besides those questions; None once the server has closed it."""
+        return self._told.get(timeout=PATIENCE)
 
     def skip(self) -> None:
         """Let a block be missing."""

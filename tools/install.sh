@@ -3,7 +3,7 @@
 #
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
 #   sh tools/install.sh demo     what draws pictures as well
-#   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for docs, report, ros2, web
+#   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for docs, report, ros2, web, wyoming
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
@@ -23,7 +23,7 @@ if [ "${1:-}" = ros1 ] || [ "${1:-}" = tests ]; then
 fi
 case "${1:-}" in
     demo) extra="[report]" ;;
-    bags | docs | report | ros2 | web) extra="[$1]" ;;
+    bags | docs | report | ros2 | web | wyoming) extra="[$1]" ;;
 esac
 if [ "${1:-}" = tests ]; then
     extra="[dev]"

@@ -23,7 +23,9 @@ Reason = Literal[
 ]
 """Why an utterance is not accepted; `unsure_between` comes with two commands."""
 
-Ignored = Literal["not_listening", "robot_speaking", "too_late", "not_now", "nothing_asked"]
+Ignored = Literal[
+    "not_listening", "robot_speaking", "too_late", "not_now", "nothing_asked", "rehearsal"
+]
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
@@ -292,6 +294,7 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
     "too_late": "it came too late",
     "not_now": "it has no meaning now",
     "nothing_asked": "nothing was asked",
+    "rehearsal": "this is a rehearsal",
 }
 
 

@@ -178,3 +178,26 @@ def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
     drive.stop(1.0, "it is lost")
     drive.stop(2.0, "it is back", good=True)
     assert [e.stops for e in events if isinstance(e, Warning)] == [True, False]
+
+
+@given(st.lists(st.sampled_from(COMMANDS), max_size=20))
+def test_in_a_rehearsal_all_is_told_and_nothing_moves(spoken: list[str]) -> None:
+    drive, events = listening_drive()
+    drive.rehearsing = True
+    for text in spoken:
+        drive.hear(heard(text))
+        drive.send(0)
+    told = [event for event in events if isinstance(event, Utterance)]
+    assert [event.text for event in told] == spoken
+    assert all(event.obeyed == (event.text == "stop") for event in told)
+    assert all(event.ignored == "rehearsal" for event in told if not event.obeyed)
+    assert {type(event) for event in events} <= {Utterance, Twist}
+    assert drive.velocities == (0, 0)
+    assert drive.listening
+
+
+def test_a_rehearsal_does_not_keep_stop_from_a_robot_that_moves() -> None:
+    drive, _ = listening_drive(["go forward"])
+    drive.rehearsing = True
+    drive.hear(heard("stop"))
+    assert drive.velocities == (0, 0)

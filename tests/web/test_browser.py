@@ -104,6 +104,50 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     assert page.complaints == []  # type: ignore[attr-defined]
 
 
+def test_hands_free_hears_until_it_is_switched_off_and_a_stop_switches_it_off(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    since = robot.since
+    page.get_by_role("button", name="Use this microphone").click()
+    free = page.get_by_label("hands-free")
+    free.check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    robot.robot.wait_for(moves, since)
+    assert robot.robot.commands()[-1] == "go forward"
+    expect(page.locator("#status")).to_have_text("listening to you")
+    page.keyboard.press("Space")
+    expect(page.locator("#stop")).to_have_text("stopped")
+    expect(free).not_to_be_checked()
+    expect(page.locator("#status")).to_have_text("listening")
+    free.check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    free.uncheck()
+    expect(page.locator("#status")).to_have_text("listening")
+    assert page.complaints == []  # type: ignore[attr-defined]
+
+
+def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    context.add_init_script(
+        "const made = window.AudioContext; window.AudioContext = function (how) {"
+        "  return (window.context = new made(how)); };"
+    )
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    page.get_by_label("hands-free").check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    since = robot.since
+    tap(page, "go back")
+    robot.robot.wait_for(moves, since)
+    page.evaluate("() => window.context.suspend()")
+    robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
+    expect(page.locator("#status")).to_contain_text("deaf")
+
+
 @pytest.mark.parametrize("way", ["tap", "space", "space on a command", "enter"])
 def test_stop(way: str, robot: PageRobot, context: BrowserContext) -> None:
     page = opened(context, robot.link)
@@ -247,6 +291,21 @@ def test_without_the_token_it_says_what_to_do(
         assert robot.token not in page.url
         tap(page, "go forward")
         robot.robot.wait_for(moves)
+
+
+def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_label("rehearsal").check()
+    expect(page.locator("#status")).to_have_text("rehearsal: nothing moves")
+    since = robot.since
+    tap(page, "go forward")
+    expect(page.locator("#log")).to_contain_text("not obeyed: this is a rehearsal")
+    page.get_by_label("rehearsal").uncheck()
+    expect(page.locator("#status")).to_have_text("listening")
+    assert all(rests(event) for event in robot.robot.of("cmd_vel", since))
+    tap(page, "go forward")
+    robot.robot.wait_for(moves, since)
 
 
 def test_a_page_of_a_stranger_can_neither_drive_nor_read(

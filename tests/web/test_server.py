@@ -320,8 +320,7 @@ def test_half_a_request_holds_nobody_up(robot: PageRobot) -> None:
 def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) -> None:
     with opened(robot) as page, heard(robot, page) as microphone_of_a_watcher:
         microphone_of_a_watcher.begin()  # it does not drive
-        with pytest.raises(ConnectionClosed):
-            microphone_of_a_watcher.socket.recv(10)
+        assert microphone_of_a_watcher.told() is None
         assert page.drive()
         with heard(robot, page) as microphone:
             microphone.begin()
@@ -344,6 +343,7 @@ def test_sound_that_comes_late_does_not_drive_and_is_told(
             microphone.begin()
             microphone.speak(forward, page, late=0.5)
             late = microphone.told()
+            assert late
             assert late["type"] == "late"
             assert 0.4 < late["seconds"] < 5
             microphone.end()
@@ -394,8 +394,7 @@ def test_garbage_in_place_of_sound_ends_its_socket(robot: PageRobot) -> None:
             with heard(robot, page) as microphone:
                 microphone.begin()
                 microphone.socket.send(garbage)
-                with pytest.raises(ConnectionClosed):
-                    microphone.take_all()
+                assert microphone.told() is None
     robot.api.post("/api/stop")
 
 

@@ -20,6 +20,7 @@ from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm, parse
 from voz.cli.recordings import decode
 from voz.cli.run import run
+from voz.cli.serve import serve
 from voz.cli.service import service
 from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
@@ -61,6 +62,7 @@ app.command("decode")(decode)
 app.command("eval")(evaluate)
 app.command("fit-confidence")(fit_confidence)
 app.command("run")(run)
+app.command("serve")(serve)
 app.command("calibrate")(calibrate)
 app.command("devices")(devices)
 app.command("doctor")(doctor)

@@ -11,7 +11,7 @@ from voz.control.bound import Place
 from voz.control.controller import Command, Outcome, State, at_rest, go_on, obey
 from voz.control.safety import motion_has_expired
 from voz.control.table import CommandTable
-from voz.events import Event, Partial, Receiver, Reply, Twist, Utterance, Warning
+from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
 
 
 class Controller:
@@ -21,6 +21,7 @@ class Controller:
         stopped_at: when the motion was last ended by a loss, s. What was said before does not
             begin another.
         table: what each command does.
+        rehearsing: whether commands are understood and told, but none is obeyed that does not stop.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class Controller:
         self._state = State(listening=listening)
         self._last_command = 0.0
         self.stopped_at = 0.0
+        self.rehearsing = False
         self._behind: set[str] = set()
 
     @property
@@ -80,7 +82,8 @@ class Controller:
             self.emit(replace(event, obeyed=False))
         else:
             late = late or event.end < self.stopped_at or event.source in self._behind
-            self._obey(replace(event, ignored="too_late") if late else event)
+            why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
+            self._obey(replace(event, ignored=why) if why else event)
 
     def late_from(self, source: str, behind: bool) -> None:
         """Note whether a source is behind, so that what it hears was said long ago."""

@@ -32,6 +32,7 @@ from voz.web.messages import (
     Hello,
     Leave,
     Login,
+    Rehearse,
     Seen,
     Stop,
 )
@@ -173,6 +174,8 @@ class Api:
                 watcher.put(encoded({"type": "drive", "driving": driving, **self._desk.pages}))
             elif isinstance(message, Leave):
                 self._desk.leave(watcher)
+            elif isinstance(message, Rehearse):
+                self._desk.rehearse(watcher, message.on)
             elif isinstance(message, Stop):
                 _detached(self._stop_by(watcher, message.number))
 

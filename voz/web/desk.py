@@ -37,6 +37,7 @@ class Desk:
         wheel: Wheel,
         warn: Callable[[str], None],
         microphone: BrowserMicrophone | None,
+        rehearse: Callable[[bool], None],
     ) -> None:
         """Begin with no page.
 
@@ -46,12 +47,14 @@ class Desk:
             wheel: who drives.
             warn: takes what all should know.
             microphone: gets the sound of the page that drives.
+            rehearse: lets commands be understood and not be obeyed, or ends that.
         """
         self.microphone = microphone
         self._asking = asking
         self._board = board
         self._wheel = wheel
         self._warn = warn
+        self._rehearse = rehearse
         self._watchers: dict[int, Watcher] = {}
         self._numbers = count(1)
 
@@ -127,6 +130,14 @@ class Desk:
         """Let a page drive no more; the robot stops."""
         if self._wheel.leave(watcher.number):
             self._asking.halt()
+
+    def rehearse(self, watcher: Watcher, on: bool) -> None:
+        """Begin or end a rehearsal, if the page drives; the robot stops."""
+        if self.drives(watcher):
+            self._rehearse(on)
+            self._asking.halt()
+            told = "a rehearsal: commands are understood, and none but stop is obeyed"
+            self._warn(told if on else "the rehearsal is over: commands are obeyed")
 
     async def command(self, text: str, secret: str | None) -> Utterance:
         """Obey a sentence as if it were typed.

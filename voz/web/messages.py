@@ -45,7 +45,13 @@ class Stop(msgspec.Struct, frozen=True, tag_field="type", tag="stop"):
     number: int = 0
 
 
-FromPage: TypeAlias = Seen | Drive | Leave | Stop
+class Rehearse(msgspec.Struct, frozen=True, tag_field="type", tag="rehearse"):
+    """Commands are to be understood, but none is to be obeyed; or they are again."""
+
+    on: bool
+
+
+FromPage: TypeAlias = Seen | Drive | Leave | Stop | Rehearse
 
 
 class Hello(msgspec.Struct, frozen=True, tag_field="type", tag="hello"):

@@ -91,7 +91,14 @@ class OperatorPage:
         """
         ears = _Watched(parts.hearing)
         asking = Asking(self._inbox, self._clock.now, self._commands)
-        desk = Desk(asking, Board(parts.needed), self._wheel, self._warn, self._microphone)
+        desk = Desk(
+            asking,
+            Board(parts.needed),
+            self._wheel,
+            self._warn,
+            self._microphone,
+            partial(setattr, parts.drive, "rehearsing"),
+        )
         look = partial(self._look, parts, ears)
         api = Api(desk, self._site.doors, look, self._about(parts))
         app = Guard(application(api, self._site.authority), self._site.doors)
@@ -115,6 +122,7 @@ class OperatorPage:
         return {
             "t": self._clock.now(),
             "listening": parts.drive.listening,
+            "rehearsing": parts.drive.rehearsing,
             "speaking": bool(mixer and mixer.busy_until() > time.monotonic()),
             "deaf": ears.problem,
             "talking": bool(self._microphone and self._microphone.expected),

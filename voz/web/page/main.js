@@ -89,6 +89,8 @@ function showWheel(now) {
   at("drive").hidden = mine;
   put(at("drive"), now.driver ? "Take over" : "Drive");
   at("leave").hidden = !mine;
+  at("rehearse").disabled = !mine;
+  at("rehearse").checked = now.rehearsing;
   for (const button of at("commands").children) button.disabled = !mine;
   at("microphone").disabled = at("talk").disabled = at("hands-free").disabled = !mine;
 }
@@ -187,6 +189,7 @@ at("leave").onclick = () => {
   wantsToDrive = false;
   connection.send("leave");
 };
+at("rehearse").onchange = ({ target }) => connection.send("rehearse", { on: target.checked });
 at("microphone").onclick = async () => {
   put(at("voice-note"), "");
   try {

@@ -22,6 +22,7 @@ export function place([x, y, heading]) {
 // Whether it hears, and why not: [kind, words].
 export function status(state) {
   if (state.deaf) return ["deaf", `deaf: ${state.deaf}`];
+  if (state.rehearsing) return ["waiting", "rehearsal: nothing moves"];
   if (state.speaking) return ["speaking", "speaking: hears only stop"];
   if (!state.listening) return ["waiting", "say or tap “start speech”"];
   return ["listening", state.talking ? "listening to you" : "listening"];

@@ -1,0 +1,130 @@
+"""`voz serve`, asked by the client of the Wyoming project itself."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import closing
+
+import numpy as np
+import pytest
+from calls import VOZ, in_process
+from programs import PATIENCE
+from recordings import FIXTURES
+from wyoming.asr import Transcribe, Transcript
+from wyoming.audio import AudioChunk, AudioStart, AudioStop
+from wyoming.client import AsyncClient
+from wyoming.error import Error
+from wyoming.event import Event
+from wyoming.info import Describe, Info
+
+from voz.audio.capture.files import read_blocks
+
+pytestmark = pytest.mark.slow
+
+RATE = 16_000
+
+
+@pytest.fixture(scope="module")
+def uri() -> Iterator[str]:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        uri = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    command = [*VOZ, "serve", "--wyoming", uri]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
+        assert server.stderr
+        assert server.stderr.readline() == f"serving at {uri}\n"
+        yield uri
+        server.terminate()
+        assert server.wait(PATIENCE) in (0, -15, 143)
+        assert "Traceback" not in server.stderr.read()
+
+
+def clip(name: str) -> np.ndarray:
+    return np.concatenate(list(read_blocks(FIXTURES / name)))
+
+
+async def ask(uri: str, *events: Event) -> Event | None:
+    async with AsyncClient.from_uri(uri) as client:
+        for event in events:
+            await client.write_event(event)
+        return await asyncio.wait_for(client.read_event(), PATIENCE)
+
+
+def spoken(sound: np.ndarray, channels: int = 1, rate: int = RATE) -> list[Event]:
+    """A request with sound in chunks of 0.1 s."""
+    frames = np.repeat(sound[:, None], channels, axis=1)
+    chunks = [frames[at : at + rate // 10] for at in range(0, len(frames), rate // 10)]
+    return [
+        Transcribe(language="en").event(),
+        AudioStart(rate, 2, channels).event(),
+        *(AudioChunk(rate, 2, channels, chunk.tobytes()).event() for chunk in chunks),
+        AudioStop().event(),
+    ]
+
+
+def transcribed(uri: str, *events: Event) -> str:
+    answer = asyncio.run(ask(uri, *events))
+    assert answer
+    return Transcript.from_event(answer).text
+
+
+def test_it_tells_what_it_is(uri: str) -> None:
+    answer = asyncio.run(ask(uri, Describe().event()))
+    assert answer
+    (program,) = Info.from_event(answer).asr
+    assert (program.name, program.models[0].languages) == ("voz", ["en"])
+    assert "go forward" in (program.models[0].description or "")
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_a_command_is_transcribed(uri: str, channels: int) -> None:
+    sound = clip("commands/festival_slt__go_back.flac")
+    assert transcribed(uri, *spoken(sound, channels)) == "go back"
+
+
+def test_what_is_no_command_is_an_empty_text(uri: str) -> None:
+    assert transcribed(uri, *spoken(clip("near_misses/festival_slt__turn_around.flac"))) == ""
+    assert transcribed(uri, AudioStop().event()) == ""
+
+
+def test_two_at_a_time_get_each_their_own(uri: str) -> None:
+    async def both() -> list[Event | None]:
+        names = ("go_back", "turn_left")
+        clips = [clip(f"commands/festival_slt__{name}.flac") for name in names]
+        return await asyncio.gather(*(ask(uri, *spoken(sound)) for sound in clips))
+
+    texts = [Transcript.from_event(event).text for event in asyncio.run(both()) if event]
+    assert texts == ["go back", "turn left"]
+
+
+@pytest.mark.parametrize(
+    ("chunk", "complaint"),
+    [
+        (AudioChunk(RATE, 4, 1, bytes(400)), "16 bits"),
+        (AudioChunk(RATE, 2, 0, bytes(400)), "channels"),
+        (AudioChunk(RATE, 2, 1, bytes(401)), "one format"),
+        (AudioChunk(5, 2, 1, bytes(400)), "Hz"),
+    ],
+)
+def test_sound_that_it_cannot_hear_is_one_line(uri: str, chunk: AudioChunk, complaint: str) -> None:
+    answer = asyncio.run(ask(uri, chunk.event()))
+    assert answer
+    assert complaint in Error.from_event(answer).text
+
+
+@pytest.mark.parametrize("garbage", [b"\n", b"{}\n", b"[]\n", b"\xff\xfe\n", b'{"type": 3}\n'])
+def test_garbage_ends_its_connection_and_nothing_else(uri: str, garbage: bytes) -> None:
+    port = int(uri.rpartition(":")[2])
+    with closing(socket.create_connection(("127.0.0.1", port), PATIENCE)) as client:
+        client.sendall(garbage)
+        client.shutdown(socket.SHUT_WR)
+        assert client.recv(1000) == b""
+    assert asyncio.run(ask(uri, Describe().event()))
+
+
+@pytest.mark.parametrize("uri", ["tcp://127.0.0.1", "nonsense", "tcp://203.0.113.1:1"])
+def test_a_place_that_cannot_be_served_is_one_line(uri: str) -> None:
+    done = in_process("serve", "--wyoming", uri)
+    assert f"--wyoming {uri}: nobody can be served there" in done.complaint

@@ -1,0 +1,50 @@
+"""`voz serve`: understands for other programs, and drives nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from importlib.util import find_spec
+from typing import Annotated
+
+import typer
+
+from voz.cli.options import ProfileOption, Recognising, with_options
+from voz.cli.terminal import tell
+from voz.errors import ConfigError
+
+
+@dataclass
+class Serving(Recognising):
+    """The options of `voz serve`."""
+
+    wyoming: Annotated[
+        str, typer.Option(metavar="URI", help="Where it is asked, by the Wyoming protocol.")
+    ] = "tcp://127.0.0.1:10300"
+    profile: ProfileOption = None
+
+
+@with_options
+def serve(options: Serving) -> None:
+    """Be the speech-to-text of Home Assistant and of satellites, by the Wyoming protocol.
+
+    Nothing is driven: the text of a command that was accepted is the answer, and an empty one else.
+    The protocol has no password: name another address than this computer's own only in a network
+    that you trust.
+
+    Example: voz serve --wyoming tcp://0.0.0.0:10300
+    """
+    if find_spec("wyoming") is None:
+        from voz.extras import how_to_install
+
+        raise ConfigError(f"wyoming is not installed; {how_to_install('wyoming')}")
+    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.profiles import load_profile
+    from voz.wyoming.server import serve as serve_wyoming
+
+    settings = options.settings()
+    language = options.language(settings)
+    known = load_profile(options.profile) if options.profile else None
+    recognizer = Recognizer(language, settings.recognition, known)
+    ready = partial(tell, f"serving at {options.wyoming}")
+    serve_wyoming(options.wyoming, recognizer, recognizer.commands.examples(), ready)

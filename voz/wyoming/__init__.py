@@ -1,0 +1,1 @@
+"""voz as the speech-to-text of Home Assistant and of satellites, by the Wyoming protocol."""

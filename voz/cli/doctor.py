@@ -33,8 +33,9 @@ def doctor(
         bool, typer.Option("--base", help="Also DRIVE the base, to see whether it stops by itself.")
     ] = False,
     odom: Annotated[
-        str, typer.Option(metavar="TOPIC", help="Where the base tells how it moves.")
-    ] = "odom",
+        str | None,
+        typer.Option(metavar="TOPIC", help="The base's odometry; else as in voz.toml."),
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the base moves.")] = False,
     json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
     device: DeviceOption = None,

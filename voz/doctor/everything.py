@@ -36,16 +36,17 @@ def findings(settings: Config, robots: Sequence[str], device: str | None) -> Ite
     yield from optional.extras(frozenset({"ros2"}.intersection(robots)))
 
 
-def stopping(settings: Config, robot: str, odometry: str) -> Finding:
+def stopping(settings: Config, robot: str, odometry: str | None) -> Finding:
     """Drive the base of a robot for a moment, and see whether it stops by itself.
 
     Args:
         settings: those of the robot.
         robot: one of `BASES`.
-        odometry: the topic on which the base tells how it moves.
+        odometry: the topic on which the base tells how it moves; None as the settings say.
     """
     try:
-        with BASES[robot](settings, odometry) as base:
+        topic = odometry or getattr(settings, robot).odom
+        with BASES[robot](settings, topic) as base:
             return base_stops(base)
     except VozError as error:
         return not_well(NAME, error)

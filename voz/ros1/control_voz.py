@@ -35,6 +35,7 @@ class RemoteEars:
 
     Attributes:
         source: the topic, with its namespace.
+        commands: what has an effect.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class RemoteEars:
 
         self._inbox = inbox
         self._clock = clock
-        self._commands = commands
+        self.commands = commands
         self._silence = Silence()
         self._refused_at = -BETWEEN_REFUSED  # when, s
         self._problem = ""
@@ -78,12 +79,12 @@ class RemoteEars:
         text = normalise(message.data[:LONGEST])
         if not text:
             return
-        known, now = self._commands.parse(text) is not None, self._clock()
+        known, now = self.commands.parse(text) is not None, self._clock()
         if not known and now - self._refused_at < BETWEEN_REFUSED:
             self._inbox.dropped += 1  # whoever floods the topic must not delay a `stop`
             return
         self._refused_at = self._refused_at if known else now
-        self._inbox.put(typed(text, self._commands, now, self.source))
+        self._inbox.put(typed(text, self.commands, now, self.source))
 
     def _note(self, message: Any) -> None:
         self._problem = message.data

@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
+from typing import Protocol
 
 from msgspec.structs import replace
 
 from voz.config import Config
 from voz.events import Event, Partial, Receiver, Twist, Warning
+from voz.language.templates.commands import Commands
 from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.process import RobotProcess, RobotSpec
@@ -19,6 +21,7 @@ from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.assembly import Ears, drive_by_clock, starting
 from voz.run.clocks import Clock
+from voz.run.commands import begins_listening
 from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
 from voz.run.queued import Queued
@@ -27,12 +30,20 @@ KEPT = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
 """What a node's watchdog has of its special arguments; its name, log and parameters it has not."""
 
 
+class KnowingEars(Ears, Protocol):
+    """What hears, and knows what may be said."""
+
+    @property
+    def commands(self) -> Commands:
+        """What may be said."""
+
+
 def drive(
     node: Node,
     settings: Config,
     inbox: Inbox,
     clock: Clock,
-    ears: Ears,
+    ears: KnowingEars,
     say: list[Receiver],
     says_heard: bool,
 ) -> None:
@@ -59,9 +70,8 @@ def drive(
         start = parts.enter_context(starting(table, inbox, clock))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
-        driven = Controller(
-            receivers, settings.safety, bool(switch("listening")), table, robots["ROS"].place
-        )
+        listening = bool(switch("listening")) or not begins_listening(ears.commands, table)
+        driven = Controller(receivers, settings.safety, listening, table, robots["ROS"].place)
         drive_by_clock(driven, inbox, clock, troubles, ears)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 import socket
 import ssl
 import stat
 import threading
 import time
+import zipfile
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -84,6 +86,21 @@ def test_the_state_tells_where_the_robot_is(robot: PageRobot) -> None:
     assert answer["commands"][:2] == ["start speech", "stop speech"]
     *_, stop = [event for event in answer["events"] if event["text"] == "stop"]
     assert stop["needed"] < 1
+
+
+def test_diagnostics_hold_what_happened_and_nothing_secret(robot: PageRobot) -> None:
+    robot.drives("fold arm")
+    with opened(robot) as page:
+        secret = page.welcome["secret"]
+        packed = robot.api.get("/api/diagnostics").raise_for_status().content
+    with zipfile.ZipFile(io.BytesIO(packed)) as file:
+        texts = {name: file.read(name).decode() for name in file.namelist()}
+    events = [json.loads(line) for line in texts["events.jsonl"].splitlines()]
+    assert "fold arm" in [event.get("text") for event in events]
+    assert json.loads(texts["settings.json"])["robot"] == ["simulator"]
+    assert texts["versions.txt"].startswith("voz ")
+    assert json.loads(texts["state.json"])["now"]
+    assert secret not in "".join(texts.values())
 
 
 def test_a_page_gets_the_events_and_states(robot: PageRobot) -> None:

@@ -62,12 +62,14 @@ class Shown(NamedTuple):
         hearing: what listens.
         mixer: what the robot speaks by, if it does.
         needed: how sure a command must be to be accepted.
+        settings: of the run.
     """
 
     drive: Controller
     hearing: Hearing
     mixer: PlayedSound | None
     needed: Callable[[str], float | None]
+    settings: Config
 
 
 class Seat(NamedTuple):
@@ -171,7 +173,8 @@ def run_live(
             seat.tell(_ready(hearing.device, seat))
         ears: Ears = hearing
         if page:
-            shown = Shown(drive, hearing, speaker.mixer if speaker else None, recognizer.needed)
+            mixer = speaker.mixer if speaker else None
+            shown = Shown(drive, hearing, mixer, recognizer.needed, settings)
             ears = parts.enter_context(page.serving(shown))
             robots = {**robots, PAGE: partial(_trouble, page, drive)}
         drive_by_clock(drive, inbox, clock, robots, ears)

@@ -18,9 +18,11 @@ from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from voz.config import Config
 from voz.web.asking import NotDone
 from voz.web.board import Record, encoded
 from voz.web.desk import Desk, TakenError
+from voz.web.diagnostics import bundle
 from voz.web.doors import Doors
 from voz.web.guard import MOST_BYTES
 from voz.web.limits import Limit
@@ -62,7 +64,14 @@ Kind = TypeVar("Kind")
 class Api:
     """Answers what is asked under /api."""
 
-    def __init__(self, desk: Desk, doors: Doors, look: Callable[[], Record], about: Record) -> None:
+    def __init__(
+        self,
+        desk: Desk,
+        doors: Doors,
+        look: Callable[[], Record],
+        about: Record,
+        settings: Config,
+    ) -> None:
         """Prepare to answer.
 
         Args:
@@ -70,17 +79,20 @@ class Api:
             doors: lets them in.
             look: gives how things are now.
             about: what does not change: the commands, the room.
+            settings: of the run, for who asks what went wrong.
         """
         self._desk = desk
         self._doors = doors
         self._look = look
         self._about = about
+        self._settings = settings
         self._commands = Limit(COMMANDS_EACH_SECOND, COMMANDS_AT_ONCE)
 
     def routes(self) -> list[BaseRoute]:
         """All addresses under /api."""
         return [
             Route("/api/state", self.state),
+            Route("/api/diagnostics", self.diagnostics),
             Route("/api/login", self.login, methods=["POST"]),
             Route("/api/command", self.command, methods=["POST"]),
             Route("/api/stop", self.stop, methods=["POST"]),
@@ -91,6 +103,12 @@ class Api:
     async def state(self, _: Request) -> Response:
         """GET /api/state: how things are, and what was last."""
         return JSONResponse(self._all())
+
+    async def diagnostics(self, _: Request) -> Response:
+        """GET /api/diagnostics: what helps to find out what went wrong."""
+        packed = await asyncio.to_thread(bundle, self._all(), self._desk.recent, self._settings)
+        headers = {"Content-Disposition": 'attachment; filename="voz-diagnostics.zip"'}
+        return Response(packed, media_type="application/zip", headers=headers)
 
     async def login(self, request: Request) -> Response:
         """POST /api/login: changes the token for a cookie that scripts cannot read."""

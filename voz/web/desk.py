@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
@@ -17,6 +18,10 @@ from voz.web.wheel import Wheel
 
 MOST_PAGES = 100
 """At a time; more are turned away."""
+
+
+MOST_RECENT = 6000
+"""Events that are kept for who asks what went wrong: ten minutes."""
 
 
 class TakenError(Exception):
@@ -55,6 +60,7 @@ class Desk:
         self._wheel = wheel
         self._warn = warn
         self._rehearse = rehearse
+        self._recent: deque[str] = deque(maxlen=MOST_RECENT)
         self._watchers: dict[int, Watcher] = {}
         self._numbers = count(1)
 
@@ -78,10 +84,16 @@ class Desk:
         """The last that was heard, said and warned of."""
         return self._board.remembered
 
+    @property
+    def recent(self) -> list[str]:
+        """All events of the last minutes, as JSON."""
+        return list(self._recent)
+
     def take(self, event: Event) -> None:
         """Tell all pages of an event."""
         self._asking.take(event)
         record = encoded(self._board.take(event))
+        self._recent.append(record)
         for watcher in self._watchers.values():
             watcher.put(record)
 

@@ -100,7 +100,7 @@ class OperatorPage:
             partial(setattr, parts.drive, "rehearsing"),
         )
         look = partial(self._look, parts, ears)
-        api = Api(desk, self._site.doors, look, self._about(parts))
+        api = Api(desk, self._site.doors, look, self._about(parts), parts.settings)
         app = Guard(application(api, self._site.authority), self._site.doors)
         work = partial(telling, desk, self._feed, look, self._site.renew)
         with serving(app, self._site.at, self._site.tls, work, self._warn):

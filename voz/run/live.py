@@ -26,7 +26,7 @@ from voz.run.inbox import Inbox
 from voz.run.renewal import renewing
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 from voz.terminal.display import Display
-from voz.terminal.keyboard import keys, somebody_types
+from voz.terminal.keyboard import Line, keys, somebody_types
 
 REDRAWN = 5
 """Times a second that a terminal is drawn anew; more costs a small computer too much."""
@@ -133,19 +133,17 @@ def run_live(
 
     with ExitStack() as parts:
         page = seat.page(inbox, clock) if seat.page else None
-        recorder = None
-        if seat.record:
-            recorder = Recorder(seat.record, settings.recording.gigabytes, warn)
-            parts.enter_context(recorder)
+        recorder = parts.enter_context(_recorder(seat, settings, warn))
         speaker = parts.enter_context(speaking(settings.speech, table.replies, warn))
+        mixer = speaker.mixer if speaker else None
         hearing = Hearing(
             recognizer,
             (page.sound if page else None) or sound_card(seat.device),
             inbox,
             clock.now,
-            loudspeaker=speaker.mixer if speaker and settings.speech.half_duplex else None,
-            never_missed=settings.recognition.never_missed,
-            recorder=recorder,
+            mixer if settings.speech.half_duplex else None,
+            settings.recognition.never_missed,
+            recorder,
         )
         parts.enter_context(hearing)
         parts.enter_context(renewing(recognizer, table, tell))
@@ -154,30 +152,46 @@ def run_live(
             parts.enter_context(seat.also(obey))
         start = parts.enter_context(starting(table, inbox, clock))
         told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
-        if seat.terminal:
-            display = Display(
-                lambda: hearing.peak,
-                lambda: hearing.background,
-                lambda: drive.listening,
-                lambda: hearing.deaf,
-                lambda: line.text,
-                hearing.device,
-                lambda: recorder.note if recorder else "",
-                seat.extra,
-            )
-            told.append(display.receive)
         drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
         if seat.terminal:
+            display = _display(seat, drive, hearing, line, recorder)
+            told.append(display.receive)
             parts.enter_context(drawn(display, seat.terminal))
         else:
             seat.tell(_ready(hearing.device, seat))
         ears: Ears = hearing
         if page:
-            mixer = speaker.mixer if speaker else None
             shown = Shown(drive, hearing, mixer, recognizer.needed, settings)
             ears = parts.enter_context(page.serving(shown))
             robots = {**robots, PAGE: partial(_trouble, page, drive)}
         drive_by_clock(drive, inbox, clock, robots, ears)
+
+
+@contextmanager
+def _recorder(
+    seat: Seat, settings: Config, warn: Callable[[str], None]
+) -> Iterator[Recorder | None]:
+    """What keeps what is heard, for a `with` block; None if nobody wants it kept."""
+    if seat.record is None:
+        yield None
+        return
+    with Recorder(seat.record, settings.recording.gigabytes, warn) as recorder:
+        yield recorder
+
+
+def _display(
+    seat: Seat, drive: Controller, hearing: Hearing, line: Line, recorder: Recorder | None
+) -> Display:
+    return Display(
+        lambda: hearing.peak,
+        lambda: hearing.background,
+        lambda: drive.listening,
+        lambda: hearing.deaf,
+        lambda: line.text,
+        hearing.device,
+        lambda: recorder.note if recorder else "",
+        seat.extra,
+    )
 
 
 def _trouble(page: Page, drive: Controller) -> str | None:

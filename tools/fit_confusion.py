@@ -27,8 +27,10 @@ from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.language.phone_distances import DISTANCES
-from voz.recognition.decoder import ACOUSTIC_MODEL, mean_start
-from voz.recognition.evidence import FILLERS, UNPRUNED
+from voz.language.spoken import USUAL_MODEL
+from voz.recognition.decoder import mean_start
+from voz.recognition.evidence import UNPRUNED
+from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT
 from voz.recordings.rows import records_in
 
@@ -181,19 +183,20 @@ def variations(phones: Sequence[str]) -> Search:
 
 def measure(chosen: Sequence[Clip]) -> Losses:
     """Search all clips and add up what the variations lose."""
-    decoder = pocketsphinx.Decoder(
-        hmm=pocketsphinx.get_model_path(ACOUSTIC_MODEL),
-        dict=None,
-        lm=None,
-        fdict=str(FILLERS),  # as in the phone loop: phones without their context
-        fsgusefiller=False,
-        ds=2,  # every other frame's Gaussians in full: 0.6 of the time
-        bestpath=False,
-        beam=UNPRUNED,
-        pbeam=UNPRUNED,
-        wbeam=UNPRUNED,
-        loglevel="FATAL",
-    )
+    with fillers(PHONES) as words:
+        decoder = pocketsphinx.Decoder(
+            hmm=pocketsphinx.get_model_path(USUAL_MODEL),
+            dict=None,
+            lm=None,
+            fdict=str(words),  # as in the phone loop: phones without their context
+            fsgusefiller=False,
+            ds=2,  # every other frame's Gaussians in full: 0.6 of the time
+            bestpath=False,
+            beam=UNPRUNED,
+            pbeam=UNPRUNED,
+            wbeam=UNPRUNED,
+            loglevel="FATAL",
+        )
     size = len(PHONES)
     losses = Losses(np.zeros((size, size)), np.zeros((size, size)), [[] for _ in PHONES])
     for clip in track(chosen, "Measuring"):

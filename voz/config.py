@@ -76,6 +76,22 @@ class Recognition(Section, frozen=True, kw_only=True):
     confidence: str | None = None
 
 
+class SpokenLanguage(Section, frozen=True, kw_only=True):
+    """What people speak; without any of this it is English.
+
+    Attributes:
+        name: what it is called; a copy that `voz language add` took has this name.
+        acoustic_model: a folder in CMUSphinx's format, in place of the copy's.
+        dictionary: a dictionary in CMUSphinx's format, in place of the copy's.
+        pronunciations: rules for words that it lacks: letters, a tab and their phones a line.
+    """
+
+    name: str = "English"
+    acoustic_model: str | None = None
+    dictionary: str | None = None
+    pronunciations: str | None = None
+
+
 class Safety(Section, frozen=True, kw_only=True):
     """What stands between the command rules and a robot that runs away.
 
@@ -238,6 +254,7 @@ class Config(Section, frozen=True, kw_only=True):
 
     lm: str | None = None
     robot: tuple[str, ...] = ("console",)
+    language: SpokenLanguage = SpokenLanguage()
     recognition: Recognition = Recognition()
     safety: Safety = Safety()
     speech: Speech = Speech()

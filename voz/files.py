@@ -54,6 +54,27 @@ def shown_path(path: Path) -> str:
     return os.fsencode(path).decode(errors="backslashreplace")
 
 
+def data_folder(kind: str) -> Path:
+    """Name a folder for what users keep, which need not be there.
+
+    Args:
+        kind: what it is for, as `profiles`.
+
+    Returns:
+        A path under `$XDG_DATA_HOME/voz`, or `~/.local/share/voz`.
+
+    Raises:
+        ConfigError: there is no home folder.
+    """
+    home = os.environ.get("XDG_DATA_HOME", "")
+    try:
+        # The standard says that a path which is not absolute is to be ignored.
+        data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
+    except RuntimeError as error:
+        raise ConfigError(f"there is no home folder for {kind}; set XDG_DATA_HOME") from error
+    return data / "voz" / kind
+
+
 def read_bytes(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_BYTES) -> bytes:
     """Read a file that a user named, whole.
 

@@ -18,6 +18,7 @@ from voz.cli.doctor import doctor
 from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm, parse
+from voz.cli.languages import languages
 from voz.cli.recordings import decode
 from voz.cli.run import run
 from voz.cli.serve import serve
@@ -33,7 +34,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # the plain help takes half the time
     context_settings={"help_option_names": ["-h", "--help"]},
-    help="Offline voice control for robots: speak a command, the robot moves and answers.",
+    help="Offline voice control for robots: speak a command, the robot moves and answers. "
+    "The commands are English; `voz language` takes another.",
 )
 
 
@@ -58,6 +60,7 @@ def _before_all(
 # The help shows them in this order.
 app.command("build-lm")(build_lm)
 app.command("parse")(parse)
+app.add_typer(languages, name="language")
 app.command("decode")(decode)
 app.command("eval")(evaluate)
 app.command("fit-confidence")(fit_confidence)

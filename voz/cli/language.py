@@ -12,7 +12,9 @@ from voz.cli.options import HERE, Common, with_options
 from voz.cli.terminal import put, show, tell, warn
 
 if TYPE_CHECKING:
+    from voz.config import Config
     from voz.language.build import Given
+    from voz.language.languages import OtherLanguage
 
 MOST_TOLD = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
@@ -48,6 +50,7 @@ def build_lm(
 ) -> None:
     """Make the dictionary, language model and grammar from a list of commands.
 
+    The language is English, or what `[language]` in a voz.toml says: see `voz language`.
     Warns of commands that sound alike. Sentences in a `tests.txt` beside the list must be commands,
     those after `!` must not, or nothing is written. A list that moves a robot needs a command that
     stops it; a voz.toml in the folder you are in says what commands do.
@@ -59,9 +62,9 @@ def build_lm(
     from voz.language.alike import table
     from voz.run.commands import check_list
 
-    given = build.read_list(commands)
-    _check_expected(given, commands.parent)
     settings = load_config(HERE) if HERE.is_file() else Config()
+    given = build.read_list(commands, _spoken(settings))
+    _check_expected(given, commands.parent)
     check_list(given.commands, settings.table, str(commands))
     if count:
         _show_costs(given)
@@ -70,7 +73,7 @@ def build_lm(
     if alike:
         show(*table(build.closest(given)).split("\n"))
     if picture:
-        build.draw_alike(commands, picture)
+        build.draw_alike(commands, picture, given)
     folder = out or commands.parent
     if check:
         if stale := build.check(commands, folder, given):
@@ -84,6 +87,16 @@ def build_lm(
         warn(warning)
     show(f"{result.sentences:,} sentences, {result.words:,} words:")
     show(*(f"  {path}" for path in result.paths))
+
+
+def _spoken(settings: Config) -> OtherLanguage | None:
+    """Read the language that the settings name; None is English."""
+    if settings.language == type(settings.language)():
+        return None
+    from voz.language.languages import read_language, sources_of
+
+    sources = sources_of(settings.language)
+    return read_language(sources) if sources else None
 
 
 def _check_expected(given: Given, folder: Path) -> None:

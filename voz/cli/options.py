@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from voz.cli.terminal import tell, warn
-from voz.config import Config, load_config, overridden
+from voz.config import Config, SpokenLanguage, load_config, overridden
 from voz.files import check_not_read
 
 if TYPE_CHECKING:
@@ -69,6 +69,11 @@ class Common:
 
         language = find_language(settings.lm)
         check_files(language)
+        if settings.language != SpokenLanguage():
+            from voz.language.files import read_spoken
+            from voz.language.languages import check_same
+
+            check_same(read_spoken(language), settings.language, language.folder)
         if self.verbose:
             tell(f"language files: {language.folder.resolve()}")
             tell(f"second ear: {_second_ear(settings, language)}")

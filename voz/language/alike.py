@@ -10,6 +10,7 @@ from pathlib import Path
 from voz.errors import VozError
 from voz.extras import how_to_install
 from voz.language.confusion import AlikePair, sound_alike
+from voz.language.phone_distances import Distances
 
 RISKY = 0.77
 """From here on a pair is worth a warning.
@@ -114,13 +115,19 @@ def table(pairs: Sequence[AlikePair], count: int = 10) -> str:
     return "\n".join(lines)
 
 
-def draw(commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]], path: Path) -> None:
+def draw(
+    commands: Sequence[str],
+    pronunciations: Mapping[str, Sequence[str]],
+    path: Path,
+    distances: Distances | None = None,
+) -> None:
     """Draw how alike all commands sound, as a matrix.
 
     Args:
         commands: normalised sentences, each once.
         pronunciations: the pronunciations of each of their words.
         path: the picture; its ending decides between PNG and SVG.
+        distances: how far apart the phones are; None for those of English.
 
     Raises:
         VozError: matplotlib is missing, there are too many commands, or the picture cannot be
@@ -139,7 +146,7 @@ def draw(commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]], p
         raise VozError(f"matplotlib is not installed; {how_to_install('report')}") from None
     figure = Figure(figsize=(3 + len(commands) / 2, 2 + len(commands) / 2), layout="constrained")
     axes = figure.add_subplot()
-    cells = _matrix(commands, pronunciations)
+    cells = _matrix(commands, pronunciations, distances)
     # Two commands are rarely under 0.4: with colours from 0 on all would be the same red.
     image = axes.imshow(cells, cmap="YlOrRd", vmin=0.4, vmax=1.0)
     figure.colorbar(image, shrink=0.8)
@@ -161,9 +168,11 @@ def draw(commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]], p
 
 
 def _matrix(
-    commands: Sequence[str], pronunciations: Mapping[str, Sequence[str]]
+    commands: Sequence[str],
+    pronunciations: Mapping[str, Sequence[str]],
+    distances: Distances | None,
 ) -> list[list[float]]:
-    pairs = sound_alike(commands, pronunciations, at_least=0.0)
+    pairs = sound_alike(commands, pronunciations, at_least=0.0, distances=distances)
     alike = {frozenset((pair.first, pair.second)): pair.alike for pair in pairs}
     return [[alike.get(frozenset((row, column)), 1.0) for column in commands] for row in commands]
 

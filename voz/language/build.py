@@ -10,14 +10,18 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+import msgspec
+from msgspec.structs import replace
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, replaced
 from voz.language import alike
 from voz.language.checks import fingerprint, locked
-from voz.language.commands import MAX_BYTES, at_most, parse_commands
+from voz.language.commands import MAX_BYTES, at_most, check_english, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
+from voz.language.dictionaries import pronounce_by
 from voz.language.files import PACKAGED, LanguageFiles, read_sentences
 from voz.language.grammar import jsgf
 from voz.language.letter_to_sound import guess
@@ -31,12 +35,16 @@ from voz.language.lexicon import (
 )
 from voz.language.mixing import mean_the_same, pairs_of_many
 from voz.language.ngram import arpa
+from voz.language.spoken import Spoken
 from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.compiling import Compiled
 from voz.language.templates.compiling import compiled as compile_templates
 from voz.language.templates.grammar import structured_jsgf
 from voz.language.templates.loading import is_templates, read_templates
 from voz.language.templates.stored import as_text
+
+if TYPE_CHECKING:
+    from voz.language.languages import OtherLanguage
 
 
 @dataclass(frozen=True)
@@ -66,6 +74,7 @@ class Given(NamedTuple):
         places: where each word stands first, as `FILE:LINE`.
         warnings: what the user should know, one line each.
         compiled: of templates; None for a plain list.
+        spoken: the language, if it is not voz's usual English.
         read: the bytes of each file that templates were read from.
     """
 
@@ -75,6 +84,7 @@ class Given(NamedTuple):
     places: Mapping[str, str]
     warnings: tuple[str, ...]
     compiled: Compiled | None = None
+    spoken: Spoken | None = None
     read: Mapping[Path, bytes] = MappingProxyType({})
 
 
@@ -116,36 +126,40 @@ def check(commands: Path, out: Path, given: Given | None = None) -> list[str]:
         CommandsError: the list or the pronunciations cannot be read or used.
     """
     contents = _contents(given or read_list(commands), out)
-    old = LanguageFiles(out).templates
-    stale = [old.name] if old.exists() and old.name not in contents else []
+    old = [LanguageFiles(out).templates, LanguageFiles(out).spoken]
+    stale = [path.name for path in old if path.exists() and path.name not in contents]
     return [*(name for name, text in contents.items() if not _holds(out / name, text)), *stale]
 
 
-def read_list(commands: Path) -> Given:
+def read_list(commands: Path, language: OtherLanguage | None = None) -> Given:
     """Read a command list, and find out how its words are pronounced.
 
     Args:
         commands: a plain list or templates, in voz's notation or in that of another program; a
             `pronunciations.txt` beside it is used.
+        language: what is spoken; None is English.
 
     Raises:
         CommandsError: it or the pronunciations cannot be read or used.
     """
     data = _read_text(commands)
     if is_templates(commands, data):
-        return _read_templates(commands)
+        return _read_templates(commands, language)
     parsed = parse_commands(data, str(commands))
     known, places = plain_commands(parsed.sentences), parsed.places()
-    return Given(parsed.name, known, _pronounced(commands, places), places, parsed.warnings)
+    entries, spoken = _pronounced(commands, places, language), language and language.spoken
+    return Given(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
-def _read_templates(commands: Path) -> Given:
+def _read_templates(commands: Path, language: OtherLanguage | None) -> Given:
     source, read = read_templates(commands)
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
-    entries = _pronounced(commands, places)
-    return Given(source.name, compiled.commands, entries, places, compiled.warnings, compiled, read)
+    entries, spoken = _pronounced(commands, places, language), language and language.spoken
+    return Given(
+        source.name, compiled.commands, entries, places, compiled.warnings, compiled, spoken, read
+    )
 
 
 def closest_commands(commands: Path) -> list[AlikePair]:
@@ -166,30 +180,33 @@ def closest_commands(commands: Path) -> list[AlikePair]:
 def closest(given: Given) -> list[AlikePair]:
     """Find what sounds alike and does not mean the same; in a long list some of it."""
     commands, phones = given.commands, _phones(given.entries)
+    distances = given.spoken.distances if given.spoken else None
     if len(commands) > alike.MOST_COMMANDS:
-        return pairs_of_many(commands, phones)
-    pairs = sound_alike(commands.listed, phones)
+        return pairs_of_many(commands, phones, distances)
+    pairs = sound_alike(commands.listed, phones, distances=distances)
     return [pair for pair in pairs if not mean_the_same(commands, pair.first, pair.second)]
 
 
-def draw_alike(commands: Path, picture: Path) -> None:
+def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> None:
     """Draw how alike the commands of a list sound.
 
     Args:
         commands: the command list.
         picture: the picture to write, PNG or SVG by its ending.
+        given: what the list holds, if that is known already.
 
     Raises:
         CommandsError: the list or the pronunciations cannot be used, or it is too long.
         VozError: the picture cannot be drawn.
     """
-    given = read_list(commands)
+    given = given or read_list(commands)
     if len(given.commands) > alike.MOST_PICTURED:
         raise CommandsError(
             f"{given.name}: has {len(given.commands):,} sentences, too many for a picture; "
             f"give a list of at most {alike.MOST_PICTURED}"
         )
-    alike.draw(given.commands.listed, _phones(given.entries), picture)
+    distances = given.spoken.distances if given.spoken else None
+    alike.draw(given.commands.listed, _phones(given.entries), picture, distances)
 
 
 def generate(
@@ -197,6 +214,7 @@ def generate(
     entries: Mapping[str, Entry],
     grammar: str | None = None,
     templates: str | None = None,
+    spoken: str | None = None,
 ) -> dict[str, str]:
     """Generate the contents of all language files. Does no I/O.
 
@@ -205,6 +223,7 @@ def generate(
         entries: the pronunciations of all their words, sorted by word.
         grammar: that of all sentences, where only some are given.
         templates: what templates were compiled to; None for a plain list.
+        spoken: which language it is; None for voz's usual English.
 
     Returns:
         The content of each file by its name; the same for the same arguments.
@@ -221,13 +240,16 @@ def generate(
     }
     if templates is not None:
         contents[files.templates] = templates
+    if spoken is not None:
+        contents[files.spoken] = spoken
     named = {path.name: text for path, text in contents.items()}
     return {**named, files.fingerprint.name: fingerprint(named)}
 
 
 def _contents(given: Given, out: Path) -> dict[str, str]:
+    spoken = _as_json(given.spoken, out) if given.spoken else None
     if given.compiled is None:
-        return generate(given.commands.listed, given.entries)
+        return generate(given.commands.listed, given.entries, spoken=spoken)
     commands, templates = given.commands, given.compiled.templates
     sources = {
         os.path.relpath(path.absolute(), out.absolute()): sha256(data).hexdigest()
@@ -235,7 +257,14 @@ def _contents(given: Given, out: Path) -> dict[str, str]:
     }
     grammar = None if commands.few else structured_jsgf([one.expression for one in templates])
     text = as_text(commands, sources)
-    return generate(commands.examples(), given.entries, grammar, text)
+    return generate(commands.examples(), given.entries, grammar, text, spoken)
+
+
+def _as_json(spoken: Spoken, out: Path) -> str:
+    model = Path(spoken.acoustic_model or "")
+    if not model.is_absolute():  # the settings name it from where the user is
+        spoken = replace(spoken, acoustic_model=os.path.relpath(model.absolute(), out.absolute()))
+    return f"{msgspec.json.encode(spoken).decode()}\n"
 
 
 def _dictionary(entries: Mapping[str, Entry]) -> list[str]:
@@ -251,10 +280,16 @@ def _lines(lines: Sequence[str]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def _pronounced(commands: Path, places: Mapping[str, str]) -> dict[str, Entry]:
+def _pronounced(
+    commands: Path, places: Mapping[str, str], language: OtherLanguage | None
+) -> dict[str, Entry]:
     """Find out how words are pronounced."""
     own = commands.parent / PRONUNCIATIONS
-    user = parse_pronunciations(_read_text(own), str(own)) if own.exists() else {}
+    phones = language.spoken.phones if language else None
+    user = parse_pronunciations(_read_text(own), str(own), phones) if own.exists() else {}
+    if language:
+        return pronounce_by(places, user, language.dictionary, language.rules)
+    check_english(places)
     return pronounce(places, user, read_cmudict(), guess)
 
 
@@ -310,8 +345,9 @@ def _write(contents: Mapping[str, str], out: Path) -> None:
                     file = last_first.enter_context(replaced(out / name, "wb"))
                     file.write(text.encode())
                     file.flush()  # a full disk is told before any is replaced
-            if LanguageFiles(out).templates.name not in contents:  # the list had templates before
-                LanguageFiles(out).templates.unlink(missing_ok=True)
+            for old in (LanguageFiles(out).templates, LanguageFiles(out).spoken):
+                if old.name not in contents:  # the list had templates before, or was in Spanish
+                    old.unlink(missing_ok=True)
     except OSError as error:
         raise LanguageError(
             f"{out}: cannot be written ({error.strerror}); give a folder that you may write to"

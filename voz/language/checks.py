@@ -19,9 +19,9 @@ from voz.files import read_bytes, shown_path
 from voz.language.files import (
     AGAIN,
     LanguageFiles,
-    parse_dictionary,
     parse_sentences,
     read_plain,
+    read_pronunciations,
 )
 from voz.language.grammar import jsgf
 from voz.language.ngram import check_arpa
@@ -44,7 +44,7 @@ def check_files(files: LanguageFiles) -> None:
             return
         if files.templates.exists():
             raise LanguageError(f"{files.fingerprint}: is missing; {AGAIN}")
-        words = parse_dictionary(read_plain(files.dictionary), files.dictionary)
+        words = read_pronunciations(files)
         sentences = parse_sentences(read_plain(files.sentences), files.sentences)
         check_words(sentences, words, files.sentences)
         if read_plain(files.grammar) != jsgf(sentences):

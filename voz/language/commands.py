@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from voz.errors import CommandsError
@@ -15,9 +15,14 @@ MAX_WORDS = 12
 MAX_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
 MAX_WARNINGS = 10
 
+LETTER = r"(?:[^\W\d_]|[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
+"""Of any language, with the signs that some scripts put to a letter; which of them a language has,
+its dictionary says."""
+
 # Of the white space only the space and the tab are meant to be in a line of text: the others
 # that `\s` knows below U+0020 are control characters.
-_CANNOT_BE_SPOKEN = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
+_CANNOT_BE_SPOKEN = re.compile(rf"(?!{LETTER})[^'\s]|[\x0b\x0c\x1c-\x1f\x85]")
+_NOT_ENGLISH = re.compile(r"[^a-z']")
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,15 @@ def normalise(text: str) -> str:
     """Bring a command, from a list or typed, into the one form that all parts compare.
 
     Returns:
-        The text in lower case, with single spaces and none at its ends.
+        The text in lower case, with single spaces and none at its ends; a letter with its accent
+        is one character.
     """
-    return " ".join(text.lower().split())
+    return " ".join(composed(text.lower()).split())
+
+
+def composed(text: str) -> str:
+    """Write each letter with its accent as one character, whatever the editor made of it."""
+    return unicodedata.normalize("NFC", text)
 
 
 def parse_commands(data: bytes, name: str) -> CommandList:
@@ -138,6 +149,23 @@ def what_cannot_be_spoken(text: str) -> tuple[int, str] | None:
     return (wrong.start(), _advice(wrong.group())) if wrong else None
 
 
+def check_english(places: Mapping[str, str]) -> None:
+    """Refuse words with letters that English does not have.
+
+    Args:
+        places: the words, and where each stands for messages.
+
+    Raises:
+        CommandsError: there is one.
+    """
+    for word, place in places.items():
+        if wrong := _NOT_ENGLISH.search(word):
+            raise CommandsError(
+                f'{place}: "{wrong.group()}" is not one of the letters a to z; write the word with '
+                "plain letters and its pronunciation in pronunciations.txt, or set [language]"
+            )
+
+
 def too_long(word: str) -> str:
     """Say that a word is too long to be one; empty if it is not."""
     if len(word) <= MAX_LETTERS:
@@ -153,11 +181,6 @@ def _advice(char: str) -> str:
     shown = f'"{char}"' if char.isprintable() else f"the character U+{ord(char):04X}"
     if char.isnumeric():
         return f"{shown} is a digit; write the number as words"
-    if unicodedata.category(char)[0] in "LM":
-        return (
-            f"{shown} is not one of the letters a to z; write the word with plain letters "
-            "and its pronunciation in pronunciations.txt"
-        )
     if unicodedata.category(char) == "Pd":
         return f"{shown} cannot be spoken; write a space instead"
     if char in "‘’`´":  # noqa: RUF001 (what editors and keyboards make of an apostrophe)

@@ -60,6 +60,7 @@ def sound_alike(
     commands: Sequence[str],
     pronunciations: Mapping[str, Sequence[str]],
     at_least: float = NOTEWORTHY,
+    distances: Distances | None = None,
 ) -> list[AlikePair]:
     """Find the pairs of commands that sound alike.
 
@@ -67,11 +68,12 @@ def sound_alike(
         commands: normalised sentences, each once.
         pronunciations: the pronunciations of each of their words, such as "K OW L AH".
         at_least: how alike a pair must be, 0 to 1; the higher, the faster.
+        distances: how far apart the phones are; None for those of English.
 
     Returns:
         The pairs, the most alike first.
     """
-    distances = read_distances()
+    distances = distances or read_distances()
     farthest = -math.log(at_least) * UNLIKE if at_least > 0 else math.inf
     spoken = {command: _ways_to_say(command, pronunciations, distances) for command in commands}
     pairs = []
@@ -83,12 +85,11 @@ def sound_alike(
     return sorted(pairs, key=lambda pair: -pair.alike)
 
 
-def loss_between(one: Sequence[str], other: Sequence[str]) -> float:
+def loss_between(one: Sequence[str], other: Sequence[str], distances: Distances) -> float:
     """Compute what is lost if one sequence of phones is taken for another, in nats.
 
     It is the mean of both directions; each has at least one phone.
     """
-    distances = read_distances()
     frames = [sum(distances.frames[phone] for phone in phones) for phones in (one, other)]
     there, back = (_Spoken(tuple(p), f, {}) for p, f in zip((one, other), frames, strict=True))
     return (

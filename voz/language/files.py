@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, read_json
-from voz.language.commands import MAX_BYTES, MAX_LETTERS, parse_commands
+from voz.language.commands import LETTER, MAX_BYTES, MAX_LETTERS, parse_commands
 from voz.language.lexicon import PHONES
+from voz.language.spoken import Spoken, english
 from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.stored import Stored, commands_in
 
@@ -18,7 +20,7 @@ STEM = "comandos_voz"
 PACKAGED = Path(__file__).parent.parent / "lm"
 AGAIN = "make the language files again with `voz build-lm`"
 
-_WORD = re.compile(rf"((?:[^\W_]|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
+_WORD = re.compile(rf"((?:[^\W_]|{LETTER}|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
 """Of a dictionary. The underscore is for voz's own words, others mean something in a grammar."""
 
 
@@ -73,11 +75,16 @@ class LanguageFiles:
         return self.folder / f"{STEM}.templates"
 
     @property
+    def spoken(self) -> Path:
+        """Which acoustic model belongs to them; where it is voz's usual English, there is none."""
+        return self.folder / f"{STEM}.language"
+
+    @property
     def generated(self) -> tuple[Path, ...]:
         """All that is generated from the command list."""
         read = (self.dictionary, self.lm, self.grammar, self.sentences)
-        templates = (self.templates,) if self.templates.exists() else ()
-        return (*read, self.vocabulary, self.pronounce_log, *templates)
+        others = [path for path in (self.templates, self.spoken) if path.exists()]
+        return (*read, self.vocabulary, self.pronounce_log, *others)
 
     @property
     def fingerprint(self) -> Path:
@@ -152,29 +159,44 @@ def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
     Raises:
         LanguageError: the dictionary cannot be read or holds something else.
     """
-    return parse_dictionary(read_plain(files.dictionary), files.dictionary)
+    phones = read_spoken(files).phones
+    return parse_dictionary(read_plain(files.dictionary), files.dictionary, phones=phones)
 
 
-def parse_dictionary(text: str, path: Path, advice: str = AGAIN) -> dict[str, tuple[str, ...]]:
+def read_spoken(files: LanguageFiles) -> Spoken:
+    """Read which language is spoken: English, unless the language files say another.
+
+    Raises:
+        LanguageError: the file cannot be read or holds something else.
+    """
+    if not files.spoken.exists():
+        return english()
+    return read_json(files.spoken, Spoken, LanguageError, AGAIN)
+
+
+def parse_dictionary(
+    text: str, path: Path, advice: str = AGAIN, phones: Collection[str] = PHONES
+) -> dict[str, tuple[str, ...]]:
     """Parse a dictionary, as strictly as pocketsphinx needs it.
 
     Args:
         text: what `read_plain` has read.
         path: what messages call it.
         advice: what the user can do if it cannot be used.
+        phones: those of the acoustic model.
 
     Raises:
         LanguageError: a line is something else; the message says which.
     """
     words: dict[str, tuple[str, ...]] = {}
     for number, line in enumerate(_lines(text), start=1):
-        word, *phones = line.split() or [""]
+        word, *said = line.split() or [""]
         match = _WORD.fullmatch(word)
-        if not match or not phones or not PHONES.issuperset(phones):
+        if not match or not said or any(phone not in phones for phone in said):
             raise LanguageError(f"{path}:{number}: is no line `word PHONE PHONE`; {advice}")
         if word in words or (match[2] and match[1] not in words):
             raise LanguageError(f"{path}:{number}: {word} stands in the wrong place; {advice}")
-        words[word] = tuple(phones)
+        words[word] = tuple(said)
     return words
 
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 from pathlib import Path
 
 from voz.errors import CommandsError
-from voz.language.commands import text_lines
+from voz.language.commands import LETTER, normalise, text_lines
 from voz.language.letter_to_sound import FestivalError
 
 # What the acoustic model knows.
@@ -27,7 +27,8 @@ GUESS = "letter-to-sound (a guess)"
 MIN_PART = 3  # letters of the shortest part of a compound
 MAX_PARTS = 3
 
-_USER_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
+_USER_WORD = re.compile(rf"((?:{LETTER}|')+)(\([0-9]+\))?")
+_ENGLISH_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
 
 Guesser = Callable[[Sequence[str]], dict[str, str]]
 
@@ -95,12 +96,15 @@ def _pronunciations_at(cmudict: bytes, start: int, word: str) -> tuple[str, ...]
     return tuple(found)
 
 
-def parse_pronunciations(data: bytes, name: str) -> dict[str, tuple[str, ...]]:
+def parse_pronunciations(
+    data: bytes, name: str, phones_known: Collection[str] | None = None
+) -> dict[str, tuple[str, ...]]:
     """Parse the user's pronunciations: lines `word PH PH`, several for the same word if need be.
 
     Args:
         data: the bytes of the file, UTF-8; `#` begins a comment.
         name: what messages call the file.
+        phones_known: those of another language's acoustic model; None is English.
 
     Returns:
         The pronunciations of each word, in the order of the file.
@@ -112,24 +116,26 @@ def parse_pronunciations(data: bytes, name: str) -> dict[str, tuple[str, ...]]:
     for number, text in text_lines(data, name):
         where = f"{name}:{number}"
         word, *phones = text.split()
-        match = _USER_WORD.fullmatch(word.lower())
+        pattern = _ENGLISH_WORD if phones_known is None else _USER_WORD
+        match = pattern.fullmatch(normalise(word))
         if not match:
             raise CommandsError(
                 f"{where}: {word!a} is no word; write a word of the letters a to z, "
                 "then its phones, as in: cocacola K OW K AH K OW L AH"
             )
-        found.setdefault(match.group(1), {})[_check_phones(phones, where)] = None
+        found.setdefault(match.group(1), {})[_check_phones(phones, where, phones_known)] = None
     return {word: tuple(phones) for word, phones in found.items()}
 
 
-def _check_phones(phones: Sequence[str], where: str) -> str:
-    """Bring phones into the model's form: upper case, no stress digits."""
-    plain = [phone.upper().rstrip("012") for phone in phones]
+def _check_phones(phones: Sequence[str], where: str, known: Collection[str] | None) -> str:
+    """Bring phones into the model's form: for English upper case, no stress digits."""
+    plain = list(phones) if known else [phone.upper().rstrip("012") for phone in phones]
     if not plain:
         raise CommandsError(f"{where}: has no phones; write them after the word")
     for given, phone in zip(phones, plain, strict=True):
-        if phone not in PHONES:
-            raise CommandsError(f"{where}: {given!a} is no phone; the phones are {PHONE_NAMES}")
+        if phone not in (known or PHONES):
+            names = " ".join(sorted(known)) if known else PHONE_NAMES
+            raise CommandsError(f"{where}: {given!a} is no phone; the phones are {names}")
     return " ".join(plain)
 
 

@@ -11,6 +11,7 @@ from math import exp
 
 from voz.language.alike import differing, words_that_differ
 from voz.language.confusion import UNLIKE, AlikePair
+from voz.language.phone_distances import Distances
 from voz.language.templates.commands import Commands
 from voz.language.templates.distances import Sound
 from voz.language.templates.neighbours import Near, nearest
@@ -26,19 +27,23 @@ USUAL_FRAMES = 85.0
 
 
 def pairs_of_many(
-    commands: Commands, pronunciations: Mapping[str, Sequence[str]]
+    commands: Commands,
+    pronunciations: Mapping[str, Sequence[str]],
+    distances: Distances | None = None,
 ) -> list[AlikePair]:
     """Find pairs that sound alike among very many sentences.
 
     Args:
         commands: of a long list.
         pronunciations: of each of its words, such as "K OW L AH".
+        distances: how far apart the phones are; None for those of English.
 
     Returns:
         The pairs, the most alike first; of those that differ in the same words the most alike.
         How alike they are hangs on the words that differ, and not on the length of the rest.
     """
-    sound = Sound({word: [way.split() for way in ways] for word, ways in pronunciations.items()})
+    spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
+    sound = Sound(spellings, distances)
     found: dict[frozenset[str], AlikePair] = {}
     for sentence in commands.sample(LOOKED_AT):
         for near in nearest(commands.network, sentence.split(), sound, NEIGHBOURS):

@@ -140,22 +140,30 @@ def with_log_odds(model: Model, more: float) -> Model:
     return replace(model, intercept=model.intercept + more)
 
 
-def features(evidence: Evidence, phones_of: Mapping[str, Sequence[str]]) -> dict[str, float]:
+def features(
+    evidence: Evidence,
+    phones_of: Mapping[str, Sequence[str]],
+    usual: Mapping[str, float] | None = None,
+) -> dict[str, float]:
     """Bring the evidence to a few numbers that mean the same for any list of commands.
 
     Args:
         evidence: what speaks for the command and against it.
         phones_of: the phones of each word of the dictionary.
+        usual: how many frames each phone takes; None for those of English.
 
     Returns:
         The features by name; likelihood ratios are in nats for each frame of speech.
     """
     command, phones = evidence.command, evidence.phones
+    usual = usual or read_distances().frames
     after = sum(max(0, p.end - max(p.start - 1, command.spans[-1].end)) for p in phones.spans)
     return {
         "phones": (command.score - phones.score) / phones.frames,
         "worst word": min(word_ratio(span, phones) for span in command.spans),
-        "hurried": max(0.0, -min(_pace(w, phones_of[w.name]) for w in command.spans) - HURRIED),
+        "hurried": max(
+            0.0, -min(_pace(w, phones_of[w.name], usual) for w in command.spans) - HURRIED
+        ),
         "not covered": 1 - covered(command, phones) / phones.frames,
         "sound after": math.log1p(max(0, after - A_BREATH)),
     }
@@ -283,7 +291,6 @@ def _chance(log_odds: float) -> float:
     return 1 / (1 + math.exp(-min(700.0, max(-700.0, log_odds))))
 
 
-def _pace(word: Span, phones: Sequence[str]) -> float:
+def _pace(word: Span, phones: Sequence[str], usual: Mapping[str, float]) -> float:
     """How slowly a word is said: the logarithm of its time over what its phones usually take."""
-    usual = read_distances().frames
     return math.log(word.frames / sum(usual[phone] for phone in phones))

@@ -31,8 +31,6 @@ It is 1.1 dB on average, and the words account for a part of the differences. Ha
 at 10 dB over kitchen noise are right with the fixed start, four of five with this.
 """
 
-ACOUSTIC_MODEL = "en-us/en-us"
-
 PIECE = 800
 """Samples that are decoded at a time; no other thread of Python runs for those 3 ms."""
 
@@ -95,8 +93,10 @@ def load_decoder(language: Language, **settings: Any) -> Any:
     Raises:
         LanguageError: its files, or pocketsphinx's, cannot be used.
     """
+    spoken = language.spoken
     config = pocketsphinx.Config(
-        hmm=pocketsphinx.get_model_path(ACOUSTIC_MODEL),
+        hmm=str(spoken.folder(language.files.folder)),
+        dictcase=not spoken.is_usual,  # phones of others may differ in their case alone
         dict=str(language.files.dictionary),
         lm=None,
         loglevel="FATAL",  # its own messages are about its insides; ours say what to do

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 from voz.audio import Samples
@@ -12,11 +11,9 @@ from voz.language.templates.distances import Sound
 from voz.recognition.accents import spellings
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
+from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, search_graph
 from voz.recognition.second_ear import Opinion
-
-FILLERS = Path(__file__).with_name("phone_loop.fillers")
-"""The phones of the acoustic model as words of their own; no command has an underscore."""
 
 UNPRUNED = 1e-300
 """A beam so wide that a sentence much worse than the phone loop is still scored."""
@@ -133,20 +130,20 @@ class Comparison:
         """
         # As fillers the phones keep their context-independent models: a third of the time.
         # The search then must not put them everywhere; the silences are in its arcs.
-        self._decoder = load_decoder(
-            language,
-            bestpath=False,
-            mllr=mllr,
-            fdict=str(FILLERS),
-            fsgusefiller=False,
-            beam=UNPRUNED,
-            pbeam=UNPRUNED,
-            wbeam=UNPRUNED,
-        )
-        lines = FILLERS.read_text(encoding="ascii").splitlines()
-        self._phones = [line.split()[1] for line in lines if line.startswith("_")]
+        self._phones = sorted(language.spoken.phones)
+        with fillers(self._phones) as words:
+            self._decoder = load_decoder(
+                language,
+                bestpath=False,
+                mllr=mllr,
+                fdict=str(words),
+                fsgusefiller=False,
+                beam=UNPRUNED,
+                pbeam=UNPRUNED,
+                wbeam=UNPRUNED,
+            )
         self._commands = language.commands
-        self._sound = Sound(spellings(language.pronunciations))
+        self._sound = Sound(spellings(language.pronunciations), language.spoken.distances)
         self._never_missed = self._commands.named(never_missed, MOST_NEVER_MISSED)
         if self.finds_alone:
             self._search_for(self._commands.listed)

@@ -102,6 +102,7 @@ class Interpreter:
         alone = settings.search == "grammar" and self._comparison.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = language.pronunciations
+        self._usual = language.spoken.frames
         self._second = _second_ear(language) if settings.second_ear else None
         self._spotter = _spotter(self._second, self.commands, settings.never_missed)
         models = load_models(settings.confidence)
@@ -135,7 +136,7 @@ class Interpreter:
         trust = trust_in_speech(self._voice_in(samples, evidence))
         # What goes on and is as loud as the command is no noise that the command drowns in.
         above = math.inf if segment.amid else segment.above
-        values = features(evidence, self._phones_of) | two_ears(evidence, above)
+        values = features(evidence, self._phones_of, self._usual) | two_ears(evidence, above)
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
         sure = trust * probability(self.model, values)
         return Hypothesis(segment, evidence.text, evidence, trust, sure, values)

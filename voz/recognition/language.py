@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_commands, read_pronunciations
+from voz.language.files import LanguageFiles, read_commands, read_pronunciations, read_spoken
+from voz.language.spoken import Spoken, english
 from voz.language.templates.commands import Commands
 from voz.recognition.accents import Phones, with_accents
 
@@ -19,12 +20,14 @@ class Language(NamedTuple):
         commands: all sentences and what they mean.
         dictionary: the phones of each word, as the files have them; variants are words.
         pronunciations: the same, and how its words are said in other accents.
+        spoken: which language it is, and its acoustic model.
     """
 
     files: LanguageFiles
     commands: Commands
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
+    spoken: Spoken = english()
 
 
 def load_language(files: LanguageFiles) -> Language:
@@ -35,4 +38,10 @@ def load_language(files: LanguageFiles) -> Language:
     """
     check_files(files)
     dictionary = read_pronunciations(files)
-    return Language(files, read_commands(files), dictionary, with_accents(dictionary))
+    spoken = read_spoken(files)
+    if not spoken.is_usual:
+        from voz.language.languages import check_model  # numpy, which English needs for nothing
+
+        check_model(spoken, files.folder)
+    said = with_accents(dictionary) if spoken.is_english else dictionary
+    return Language(files, read_commands(files), dictionary, said, spoken)

@@ -120,7 +120,12 @@ class SecondEar:
 
 
 def second_ear_for(language: Language) -> SecondEar:
-    """Load the second ear for the words of a language; errors are those of `SecondEar`."""
+    """Load the second ear for the words of a language; errors are those of `SecondEar`.
+
+    Phones of another language may be called like English ones, and be other sounds.
+    """
+    if not language.spoken.is_english:
+        raise UnknownNetworkError(f"it knows English alone, and this is {language.spoken.name}")
     return SecondEar(spellings(language.pronunciations))
 
 

@@ -13,10 +13,10 @@ from recordings import Recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.config import Recognition
 from voz.errors import LanguageError
+from voz.language.acoustic_model import AcousticModel
 from voz.language.files import LanguageFiles
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.acoustic_model import AcousticModel
 from voz.recognition.speaker.adaptation import (
     DOUBTS,
     LIMITS,

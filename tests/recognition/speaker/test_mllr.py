@@ -9,16 +9,17 @@ import pocketsphinx
 import pytest
 from recordings import Recording
 
-from voz.recognition.decoder import ACOUSTIC_MODEL, Decoder, mean_start
+from voz.language.acoustic_model import CEPSTRA, AcousticModel
+from voz.language.spoken import USUAL_MODEL
+from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.language import Language
-from voz.recognition.speaker.acoustic_model import CEPSTRA, AcousticModel
 from voz.recognition.speaker.adaptation import Aligned
 from voz.recognition.speaker.mllr import as_text, fit_transforms, is_transforms
 
 
 @pytest.fixture(scope="module")
 def model() -> AcousticModel:
-    return AcousticModel(Path(pocketsphinx.get_model_path(ACOUSTIC_MODEL)))
+    return AcousticModel(Path(pocketsphinx.get_model_path(USUAL_MODEL)))
 
 
 def spoken_by_the_model(model: AcousticModel, moved_by: float) -> Aligned:

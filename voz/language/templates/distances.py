@@ -7,6 +7,7 @@ from difflib import SequenceMatcher
 from functools import lru_cache
 
 from voz.language.confusion import loss_between
+from voz.language.phone_distances import Distances, read_distances
 
 ALONE = 22.0
 """Nats for each phone of a word that is too many or too few.
@@ -22,8 +23,18 @@ MOST_SPELLINGS = 2
 class Sound:
     """How far apart words sound, in nats that the recogniser would lose."""
 
-    def __init__(self, spellings: Mapping[str, Sequence[Sequence[str]]]) -> None:
-        """Take the phones of each word, in all the ways that it may be said."""
+    def __init__(
+        self,
+        spellings: Mapping[str, Sequence[Sequence[str]]],
+        distances: Distances | None = None,
+    ) -> None:
+        """Take the phones of each word, in all the ways that it may be said.
+
+        Args:
+            spellings: those phones.
+            distances: how far apart phones are; None for those of English.
+        """
+        self._distances = distances or read_distances()
         self._spellings = {
             word: [tuple(way) for way in ways[:MOST_SPELLINGS]] for word, ways in spellings.items()
         }
@@ -32,7 +43,7 @@ class Sound:
 
     def _instead(self, word: str, other: str) -> float:
         ways, others = self._spellings[word], self._spellings[other]
-        return min(loss_between(one, two) for one in ways for two in others)
+        return min(loss_between(one, two, self._distances) for one in ways for two in others)
 
     def rough(self, word: str, other: str) -> float:
         """How many phones only one of two words has."""

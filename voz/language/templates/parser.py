@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, NamedTuple, NoReturn
 
-from voz.language.commands import too_long, what_cannot_be_spoken
+from voz.language.commands import normalise, too_long, what_cannot_be_spoken
 from voz.language.templates.expression import (
     Choice,
     Expression,
@@ -193,7 +193,7 @@ class Parser:
             self.fail(found[1], token.at + found[0])
         if advice := too_long(token.text):
             self.fail(advice, token.at)
-        return Word(token.text.lower())
+        return Word(normalise(token.text))
 
     def _split(self) -> list[Token]:
         text, end = self.passage.text, 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from voz.language.commands import whole_lines
+from voz.language.commands import composed, whole_lines
 from voz.language.templates.expression import wrong
 from voz.language.templates.notation import NAME, Notation, list_body
 from voz.language.templates.parser import Passage
@@ -14,7 +14,7 @@ _MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
 _IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
 _RULE = re.compile(rf"\s*<({NAME})>\s*=", re.ASCII)
 _LIST = re.compile(rf"\s*({NAME})\s*=", re.ASCII)
-_COMMAND = re.compile(r"\s*([A-Za-z_][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:", re.ASCII)
+_COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
 
 
 def has_templates(data: bytes) -> bool:
@@ -56,7 +56,7 @@ def _add(source: Source, line: Passage) -> None:
         source.define("list", match[1], list_body(_behind(line, match)), place)
     elif match := _COMMAND.match(line.text):
         expression = Notation(_behind(line, match)).parse()
-        source.templates.append(Template(" ".join(match[1].split()), expression, place))
+        source.templates.append(Template(composed(" ".join(match[1].split())), expression, place))
     elif "=" in line.text:
         at = line.text.index("=")
         raise wrong(

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
+from voz.language.commands import LETTER, composed
 from voz.language.templates.number_words import wordings
 
-_TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|[^\W_]+(?:'[^\W_]+)*'?")
+_LETTERS = rf"(?:{LETTER}|[^\W_])+"
+_TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?")
 _PLAIN = str.maketrans(
     {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001
 )
@@ -25,7 +27,7 @@ def tokens(text: str) -> list[list[str]]:
     Returns:
         For each word or number the ways to say it: a word in lower case, a number in all wordings.
     """
-    plain = _HYPHEN.sub(" ", text.lower().translate(_PLAIN))
+    plain = _HYPHEN.sub(" ", composed(text.lower()).translate(_PLAIN))
     return [_said(token) for token in _TOKEN.findall(plain)]
 
 

@@ -20,13 +20,12 @@ from typing import Annotated, NamedTuple
 
 import msgspec
 import numpy as np
-import pocketsphinx
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.recognition.decoder import ACOUSTIC_MODEL, load_decoder, process
+from voz.language.acoustic_model import CEPSTRA, AcousticModel, Floats, Indices
+from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
-from voz.recognition.speaker.acoustic_model import CEPSTRA, AcousticModel, Floats, Indices
 
 LIKE_THE_MODEL = -1.5
 """What is learnt from fits its command almost as well as any phones: nats for each frame of speech.
@@ -176,7 +175,7 @@ class Aligner:
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         self._cepstra = Path(folder)
         self._decoder = load_decoder(language, bestpath=False, mfclogdir=folder)
-        self.model = AcousticModel(Path(pocketsphinx.get_model_path(ACOUSTIC_MODEL)))
+        self.model = AcousticModel(language.spoken.folder(language.files.folder))
 
     def align(self, samples: Samples, text: str, start: str) -> Aligned | None:
         """Find the phones.

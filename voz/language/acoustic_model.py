@@ -3,13 +3,14 @@
 A phone has a codebook of Gaussians for each of the three feature streams: the cepstra, their
 differences in time, and the differences of these. Each state of a phone, called a senone, weights
 the Gaussians in its own way. The formats are those of pocketsphinx's `ms_gauden.c` (`means`,
-`variances`), `ptm_mgau.c` (`sendump`) and `bin_mdef.c` (`mdef`), in the byte order of the packaged
-model.
+`variances`), `ptm_mgau.c` (`sendump`), `tmat.c` (`transition_matrices`), `mdef.c` and `bin_mdef.c`
+(`mdef`, as text or not), in the byte order of nearly all computers.
 """
 
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,22 @@ CEPSTRA = 13
 
 STREAMS = 3
 
+STATES = 3
+"""Of a phone, which senones stand for; those of phones without context come first."""
+
 LEAST_VARIANCE = 1e-4
 """pocketsphinx's own `varfloor`."""
 
 WEIGHT_UNIT = 1024 * np.log(1.0001)
 """`sendump` holds negative 1.0001-logarithms, shifted right by 10 bits; this in nats."""
+
+BINARY_MARK = 0x46444D42
+"""`BMDF`, which a binary mdef begins with."""
+
+MOST_REPEATS = 0.95
+"""Of a state, for the average; silence repeats for ever."""
+
+SILENCE = "SIL"
 
 BYTE_ORDER = 0x11223344
 """Stands at the head of a binary file that was written in the order in which we read."""
@@ -35,8 +47,34 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 
+def read_phones(folder: Path) -> list[str]:
+    """Read the names of a model's phones, in the order of their codebooks; `SIL` is one.
+
+    Raises:
+        LanguageError: the file is missing or is none of a model.
+    """
+    try:
+        data = (folder / "mdef").read_bytes()
+        return _text_phones(data) if data.startswith(b"0.3") else _binary_phones(data)
+    except (OSError, ValueError, struct.error) as error:
+        raise unusable(folder, error) from error
+
+
+def spoken_phones(phones: Iterable[str]) -> list[str]:
+    """Leave silence and noises out, as `SIL` and `+SPN+` are called."""
+    return [phone for phone in phones if phone != SILENCE and not phone.startswith("+")]
+
+
+def unusable(folder: Path, why: object) -> LanguageError:
+    """Say that a model cannot be used."""
+    return LanguageError(
+        f"{folder}: the acoustic model cannot be used ({why}); give a folder in the format of "
+        "CMUSphinx, or install pocketsphinx again"
+    )
+
+
 class AcousticModel:
-    """The Gaussians of the packaged model.
+    """The Gaussians of a model whose phones have a codebook each.
 
     Attributes:
         means: of the Gaussians, shape (phones, streams, Gaussians, 13).
@@ -54,16 +92,14 @@ class AcousticModel:
             LanguageError: a file is missing, or not as the packaged model has it.
         """
         try:
-            names = _read_phones((folder / "mdef").read_bytes())
+            names = read_phones(folder)
             self.means = _read_gaussians((folder / "means").read_bytes())
             variances = _read_gaussians((folder / "variances").read_bytes())
             self._weights = _read_weights((folder / "sendump").read_bytes(), self.means.shape[2])
             if not len(names) == len(self.means) == len(variances):
                 raise ValueError("another number of phones in mdef than in means")
         except (OSError, ValueError, struct.error) as error:
-            raise LanguageError(
-                f"{folder}: the acoustic model cannot be used ({error}); install pocketsphinx again"
-            ) from error
+            raise unusable(folder, error) from error
         self.variances = np.maximum(variances, LEAST_VARIANCE)
         self.phones = {name: number for number, name in enumerate(names)}
 
@@ -86,19 +122,53 @@ class AcousticModel:
         return np.asarray(np.einsum("ng,ngc->nc", weights, means) / weights.sum(1)[:, None])
 
 
-def _read_phones(data: bytes) -> list[str]:
-    """Read the names of the phones, which stand in the order of the codebooks."""
-    _, _, description = struct.unpack_from("<3i", data)
+def read_durations(folder: Path) -> Floats:
+    """Read how many frames each phone lasts on average, by how often its states repeat.
+
+    Raises:
+        LanguageError: the file is missing or of another kind.
+    """
+    try:
+        data = (folder / "transition_matrices").read_bytes()
+        at = _behind_header(data)
+        order, phones, states, targets = struct.unpack_from("<I3i", data, at)
+        if order != BYTE_ORDER or (states, targets) != (STATES, STATES + 1):
+            raise ValueError("transition matrices of another kind")
+        counts = np.frombuffer(data, "<f4", phones * states * targets, at + 20)
+    except (OSError, ValueError, struct.error) as error:
+        raise unusable(folder, error) from error
+    matrices = counts.reshape(phones, states, targets).astype(np.float64)
+    stays = matrices[:, range(STATES), range(STATES)] / np.maximum(matrices.sum(axis=2), 1e-9)
+    return np.asarray((1 / (1 - np.minimum(stays, MOST_REPEATS))).sum(axis=1))
+
+
+def _text_phones(data: bytes) -> list[str]:
+    """Of a model in text: lines `PHONE - - - ...` are the phones without context."""
+    lines = (line.split() for line in data.decode().splitlines())
+    names = [line[0] for line in lines if len(line) > 5 and line[1:4] == ["-", "-", "-"]]
+    if not names:
+        raise ValueError("no phones in mdef")
+    return names
+
+
+def _binary_phones(data: bytes) -> list[str]:
+    mark, version, description = struct.unpack_from("<3i", data)
+    if mark != BINARY_MARK or version != 1:
+        raise ValueError("mdef of another kind")
     sizes = 12 + description
     (phones,) = struct.unpack_from("<i", data, sizes)
     names = data[sizes + 10 * 4 :].split(b"\0", phones)[:phones]
     return [name.decode("ascii") for name in names]
 
 
+def _behind_header(data: bytes) -> int:
+    mark = b"endhdr\n"
+    return data.index(mark) + len(mark)
+
+
 def _read_gaussians(data: bytes) -> Floats:
     """Read the means or variances of the Gaussians, shape (phones, streams, Gaussians, 13)."""
-    mark = b"endhdr\n"
-    at = data.index(mark) + len(mark)
+    at = _behind_header(data)
     order, phones, streams, gaussians = struct.unpack_from("<I3i", data, at)
     lengths = struct.unpack_from(f"<{streams}i", data, at + 16)
     if order != BYTE_ORDER or lengths != (CEPSTRA,) * STREAMS:

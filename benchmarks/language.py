@@ -10,7 +10,7 @@ import os
 import subprocess
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -27,7 +27,7 @@ from voz.config import Recognition, load_config
 from voz.language.build import build, read_list
 from voz.language.files import LanguageFiles
 from voz.language.languages import add_language, read_language, sources_of
-from voz.recognition.interpreter import thresholds
+from voz.recognition.interpreter import needed
 from voz.recognition.recognizer import Recognizer
 
 SPANISH = Path(__file__).parent.parent / "examples" / "spanish"
@@ -55,6 +55,9 @@ NEAR_MISSES = (
     "parada",
 )
 """None of them a command; many begin or end as one."""
+
+
+THRESHOLDS = (0.1, 0.2, 0.3, 0.5, 0.7)
 
 
 class Voice(NamedTuple):
@@ -97,13 +100,46 @@ def built(given: Path, folder: Path) -> LanguageFiles:
     return LanguageFiles(folder / "lm")
 
 
-def judged(recognizer: Recognizer, texts: list[str], folder: Path) -> Iterator[tuple[str, str, list[float], bool]]:
-    """Each text with what was heard, how surely, and whether it was obeyed."""
-    for voice in VOICES:
-        for text in texts:
-            heard = list(recognizer.utterances([spoken(text, voice, folder)], ""))
-            said = " / ".join(u.text for u in heard)
-            yield text, said, [u.confidence for u in heard], any(u.accepted for u in heard)
+class Said(NamedTuple):
+    """A text that was said, what was heard, how surely, and whether it was obeyed."""
+
+    text: str
+    heard: str
+    confidence: float
+    obeyed: bool
+
+    @property
+    def is_right(self) -> bool:
+        """Whether it was understood."""
+        return self.text == self.heard
+
+
+def judged(recognizer: Recognizer, texts: Sequence[str], folder: Path) -> list[Said]:
+    """Let all voices say all texts."""
+    found = []
+    for voice, text in product(VOICES, texts):
+        heard = list(recognizer.utterances([spoken(text, voice, folder)], ""))
+        words = " / ".join(u.text for u in heard)
+        sure = max((u.confidence for u in heard), default=0.0)
+        found.append(Said(text, words, sure, any(u.accepted for u in heard)))
+    return found
+
+
+def report(commands: Sequence[Said], others: Sequence[Said]) -> Iterator[str]:
+    """The figures, a line each."""
+    right = [said for said in commands if said.is_right]
+    obeyed = sum(said.obeyed for said in right)
+    wrongly = sum(said.obeyed for said in commands if not said.is_right)
+    refused = sum(not said.obeyed for said in others)
+    yield f"commands: {len(right)} of {len(commands)} right, {obeyed} right and accepted,"
+    yield f"  {wrongly} taken for another and accepted"
+    yield f"near-misses: {refused} of {len(others)} refused"
+    for least in THRESHOLDS:
+        kept = sum(said.confidence >= least for said in right)
+        more = sum(said.confidence < least for said in others)
+        yield f"  at threshold {least}: {kept} right and accepted, {more} near-misses refused"
+    lost = Counter(said.text for said in commands if not (said.is_right and said.obeyed))
+    yield "lost most: " + ", ".join(f"{text} {count}" for text, count in lost.most_common(5))
 
 
 def main(
@@ -111,31 +147,19 @@ def main(
     every: Annotated[bool, typer.Option("--all", help="Show each one that went wrong.")] = False,
 ) -> None:
     """Print how many commands are right, how many of them are obeyed, and near-misses too."""
+    settings = Recognition(never_missed=("para",))
     with tempfile.TemporaryDirectory(prefix="voz-") as work:
         files = built(folder.resolve(), Path(work))
-        recognizer = Recognizer(files, Recognition(never_missed=("para",)))
-        commands = list(recognizer.commands)
-        needed = set(thresholds(recognizer.model, Recognition(), commands).values())
-        print(f"{machine()}; {len(VOICES)} voices; confidence needed: {max(needed):.2f}")
-        found = list(judged(recognizer, commands, Path(work)))
-        missed = list(judged(recognizer, list(NEAR_MISSES), Path(work)))
-    right = [f for f in found if f[0] == f[1]]
-    obeyed = [f for f in right if f[3]]
-    wrongly = [f for f in found if f[0] != f[1] and f[3]]
-    through = [f for f in missed if f[3]]
-    print(f"commands: {len(right)} of {len(found)} right, {len(obeyed)} right and accepted,")
-    print(f"  {len(wrongly)} taken for another and accepted")
-    print(f"near-misses: {len(missed) - len(through)} of {len(missed)} refused")
-    lost = Counter(f[0] for f in found if f not in obeyed)
-    print("lost most:", ", ".join(f"{text} {count}" for text, count in lost.most_common(5)))
-    for threshold in (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8):
-        kept = sum(f[0] == f[1] and max(f[2], default=0) >= threshold for f in found)
-        more = sum(max(f[2], default=0) >= threshold for f in missed)
-        print(f"threshold {threshold}: {kept / len(found):.3f} right and accepted, {more} near-misses")
-    if every:
-        for text, said, sure, accepted in [*found, *missed]:
-            if (text == said) != accepted:
-                print(f"{text}: {said or 'nothing'} {sure} {'accepted' if accepted else ''}")
+        recognizer = Recognizer(files, settings)
+        least = needed(recognizer.model, settings)
+        print(f"{machine()}; {len(VOICES)} voices; accepted from {least.usual:.2f}")
+        commands = judged(recognizer, recognizer.commands.listed, Path(work))
+        others = judged(recognizer, NEAR_MISSES, Path(work))
+    for line in report(commands, others):
+        print(line)
+    for said in [*commands, *others] if every else ():
+        if said.is_right != said.obeyed:
+            print(f"{said.text}: {said.heard} {said.confidence}", "accepted" * said.obeyed)
 
 
 if __name__ == "__main__":

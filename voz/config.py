@@ -113,7 +113,7 @@ class Speech(Section, frozen=True, kw_only=True):
 
     Attributes:
         enabled: False keeps it silent, as `--no-sound` does.
-        voice: one of `voz say --list-voices`.
+        voice: one of `voz say --list-voices`, or of espeak-ng, as `espeak-ng:es`.
         half_duplex: while the robot speaks, only the commands of `never_missed` are heard; False
             is for a headset, as `--no-half-duplex` is.
     """

@@ -232,3 +232,12 @@ def test_pocketsphinx_hears_a_command_with_either_search(search: str):
     loaded.process_raw(samples.tobytes())
     loaded.end_utt()
     assert loaded.hyp().hypstr == "go back"
+
+
+@pytest.mark.parametrize("listed", ["stop\nseñal\n", "stop\n(señal|go)\n", "stop\nsen\u0303al\n"])
+def test_a_letter_that_english_lacks_is_refused_with_its_line(listed: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.txt"
+    path.write_text(listed, encoding="utf-8")
+    with pytest.raises(CommandsError, match=r'mine.txt:2: "ñ" is not one of the letters a to z'):
+        build(path, tmp_path / "lm")
+    assert not (tmp_path / "lm").exists()

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import which
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -27,7 +28,7 @@ def say(
         bool, typer.Option("--list-voices", help="Show the voices that are installed.")
     ] = False,
 ) -> None:
-    """Say a text with festival.
+    """Say a text with festival, or by a voice of espeak-ng, as espeak-ng:es.
 
     Example: voz say "bep bep. I am listening you" --out hello.wav
     """
@@ -35,6 +36,8 @@ def say(
 
     if list_voices:
         show(*festival.voices())
+        if which("espeak-ng"):
+            show("espeak-ng:en, espeak-ng:es, ... (see `espeak-ng --voices`)")
     elif text is None:
         raise SpeechError("there is nothing to say; give a text in quotes, see --help")
     elif out:

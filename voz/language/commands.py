@@ -15,13 +15,15 @@ MAX_WORDS = 12
 MAX_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
 MAX_WARNINGS = 10
 
-LETTER = r"(?:[^\W\d_]|[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
-"""Of any language, with the signs that some scripts put to a letter; which of them a language has,
-its dictionary says."""
+SIGN = r"(?:(?!\w)[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
+"""What some scripts put to a letter, and is none by itself."""
+
+LETTER = rf"(?:[^\W\d_]|{SIGN})"
+"""Of any language; which of them a language has, its dictionary says."""
 
 # Of the white space only the space and the tab are meant to be in a line of text: the others
 # that `\s` knows below U+0020 are control characters.
-_CANNOT_BE_SPOKEN = re.compile(rf"(?!{LETTER})[^'\s]|[\x0b\x0c\x1c-\x1f\x85]")
+_UNUSUAL = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
 _NOT_ENGLISH = re.compile(r"[^a-z']")
 
 
@@ -145,8 +147,10 @@ def _check_sentence(text: str, where: str) -> None:
 
 def what_cannot_be_spoken(text: str) -> tuple[int, str] | None:
     """Find the first character that cannot stand in a command: where, and what to do about it."""
-    wrong = _CANNOT_BE_SPOKEN.search(text)
-    return (wrong.start(), _advice(wrong.group())) if wrong else None
+    for found in _UNUSUAL.finditer(text):
+        if unicodedata.category(found.group())[0] not in "LM":  # letters, and signs put to them
+            return found.start(), _advice(found.group())
+    return None
 
 
 def check_english(places: Mapping[str, str]) -> None:

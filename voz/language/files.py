@@ -10,7 +10,7 @@ from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, read_json
-from voz.language.commands import LETTER, MAX_BYTES, MAX_LETTERS, parse_commands
+from voz.language.commands import MAX_BYTES, MAX_LETTERS, SIGN, parse_commands
 from voz.language.lexicon import PHONES
 from voz.language.spoken import Spoken, english
 from voz.language.templates.commands import Commands, plain_commands
@@ -20,7 +20,7 @@ STEM = "comandos_voz"
 PACKAGED = Path(__file__).parent.parent / "lm"
 AGAIN = "make the language files again with `voz build-lm`"
 
-_WORD = re.compile(rf"((?:[^\W_]|{LETTER}|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
+_WORD = re.compile(rf"((?:[^\W_]|{SIGN}|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
 """Of a dictionary. The underscore is for voz's own words, others mean something in a grammar."""
 
 

@@ -15,8 +15,12 @@ from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, search_graph
 from voz.recognition.second_ear import Opinion
 
-UNPRUNED = 1e-300
-"""A beam so wide that a sentence much worse than the phone loop is still scored."""
+UNPRUNED = 0.0
+"""A beam without an end.
+
+A sentence of 15 words may be 800 nats better or worse than the phone loop, and the narrowest
+double, 1e-300, stands for 690: then one of the two was lost, and the command with it.
+"""
 
 SCORE_UNIT = 1024 * math.log(1.0001)
 """pocketsphinx counts acoustic scores in 1.0001-logarithms shifted right by 10 bits; this in nats.

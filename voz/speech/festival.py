@@ -1,4 +1,4 @@
-"""Text to a WAV file, through festival's program `text2wave`.
+"""Text to a WAV file, through festival's program `text2wave`, or espeak-ng.
 
 Festival (https://www.cstr.ed.ac.uk/projects/festival/) crashes on more texts than one would
 think, and its language is a programming language. So it is given folded text on its standard
@@ -23,10 +23,12 @@ import tempfile
 import threading
 import time
 import unicodedata
+from collections.abc import Sequence
 from pathlib import Path
 
 from voz.errors import SpeechError
 from voz.files import replaced
+from voz.speech.espeak import PREFIX, check_voice, command, failure, is_espeak
 
 VOICES = {
     "kal_diphone": "festvox-kallpc16k",
@@ -56,6 +58,9 @@ TYPOGRAPHY = str.maketrans("‘’“”‐–—", "''\"\"---")  # noqa: RUF001
 SPEAKABLE = re.compile(r"[A-Za-z0-9#$%&*+=@]")
 """Festival says something for each of these, and crashes on a phrase without any."""
 
+LETTERS_TOO = re.compile(r"[^\W_]|[#$%&*+=@]")
+"""The same for espeak-ng, which reads the letters of any language."""
+
 _GIVEN: set[tuple[str, str]] = set()
 """Text and voice of what `cached` has given in this process."""
 
@@ -77,23 +82,30 @@ def voices() -> list[str]:
     return [voice for voice in VOICES if voice in found]
 
 
-def speakable(text: str) -> str:
-    """Reduce a text to what festival can speak without harm.
+def speakable(text: str, voice: str = "") -> str:
+    """Reduce a text to what a voice can speak without harm.
 
     Args:
         text: anything.
+        voice: whose; one of espeak-ng's keeps all letters, any other is festival's.
 
     Returns:
-        One line of ASCII words: accents are folded, words that have no sound are left out.
+        One line of words, for festival in ASCII: accents are folded. Words that have no sound are
+        left out.
 
     Raises:
         SpeechError: nothing is left, or too much.
     """
-    decomposed = unicodedata.normalize("NFKD", text.translate(TYPOGRAPHY))
-    folded = "".join(char for char in decomposed if not unicodedata.combining(char))
-    # Blank lines end a phrase, so they go the way of all that is not printable ASCII.
-    words = re.sub(r"[^!-~]+", " ", folded).split()
-    words = [word for word in words if SPEAKABLE.search(word)]
+    if is_espeak(voice):
+        composed = unicodedata.normalize("NFC", text.translate(TYPOGRAPHY))
+        words = "".join(char if char.isprintable() else " " for char in composed).split()
+        words = [word for word in words if LETTERS_TOO.search(word)]
+    else:
+        decomposed = unicodedata.normalize("NFKD", text.translate(TYPOGRAPHY))
+        folded = "".join(char for char in decomposed if not unicodedata.combining(char))
+        # Blank lines end a phrase, so they go the way of all that is not printable ASCII.
+        words = re.sub(r"[^!-~]+", " ", folded).split()
+        words = [word for word in words if SPEAKABLE.search(word)]
     plain = " ".join(words)
     if not plain:
         raise SpeechError(f"{reprlib.repr(text)} has nothing to speak; give letters or digits")
@@ -115,7 +127,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
 
     Args:
         text: what to say; see `speakable` for what is made of it.
-        voice: a name from `VOICES`.
+        voice: a name from `VOICES`, or of espeak-ng.
         out: the file to write; it appears, or is replaced, only when it is complete.
         cancelled: once it is set, by another thread, festival is ended.
 
@@ -123,7 +135,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
         SpeechError: festival or the voice is missing, the text cannot be spoken, or the file
             cannot be written.
     """
-    plain = speakable(text)
+    plain = speakable(text, voice)
     check_known(voice)
     try:
         if out.exists() and not out.is_file():
@@ -142,7 +154,7 @@ def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> P
 
     Args:
         text: what to say; texts that sound the same share a file.
-        voice: a name from `VOICES`.
+        voice: a name from `VOICES`, or of espeak-ng.
         cancelled: as `render` takes it.
 
     Returns:
@@ -152,7 +164,7 @@ def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> P
     Raises:
         SpeechError: as `render` does.
     """
-    plain = speakable(text)
+    plain = speakable(text, voice)
     check_known(voice)
     folder = _cache_folder()
     key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
@@ -170,22 +182,32 @@ def is_cached(text: str, voice: str) -> bool:
     Raises:
         SpeechError: there is no text.
     """
-    return (speakable(text), voice) in _GIVEN
+    return (speakable(text, voice), voice) in _GIVEN
 
 
 def check_known(voice: str) -> None:
-    """Raise SpeechError if a voice is none of `VOICES`."""
-    if voice not in VOICES:
+    """Raise SpeechError if a voice is none of `VOICES`, nor may be one of espeak-ng's."""
+    if is_espeak(voice):
+        check_voice(voice)
+    elif voice not in VOICES:
         installed = ", ".join(voices()) or "none"
-        raise SpeechError(f"voice {reprlib.repr(voice)} is unknown; installed: {installed}")
+        raise SpeechError(
+            f"voice {reprlib.repr(voice)} is unknown; installed: {installed}; those of espeak-ng "
+            f"are called as in {PREFIX}es"
+        )
 
 
 def _spoken(plain: str, voice: str, folder: Path, cancelled: threading.Event | None) -> Path:
     """Let festival speak in an empty folder, where the core dump of a crash may be left, too."""
     wav = folder / "speech.wav"
+    if is_espeak(voice):
+        _run(command(voice, wav.name), plain, folder, cancelled)
+        if not _is_whole_wav(wav):
+            raise failure(voice)
+        return wav
     text2wave = _program("text2wave")
-    command = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
-    _run(command, plain, folder, cancelled)
+    festival = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
+    _run(festival, plain, folder, cancelled)
     if not _is_whole_wav(wav):
         raise _failure(plain, voice)
     return wav
@@ -240,7 +262,7 @@ def _program(name: str) -> str:
 
 
 def _run(
-    command: list[str],
+    program: Sequence[str],
     text: str = "",
     folder: Path | None = None,
     cancelled: threading.Event | None = None,
@@ -248,7 +270,7 @@ def _run(
     """Run a program in a folder with a text on its input; give what it prints."""
     try:
         process = subprocess.Popen(
-            command,
+            program,
             cwd=folder,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -257,11 +279,11 @@ def _run(
         )
     except OSError as error:
         raise SpeechError(
-            f"{command[0]}: cannot be started ({error.strerror}); install festival again"
+            f"{program[0]}: cannot be started ({error.strerror}); install it again"
         ) from error
     with process:
         try:
-            output = _output(process, text.encode("ascii"), cancelled)
+            output = _output(process, text.encode(), cancelled)
         except BaseException:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)

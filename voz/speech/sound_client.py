@@ -19,6 +19,7 @@ from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import RATE, from_first_audible
 from voz.errors import SpeechError, VozError
 from voz.speech.builtin_sounds import ALL, BuiltinSound, builtin, synthesised
+from voz.speech.espeak import PREFIX
 from voz.speech.festival import cached, check_known, is_cached, speakable
 from voz.speech.orders import Order, Orders
 
@@ -152,7 +153,9 @@ class SoundClient:
 
     def stop_saying(self, text: str) -> None:
         """End a text, whoever says it."""
-        self._orders.stop(("voice", speakable(text)))
+        for voice in ("", PREFIX):
+            with suppress(SpeechError):  # nothing that such a voice could have said
+                self._orders.stop(("voice", speakable(text, voice)))
 
     def stop_all(self) -> None:
         """End every sound."""
@@ -225,7 +228,7 @@ class SoundClient:
     def _say(self, text: str, voice: str, volume: float, repeats: bool, tell: bool) -> Order:
         voice = voice or self._voice
         check_known(voice)
-        plain = speakable(text)
+        plain = speakable(text, voice)
         at_once = is_cached(plain, voice)
         self._renderers = [thread for thread in self._renderers if thread.is_alive()]
         if not at_once and len(self._renderers) >= MOST_RENDERED:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
-from voz.language.commands import LETTER, composed
+from voz.language.commands import SIGN, composed
 from voz.language.templates.number_words import wordings
 
-_LETTERS = rf"(?:{LETTER}|[^\W_])+"
+_LETTERS = rf"(?:[^\W_]|{SIGN})+"
 _TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?")
 _PLAIN = str.maketrans(
     {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001

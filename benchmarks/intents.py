@@ -142,10 +142,7 @@ def judge(clip: Clip, lm: str, settings: Recognition, run_in: float) -> Result:
         any(p is not None and is_order(p.command, p.slots, clip) for p in parses),
         len(sound) / SAMPLE_RATE,
         cpu,
-        " / ".join(
-            f"{u.text} ({u.confidence:.2f}{'' if u.accepted else ' ' + str(u.reason)})"
-            for u in heard
-        ),
+        " / ".join(f"{u.text} ({u.reason or 'obeyed'} {u.confidence:.2f})" for u in heard),
     )
 
 

@@ -12,6 +12,7 @@ from voz.language.phone_distances import read_distances
 from voz.recognition.confidence import (
     A_BREATH,
     HURRIED,
+    LONGEST,
     NO_SPEECH,
     ONE_EAR,
     SURE_SPEECH,
@@ -42,6 +43,27 @@ SAID = Evidence(
         -25.0, (Span("_G", 10, 14, -5.0), Span("_B", 15, 44, -15.0), Span("_K", 50, 59, -4.0))
     ),
 )
+
+
+def test_a_word_of_one_phone_goes_with_the_word_before_it() -> None:
+    phones_of = {"turn": ("T", "ER", "N"), "a": ("AH",), "round": ("R", "AW", "N", "D")}
+    words = (Span("turn", 0, 29, -3.0), Span("a", 30, 32, -30.0), Span("round", 33, 72, -8.0))
+    loop = Alignment(-7.3, (Span("_AA", 0, 72, -7.3),))
+    said = Evidence("turn a round", Alignment(-41.0, words), {}, loop)
+    found = features(said, phones_of)
+    assert found["worst word"] == pytest.approx(-33 / 33 + 0.1)
+    assert found["hurried"] == 0  # by itself the a is said in a third of its time
+    first = Evidence("a", Alignment(-3.0, (Span("a", 0, 9, -3.0),)), {}, loop)
+    assert features(first, phones_of)["worst word"] == pytest.approx(-0.3 + 0.1)
+
+
+def test_a_long_sentence_is_no_surer_for_its_length_than_a_command() -> None:
+    def length(phones: int) -> float:
+        opinion = Opinion({"go back": Fit(-9.0, phones)}, -2.0)
+        return two_ears(SAID._replace(opinion=opinion), 30.0)["length"]
+
+    assert length(5) == pytest.approx(math.log(5))
+    assert length(60) == length(LONGEST) == pytest.approx(math.log(LONGEST))
 
 
 def test_the_features_are_what_they_say() -> None:

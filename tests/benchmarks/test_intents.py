@@ -1,0 +1,54 @@
+"""`benchmarks/intents.py` as it is called, on a benchmark of two clips."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+import soxr
+from recordings import ROOT
+
+from voz.speech.festival import render
+
+
+@pytest.fixture
+def benchmark(tmp_path: Path) -> Path:
+    """Two orders, of which one has another label, and white noise."""
+    data = tmp_path / "data"
+    for folder in ("speech/clean", "label", "noise"):
+        (data / folder).mkdir(parents=True)
+    orders = {
+        "one.wav": ("can I have a large mocha with soy milk", {"size": "large"}),
+        "two.wav": ("make me a double shot latte with cream", {"size": "small"}),
+    }
+    labels = {}
+    for name, (text, slots) in orders.items():
+        render(text, "cmu_us_slt_arctic_hts", tmp_path / name)
+        sound, rate = soundfile.read(tmp_path / name)
+        soundfile.write(data / "speech/clean" / name, soxr.resample(sound, rate, 16000), 16000)
+        labels[name] = {"intent": "orderDrink", "slots": slots}
+    (data / "label" / "label.json").write_text(json.dumps(labels))
+    noise = np.random.default_rng(0).normal(0, 0.1, 20 * 16000)
+    soundfile.write(data / "noise" / "white.wav", noise, 16000)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_what_is_accepted_and_what_is_wrong_stand_beside_what_is_published(
+    benchmark: Path,
+) -> None:
+    script = ROOT / "benchmarks" / "intents.py"
+    command = [sys.executable, str(script), str(benchmark), "--level", "24", "--jobs", "1", "--all"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    rows = [line[2:-2].split(" | ") for line in done.stdout.splitlines() if line.startswith("| ")]
+    none, white = rows[1:]
+    # The first has all slots of its label and two more, so it is accepted and yet another order.
+    assert none[:7] == ["none", "-", "0.500", "-", "-", "1.000", "0.000"]
+    assert white[:5] == ["white", "24", "0.500", "0.99", "0.96"]
+    assert "two.wav 0: small => make me a double shot latte with cream (obeyed" in done.stdout

@@ -1,0 +1,104 @@
+"""Commands in another language, by a model whose phones are others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+import soxr
+from recordings import ROOT
+from spanish import LIKE, spanish
+
+from voz.audio import Samples
+from voz.config import Recognition, SpokenLanguage, load_config
+from voz.language.build import build, read_list
+from voz.language.files import LanguageFiles
+from voz.language.languages import read_language, sources_of
+from voz.recognition.evidence import Comparison
+from voz.recognition.language import Language, load_language
+from voz.recognition.phoneme_network import UnknownNetworkError
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.second_ear import second_ear_for, why_missing
+from voz.recognition.speaker.adaptation import Aligner
+from voz.speech.festival import render
+
+EXAMPLE = ROOT / "examples" / "spanish"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> LanguageFiles:
+    """The list of the example, with a model made for this."""
+    folder = tmp_path_factory.mktemp("spanish")
+    spanish(folder / "es")
+    settings = SpokenLanguage(
+        name="es",
+        acoustic_model=str(folder / "es/model_parameters/es"),
+        dictionary=str(folder / "es/es.dic"),
+        pronunciations=str(EXAMPLE / "rules.txt"),
+    )
+    sources = sources_of(settings)
+    assert sources
+    commands = EXAMPLE / "comandos.txt"
+    build(commands, folder / "lm", read_list(commands, read_language(sources)))
+    return LanguageFiles(folder / "lm")
+
+
+@pytest.fixture(scope="module")
+def in_spanish(files: LanguageFiles) -> Language:
+    return load_language(files)
+
+
+def said(text: str, folder: Path) -> Samples:
+    """A text in Spanish, with a quiet room around it."""
+    render(text, "espeak-ng:es", folder / "said.wav")
+    sound, rate = soundfile.read(folder / "said.wav", dtype="float32")
+    whole = np.pad(soxr.resample(sound, rate, 16000) * 0.5, 8000)
+    room = np.random.default_rng(0).normal(0, 3e-4, len(whole))
+    return ((whole + room) * 32767).astype(np.int16)
+
+
+@pytest.mark.slow
+def test_commands_in_spanish_are_understood(files: LanguageFiles, tmp_path: Path) -> None:
+    recognizer = Recognizer(files, Recognition(never_missed=("para",)))
+    for text in ("para", "avanza", "más despacio", "señala la cocacola", "gira a la derecha"):
+        (heard,) = recognizer.utterances([said(text, tmp_path)], "")
+        assert (heard.text, heard.accepted) == (text, True)
+        assert heard.ears is None  # one ear alone decided
+
+
+@pytest.mark.slow
+def test_a_speaker_of_spanish_can_be_learnt(in_spanish: Language, tmp_path: Path) -> None:
+    text = "gira a la derecha"
+    aligned = Aligner(in_spanish).align(said(text, tmp_path), text, "45,3,-1")
+    names = list(LIKE)
+    assert aligned
+    assert {names[number] for number in aligned.phones} == set("jiraldech") - {"c", "h"} | {"ch"}
+
+
+def test_the_phone_loop_has_the_phones_of_the_model(in_spanish: Language) -> None:
+    assert Comparison(in_spanish)._phones == sorted(set(LIKE) - {"SIL"})
+
+
+def test_nothing_of_english_is_added(in_spanish: Language) -> None:
+    assert in_spanish.pronunciations == in_spanish.dictionary
+
+
+def test_the_second_ear_steps_aside_by_the_language_and_not_by_the_names_of_phones(
+    loaded: Language, files: LanguageFiles
+) -> None:
+    second_ear_for(loaded)
+    spoken = loaded.spoken
+    same_phones = type(spoken)("es", spoken.acoustic_model, "", spoken.frames, spoken.apart)
+    with pytest.raises(UnknownNetworkError, match="English alone, and this is es"):
+        second_ear_for(loaded._replace(spoken=same_phones))
+    assert why_missing(files) == "it knows English alone, and this is es"
+
+
+def test_the_settings_of_the_example_are_whole() -> None:
+    settings = load_config(EXAMPLE / "voz.toml")
+    listed = (EXAMPLE / "comandos.txt").read_text(encoding="utf-8").splitlines()
+    assert {line for line in listed if not line.startswith("#")} <= set(settings.commands)
+    assert settings.table.stops == {"stop", "para"}
+    assert (EXAMPLE / str(settings.language.pronunciations)).is_file()

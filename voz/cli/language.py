@@ -93,10 +93,9 @@ def _spoken(settings: Config) -> OtherLanguage | None:
     """Read the language that the settings name; None is English."""
     if settings.language == type(settings.language)():
         return None
-    from voz.language.languages import read_language, sources_of
+    from voz.language.languages import configured
 
-    sources = sources_of(settings.language)
-    return read_language(sources) if sources else None
+    return configured(settings.language)
 
 
 def _check_expected(given: Given, folder: Path) -> None:

@@ -81,6 +81,12 @@ def sources_of(settings: SpokenLanguage) -> Sources | None:
     return Sources(settings.name, model, dictionary, rules if rules and rules.is_file() else None)
 
 
+def configured(settings: SpokenLanguage) -> OtherLanguage | None:
+    """Read what the settings name; None is English. Errors are those of both functions it calls."""
+    sources = sources_of(settings)
+    return read_language(sources) if sources else None
+
+
 def read_language(sources: Sources) -> OtherLanguage:
     """Read a language.
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from voz.config import SpokenLanguage
 from voz.errors import LanguageError
-from voz.language.build import build
+from voz.language.build import build, read_list
 from voz.language.checks import check_model, check_words
 from voz.language.files import (
     LanguageFiles,
@@ -15,6 +16,7 @@ from voz.language.files import (
     read_plain,
 )
 from voz.language.grammar import jsgf
+from voz.language.languages import configured
 from voz.ros1.parameters import text
 
 OF_LMTOOL = (
@@ -22,12 +24,15 @@ OF_LMTOOL = (
 )
 
 
-def read_language(settings_lm: str | None, folder: Path) -> tuple[LanguageFiles, tuple[str, ...]]:
+def read_language(
+    settings_lm: str | None, folder: Path, spoken: SpokenLanguage | None = None
+) -> tuple[LanguageFiles, tuple[str, ...]]:
     """Find the language files by the node's parameters, or make them.
 
     Args:
         settings_lm: the folder that voz.toml names, if it does.
         folder: an empty folder for what is made.
+        spoken: the language that voz.toml names; None is English.
 
     Returns:
         The files, and what there is to warn of.
@@ -37,7 +42,8 @@ def read_language(settings_lm: str | None, folder: Path) -> tuple[LanguageFiles,
     """
     commands, lm, dictionary = text("commands"), text("lm"), text("dict")
     if commands:
-        return LanguageFiles(folder), build(Path(commands), folder).warnings
+        given = read_list(Path(commands), configured(spoken) if spoken else None)
+        return LanguageFiles(folder), build(Path(commands), folder, given).warnings
     if lm and dictionary:
         return adopted(Path(lm), Path(dictionary), folder), ()
     if dictionary or (lm and Path(lm).is_file()):

@@ -37,7 +37,7 @@ def make_hearing(
         VozError: the language files cannot be used.
     """
     with tempfile.TemporaryDirectory(prefix="voz-lm-") as folder:
-        language, warnings = read_language(settings.lm, Path(folder))
+        language, warnings = read_language(settings.lm, Path(folder), settings.language)
         for warning in warnings:
             load_rospy().logwarn(warning)
         profile = text("profile")

@@ -85,7 +85,9 @@ def clips(folder: Path, noises: Sequence[Path | None], levels: Sequence[int]) ->
     labels = json.loads((folder / "label" / "label.json").read_text())
     speech = folder / "speech" / "clean"
     found = sorted((speech if speech.is_dir() else speech.parent).glob("*.wav"))
-    ways = [(noise, level) for noise, level in product(noises, levels) if noise]
+    ways: list[tuple[Path | None, int]] = [
+        (noise, level) for noise, level in product(noises, levels) if noise
+    ]
     ways = [(None, 0), *ways] if None in noises else ways
     return [
         Clip(path, labels[path.name]["intent"], _stripped(labels[path.name]["slots"]), *way)

@@ -28,27 +28,6 @@ FEW_BYTES = 1_000_000
 """No settings of voz's, nor what it learns, are larger."""
 
 
-def data_folder(what: str) -> Path:
-    """Name the folder of something that is kept for this user; it need not be there.
-
-    Args:
-        what: it is, as the folder is called.
-
-    Returns:
-        A path under `$XDG_DATA_HOME/voz`, or `~/.local/share/voz`.
-
-    Raises:
-        ConfigError: there is no home folder.
-    """
-    home = os.environ.get("XDG_DATA_HOME", "")
-    try:
-        # The standard says that a path which is not absolute is to be ignored.
-        data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
-    except RuntimeError as error:
-        raise ConfigError(f"there is no home folder for {what}; set XDG_DATA_HOME") from error
-    return data / "voz" / what
-
-
 def shown_path(path: Path) -> str:
     """A path as text that JSON can hold too, with escapes for what is no UTF-8 in it."""
     return os.fsencode(path).decode(errors="backslashreplace")

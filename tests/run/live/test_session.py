@@ -177,6 +177,6 @@ def test_no_microphone_at_all_is_one_line_that_names_the_ways_without_one(
 ) -> None:
     result = in_process("run", "--no-sound", env=no_sound)
     assert result.complaint == (
-        "voz: there is no microphone; connect one, or use `--text -` to type commands or "
-        "`--wav FILE` for recordings"
+        "voz: there is no microphone; connect one, or use `--web` to speak into a browser, "
+        "`--text -` to type commands, or `--wav FILE` for recordings"
     )

@@ -13,11 +13,11 @@ from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.config import Recognition
+from voz.language.acoustic_model import Floats
 from voz.language.files import LanguageFiles
 from voz.recognition.decoder import mean_start
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.acoustic_model import Floats
 from voz.recognition.speaker.adaptation import Aligner
 from voz.recognition.speaker.calibration import STEPS, Said, Score, calibrate, fit, score
 from voz.recognition.speaker.mllr import is_transforms

@@ -12,17 +12,18 @@ import pytest
 from recordings import Recording
 
 from voz.errors import LanguageError
-from voz.recognition.decoder import ACOUSTIC_MODEL, mean_start
-from voz.recognition.language import Language
-from voz.recognition.speaker.acoustic_model import (
+from voz.language.acoustic_model import (
     CEPSTRA,
     LEAST_VARIANCE,
     STREAMS,
     AcousticModel,
 )
+from voz.language.spoken import USUAL_MODEL
+from voz.recognition.decoder import mean_start
+from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import Aligned, Aligner, start_numbers
 
-FOLDER = Path(pocketsphinx.get_model_path(ACOUSTIC_MODEL))
+FOLDER = Path(pocketsphinx.get_model_path(USUAL_MODEL))
 
 
 @pytest.fixture(scope="module")

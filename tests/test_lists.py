@@ -12,11 +12,12 @@ from make_fixtures import LISTS, lines, list_clips, list_names
 from recordings import ROOT
 from synthesis import Fixture, speak, write
 
+from voz.batch.decoding import decode_recordings
+from voz.batch.rows import Decoded
 from voz.config import Recognition
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import GUESS
-from voz.recognition.batch import Decoded, decode_recordings
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.manifest import read_manifest
 
@@ -81,9 +82,8 @@ def test_spoken_commands_of_a_list_are_understood(name: str, tmp_path: Path) -> 
     recognizer = Recognizer(LanguageFiles(tmp_path), Recognition())
     recordings = read_manifest(tmp_path / "manifest.tsv")
     heard = list(decode_recordings(recognizer, [recording.path for recording in recordings]))
-    assert [utterance.text for utterance in heard if isinstance(utterance, Decoded)] == [
-        r.text for r in recordings
-    ]
+    rows = [row for outcome in heard for row in outcome.rows]
+    assert [row.text for row in rows if isinstance(row, Decoded)] == [r.text for r in recordings]
     assert len(recordings) == len(clips) >= 6
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 import soundfile
-from calls import in_process
+from calls import VOZ, in_process
 from recordings import GO_BACK, Recording
 
 from voz.language.files import PACKAGED
@@ -56,7 +58,7 @@ def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("path", ["/dev/zero", "/proc/self/mem", "/", "x" * 5000])
+@pytest.mark.parametrize("path", ["/dev/zero", "/proc/self/mem", "x" * 5000])
 def test_what_is_no_file_of_sound_is_one_line(path: str) -> None:
     (line,) = in_process("decode", "--json", path).json
     assert line["error"].startswith(f"{path}: ")
@@ -73,10 +75,13 @@ def test_an_unreadable_recording_is_a_line_and_the_exit_code_3(voz: Any, tmp_pat
     ]
 
 
-def test_silence_is_no_utterance_and_no_error(voz: Any, tmp_path: Path) -> None:
-    soundfile.write(tmp_path / "silence.wav", [0.0] * 16000, 16000)
-    result = voz("decode", "--json", tmp_path / "silence.wav")
-    assert (result.code, result.out, result.err) == (0, "", "")
+def test_silence_is_a_row_and_no_error(voz: Any, tmp_path: Path) -> None:
+    path = tmp_path / "silence.wav"
+    soundfile.write(path, [0.0] * 16000, 16000)
+    result = voz("decode", "--json", path)
+    assert (result.code, result.json, result.err) == (0, [{"file": str(path), "seconds": 1.0}], "")
+    shown = voz("decode", path).out.splitlines()[1]
+    assert shown.split() == ["1.00", "(nothing", "is", "said)", str(path)]
 
 
 def test_a_threshold_and_the_trigram_model_can_be_chosen(voz: Any) -> None:
@@ -92,3 +97,98 @@ def test_a_file_name_that_is_no_utf_8(tmp_path: Path) -> None:
     result = in_process("decode", "--json", odd)
     assert result.code == 0
     assert result.json[0]["file"].endswith("caf\\xe9.flac")
+
+
+def folder_of(tmp_path: Path, recordings: list[Recording]) -> Path:
+    """Recordings in folders in a folder, one of them bad, beside what is none."""
+    folder = tmp_path / "recordings"
+    for number, recording in enumerate(recordings):
+        inside = folder / f"day{number % 3}"
+        inside.mkdir(parents=True, exist_ok=True)
+        shutil.copy(recording.path, inside / f"{number:03}.flac")
+    (folder / "day1" / "notes.txt").write_text("no recording")
+    (folder / "day2" / "bad.wav").write_text("no recording either")
+    return folder
+
+
+@pytest.mark.slow
+def test_a_folder_is_decoded_by_many_in_order_as_by_one(
+    tmp_path: Path, recordings: list[Recording]
+) -> None:
+    folder = folder_of(tmp_path, [r for r in recordings if r.kind == "command"][::4])
+    many = in_process("decode", "--json", "--jobs", "3", folder)
+    one = in_process("decode", "--json", "--jobs", "1", folder)
+    assert (many.code, many.out) == (one.code, one.out)
+    assert many.code == 3
+    files = list(dict.fromkeys(line["file"] for line in many.json))
+    assert files == sorted(str(path) for path in folder.rglob("*.[fw][la]*"))
+
+
+def test_which_files_of_a_folder_can_be_told(
+    voz: Any, tmp_path: Path, recordings: list[Recording]
+) -> None:
+    folder = folder_of(tmp_path, recordings[:3])
+    lines = voz("decode", "--json", "--jobs", "1", folder, "--glob", "day0/*").json
+    assert [line["file"] for line in lines] == [str(folder / "day0" / "000.flac")]
+    assert "holds no file that matches *.mp3" in voz("decode", folder, "--glob", "*.mp3").err
+
+
+def test_a_list_of_names_comes_on_standard_input(recordings: list[Recording]) -> None:
+    names = "".join(f"{r.path}\n" for r in recordings[:2])
+    lines = in_process("decode", "--json", "-", input=names).json
+    assert [line["file"] for line in lines] == [str(r.path) for r in recordings[:2]]
+
+
+def piped(sound: bytes, *arguments: object) -> list[dict[str, Any]]:
+    command = [*VOZ, "decode", "--json", "-", *map(str, arguments)]
+    done = subprocess.run(command, input=sound, capture_output=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_a_wav_or_samples_come_on_standard_input(voz: Any, session: Recording) -> None:
+    known = [line | {"file": "-"} for line in voz("decode", "--json", session.path).json]
+    assert piped(session.path.read_bytes()) == known
+    assert piped(session.samples().tobytes(), "--rate", 16000) == known
+
+
+def test_a_wav_on_standard_input_is_shown_while_it_goes_on(session: Recording) -> None:
+    command = [*VOZ, "decode", "--json", "-"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as program:
+        assert program.stdin is not None
+        assert program.stdout is not None
+        program.stdin.write(session.path.read_bytes()[: 16000 * 2 * 5])
+        program.stdin.flush()
+        assert json.loads(program.stdout.readline())["text"] == session.commands[0]
+        program.kill()
+
+
+def test_sound_on_standard_input_that_cannot_be_used_is_a_line(tmp_path: Path) -> None:
+    command = [*VOZ, "decode", "--json", "-"]
+    done = subprocess.run(command, input=b"RIFF1234WAVEnone", capture_output=True, timeout=60)
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["error"].startswith("-: is no WAV that can be read")
+
+
+@pytest.mark.slow
+def test_a_manifest_is_scored(tmp_path: Path) -> None:
+    result = in_process("decode", "audio_fixtures/manifest.tsv", "--out", tmp_path / "h.csv")
+    assert result.code == 0
+    assert "written: " in result.err
+    assert "right and accepted" in result.err
+    assert "180 recordings, 0.10 h of sound" in result.err
+
+
+def test_an_output_is_named_by_its_ending(voz: Any, tmp_path: Path) -> None:
+    complaint = voz("decode", GO_BACK, "--out", tmp_path / "heard.txt").complaint
+    assert "end it with .jsonl, .csv, .parquet" in complaint
+
+
+def test_to_go_on_needs_an_output(voz: Any) -> None:
+    assert "name it by --out" in voz("decode", GO_BACK, "--resume").complaint
+
+
+def test_one_ear_is_asked_for(voz: Any) -> None:
+    (line,) = voz("decode", "--json", "--ears", "1", GO_BACK).json
+    assert line["text"] == "go back"
+    assert "ears" not in line

@@ -19,7 +19,7 @@ from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.language import build_lm, parse
 from voz.cli.languages import languages
-from voz.cli.recordings import decode
+from voz.cli.recordings import decode, merge
 from voz.cli.run import run
 from voz.cli.serve import serve
 from voz.cli.service import service
@@ -62,6 +62,7 @@ app.command("build-lm")(build_lm)
 app.command("parse")(parse)
 app.add_typer(languages, name="language")
 app.command("decode")(decode)
+app.command("merge")(merge)
 app.command("eval")(evaluate)
 app.command("fit-confidence")(fit_confidence)
 app.command("run")(run)

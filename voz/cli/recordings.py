@@ -1,83 +1,281 @@
-"""`voz decode`: what is said in recordings."""
+"""`voz decode` and `voz merge`: what is said in recordings."""
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
+from io import BufferedReader
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from voz.cli.decode_options import Decoding
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import ProfileOption, Recognising, with_options
-from voz.cli.terminal import put, show, with_bar
+from voz.cli.options import with_options
+from voz.cli.terminal import put, show, tell
+from voz.errors import ConfigError
 
 if TYPE_CHECKING:
-    from voz.recognition.batch import Decoded, Unreadable
+    from voz.batch.fingerprint import Header
+    from voz.batch.inputs import Inputs
+    from voz.batch.many import Many
+    from voz.batch.rows import Decoded, Outcome, Row
+    from voz.language.files import LanguageFiles
+
+MEGABYTE = 1_000_000
 
 
 @with_options
 def decode(
-    options: Recognising,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Recordings.")],
-    as_json: Annotated[
-        bool, typer.Option("--json", help="One line of JSON for each utterance.")
-    ] = False,
-    profile: ProfileOption = None,
+    options: Decoding,
+    paths: Annotated[
+        list[str],
+        typer.Argument(metavar="PATH...", help="Recordings, folders, manifests (.tsv), - ."),
+    ],
 ) -> None:
-    """Tell what is said in recordings of any format and rate.
+    """Tell what is said in recordings of any format and rate, on all cores.
 
-    Exits with 3 when some recordings could not be read; the others are done.
+    `-` reads a list of them from standard input, a name a line, or a WAV, or with --rate samples.
+
+    Each recording has a row at least, in the order in which they are named. Exits with 3 when some
+    could not be read; the others are done.
 
     Example: voz decode audio_fixtures/long/session.wav
+    Example: voz decode recordings/ --out heard.jsonl
     """
     from voz.process.quiet_libraries import quiet_libraries
-    from voz.recognition.batch import Unreadable, decode_recordings
-    from voz.recognition.recognizer import Recognizer
-    from voz.recognition.speaker.profiles import load_profile
 
+    options.check()
     settings = options.settings()
-    known = load_profile(profile) if profile else None
-    recognizer = Recognizer(options.language(settings), settings.recognition, known)
-    write = _show_json if as_json else partial(_show_row, ears=options.verbose)
-    if not as_json:
-        show(f"   start      end  sure  accepted  {'text':32}  file")
-    unreadable = 0
+    language = options.language(settings)
     with quiet_libraries():
-        for result in decode_recordings(recognizer, _with_progress(files)):
-            write(result)
-            unreadable += isinstance(result, Unreadable)
-    if unreadable:
+        if "-" in paths and (options.rate is not None or _is_sound()):
+            failed = _decode_pipe(options, language, paths)
+        else:
+            failed = _decode_files(options, language, paths)
+    if failed:
         raise typer.Exit(SOME_UNREADABLE)
 
 
-def _with_progress(files: list[Path]) -> Iterable[Path]:
-    """Show a bar while the results go elsewhere; in between them it would be in the way."""
-    return files if sys.stdout.isatty() else with_bar(files, "Decoding")
+def merge(
+    shards: Annotated[
+        list[Path], typer.Argument(metavar="SHARD...", help="The outputs of all shards.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Where the whole goes.")],
+) -> None:
+    """Put the outputs of `voz decode --shard` together, in the order of the input.
+
+    The whole is the same file that one run would have made.
+
+    Example: voz merge heard-*.jsonl --out heard.jsonl
+    """
+    from voz.batch.merging import merge as merge_shards
+    from voz.files import check_not_read, check_writable
+
+    check_not_read([out], shards)
+    check_writable(out)
+    count = merge_shards(shards, out)
+    tell(f"written: {out}, {count:,} recordings")
 
 
-def _show_json(result: Decoded | Unreadable) -> None:
+def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
+    """Decode the sound that comes on standard input, and show it as it comes."""
+    from voz.batch.decoding import decode_blocks
+    from voz.batch.piped import piped_blocks
+    from voz.batch.rows import Nothing
+    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.speaker.profiles import load_profile
+
+    if len(paths) > 1 or options.out:
+        raise ConfigError("-: sound from a pipe is decoded alone, to standard output")
+    known = load_profile(options.profile) if options.profile else None
+    recognizer = Recognizer(language, options.settings().recognition, known)
+    write = _writer(options)
+    outcome = decode_blocks(recognizer, piped_blocks(_stdin(), options.rate), "-", write)
+    if isinstance(outcome.rows[0], Nothing):
+        write(outcome.rows[0])
+    return outcome.failed
+
+
+def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
+    """Decode recordings on all cores; tells whether some could not be read."""
+    from voz.batch.inputs import find_inputs
+
+    inputs = find_inputs(paths, options.glob, _listed())
+    header, many = _how(options, language)
+    if options.out:
+        return _keep(options, header, inputs, many)
+    return _show_all(options, inputs, many)
+
+
+def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
+    """What the results hang on, and who decodes."""
+    from voz.batch.fingerprint import header_for
+    from voz.batch.many import Many
+    from voz.batch.tasks import Setup
+    from voz.recognition.speaker.profiles import load_profile
+
+    settings = options.settings().recognition
+    known = load_profile(options.profile) if options.profile else None
+    header = header_for(language, settings, known)
+    memory = options.memory_limit * MEGABYTE
+    folder = str(language.folder.resolve())
+    setup = Setup(folder, settings, options.profile, memory, header.fingerprint)
+    return header, Many(setup, options.jobs, options.time_limit, options.out is not None)
+
+
+def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
+    """Decode recordings and show them in order."""
+    from voz.batch.inputs import shard_of
+    from voz.batch.output import in_order
+    from voz.cli.progress import progress
+
+    names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
+    write = _writer(options)
+    failed = 0
+    # In between results a bar would be in the way.
+    with progress(shown=not sys.stdout.isatty()) as bar:
+        bar.begin(len(names))
+        for outcome in in_order(many.decode(names, range(len(names)))):
+            bar.heard(outcome)
+            for row in outcome.rows:
+                write(row)
+            failed += outcome.failed
+    return failed > 0
+
+
+def _keep(options: Decoding, header: Header, inputs: Inputs, many: Many) -> bool:
+    """Decode recordings into a file, and tell what it came to."""
+    from msgspec.structs import replace
+
+    from voz.batch.fingerprint import digest_of
+    from voz.batch.inputs import shard_of
+    from voz.batch.output import Going, decode_into
+    from voz.batch.remote import shown_name
+    from voz.batch.summary import Totals
+    from voz.cli.progress import progress
+
+    output, names, clips = cast(Path, options.out), inputs.names, inputs.clips
+    if options.shard:
+        header = replace(header, shard=options.shard, inputs=digest_of(names))
+        names = shard_of(names, options.shard)
+    options.check_written([output], [name for name in names if Path(name) == output])
+    begun, new, all_of_it = time.monotonic(), Totals(), Totals()
+    said = {shown_name(str(clip.path)) for clip in clips}
+    heard: dict[str, Outcome] = {}
+
+    def whole(outcome: Outcome) -> None:
+        all_of_it.add(outcome)
+        if outcome.rows[0].file in said:
+            heard[outcome.rows[0].file] = outcome
+
+    with progress() as bar, _telling_how_to_go_on(output):
+
+        def done(outcome: Outcome) -> None:
+            new.add(outcome)
+            bar.heard(outcome)
+
+        going = Going(options.resume or options.retry_failed, options.retry_failed, done, bar.begin)
+        shown = [shown_name(name) for name in names]
+        decode_into(output, header, shown, partial(many.decode, names), going, whole)
+    kept = f" ({all_of_it.files - new.files:,} were known)" if all_of_it.files > new.files else ""
+    tell(f"written: {output}, {all_of_it.files:,} recordings{kept}")
+    for line in new.lines(time.monotonic() - begun):
+        tell(line)
+    _tell_scores(inputs, heard)
+    return all_of_it.failed > 0
+
+
+@contextmanager
+def _telling_how_to_go_on(output: Path) -> Iterator[None]:
+    """Say, if a signal ends a `with` block, that nothing is lost."""
+    from voz.batch.journal import journal_path
+
+    try:
+        yield
+    except (SystemExit, KeyboardInterrupt):
+        if journal_path(output).exists():
+            tell(f"what was decoded is kept in {journal_path(output)}: go on by --resume")
+        raise
+
+
+def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
+    """Tell how well it was understood what manifests say was said."""
+    from voz.batch.summary import results_of
+
+    results = list(results_of(inputs.clips, heard))
+    if not results:
+        return
+    from voz.evaluation.report import require_libraries
+
+    try:
+        require_libraries(pictures=False)
+    except ConfigError as error:
+        tell(f"no scores: {error}")
+        return
+    from voz.evaluation.scores import score
+    from voz.evaluation.tables import as_text, main_tables
+
+    for table in main_tables(score(results), []):
+        for line in ("", *as_text(table).split("\n")):
+            tell(line)
+
+
+def _listed() -> Iterator[str]:
+    """The names on standard input, which need be no text."""
+    return (os.fsdecode(line.rstrip(b"\r\n")) for line in _stdin())
+
+
+def _stdin() -> BufferedReader:
+    return cast(BufferedReader, sys.stdin.buffer)
+
+
+def _is_sound() -> bool:
+    """Whether a WAV comes on standard input, and no list."""
+    from voz.batch.piped import is_wav
+
+    return is_wav(_stdin())
+
+
+def _writer(options: Decoding) -> Callable[[Row], None]:
+    if options.as_json:
+        return _show_json
+    show(f"   start      end  sure  accepted  {'text':32}  file")
+    return partial(_show_row, ears=options.verbose)
+
+
+def _show_json(row: Row) -> None:
     from voz.events import to_json
 
-    put(to_json(result))
+    put(to_json(row))
 
 
-def _show_row(result: Decoded | Unreadable, ears: bool) -> None:
+def _show_row(row: Row, ears: bool) -> None:
+    from voz.batch.rows import Nothing, Unreadable
+
+    if isinstance(row, Unreadable):
+        show(f"{'':>26} error {row.error}")
+    elif isinstance(row, Nothing):
+        show(f"{'':8} {row.seconds:8.2f}  {'':4}  {'':8}  {'(nothing is said)':32}  {row.file}")
+    else:
+        _show_heard(row, ears)
+
+
+def _show_heard(row: Decoded, ears: bool) -> None:
     from voz.events import explain, in_ears
-    from voz.recognition.batch import Unreadable
 
-    if isinstance(result, Unreadable):
-        show(f"{'':>26} error {result.error}")
-        return
-    accepted = "yes" if result.accepted else "no"
-    explained = result.reason and explain(result.reason, result.between, result.refused_by)
+    accepted = "yes" if row.accepted else "no"
+    explained = row.reason and explain(row.reason, row.between, row.refused_by)
     why = f"({explained})" if explained else ""
-    text = " ".join(part for part in (result.text, why) if part)
+    text = " ".join(part for part in (row.text, why) if part)
     show(
-        f"{result.start:8.2f} {result.end:8.2f}  {result.confidence:.2f}  {accepted:8}  "
-        f"{text:32}  {result.file}"
+        f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
+        f"{text:32}  {row.file}"
     )
-    if ears and result.ears:
-        show(f"{'':35}{in_ears(result.ears)}")
+    if ears and row.ears:
+        show(f"{'':35}{in_ears(row.ears)}")

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.arrays import converted
 from voz.audio.endpointing.segment import Segment, follow_closely, through
-from voz.audio.endpointing.segmenter import Segmenter
+from voz.audio.endpointing.segmenter import Segmenter, Voices
 from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
@@ -124,14 +124,15 @@ class Recognizer:
         """What is known of the microphone and the speaker; it changes only while learning."""
         return self._interpreter.learnt
 
-    def stream(self, source: str, spotting: bool = True) -> Stream:
+    def stream(self, source: str, spotting: bool = True, voices: Voices | None = None) -> Stream:
         """Begin to listen to a stream, as if there were no other.
 
         Args:
             source: its name, for utterances.
             spotting: whether a possible `stop` is told before the sound around it pauses.
+            voices: tells in which frames a voice may be, where that is known already.
         """
-        return Stream(self._interpreter, source, self._early, spotting)
+        return Stream(self._interpreter, source, self._early, spotting, voices)
 
     def listen(self, rate: float = SAMPLE_RATE) -> Listener:
         """Begin to listen to a stream of arrays.

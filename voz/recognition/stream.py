@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.background import FRAME
 from voz.audio.endpointing.segment import Ongoing, Segment, Sound, follow_closely
-from voz.audio.endpointing.segmenter import Segmenter
+from voz.audio.endpointing.segmenter import Segmenter, Voices
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import Around
 from voz.recognition.interpreter import Hypothesis, Interpreter
@@ -28,11 +28,18 @@ class Stream:
     that it hangs on what follows, when that is known. What may be a `stop` is told in its midst.
     """
 
-    def __init__(self, interpreter: Interpreter, source: str, early: float, spotting: bool) -> None:
+    def __init__(
+        self,
+        interpreter: Interpreter,
+        source: str,
+        early: float,
+        spotting: bool,
+        voices: Voices | None = None,
+    ) -> None:
         self._interpreter = interpreter
         self._spotting = spotting
         self._source = source
-        self._segmenter = Segmenter(early, interpreter.longest)
+        self._segmenter = Segmenter(early, interpreter.longest, voices)
         self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
         self._waiting: Hypothesis | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
@@ -47,6 +54,14 @@ class Stream:
         """Take the next samples, 16 kHz; yields what is known by them."""
         for sound in self._segmenter.feed(block):
             yield from self._take(sound)
+
+    def begin_at(self, at: int, before: Samples) -> None:
+        """Begin in the midst of a stream where nothing is said; see `Segmenter.begin_at`."""
+        self._segmenter.begin_at(at, before)
+
+    def at_rest(self) -> bytes | None:
+        """Tell all that what follows hangs on; None while something is said, or just after it."""
+        return self._segmenter.at_rest() if self._waiting is None else None
 
     def finish(self) -> Iterator[Utterance | Partial]:
         """End the stream; yields what was still open."""

@@ -39,11 +39,12 @@ UNKNOWN_LENGTH = 0x7FFFF000
 """A program that writes to a pipe does not know the length and promises at least this."""
 
 
-def read_blocks(path: Path) -> Iterator[Samples]:
+def read_blocks(path: Path, start: int = 0) -> Iterator[Samples]:
     """Read a recording block by block.
 
     Args:
         path: a file in any format, rate and number of channels that libsndfile reads.
+        start: how many samples are left out at its beginning, of those yielded; there are more.
 
     Yields:
         Blocks of up to about a second, 16 kHz, mono (the mean of the channels), int16.
@@ -53,12 +54,17 @@ def read_blocks(path: Path) -> Iterator[Samples]:
             samples that are no numbers. The blocks before the fault were yielded.
     """
     with _opened(path) as file:
-        read = 0
-        blocks = _native(file) if _is_native(file) else map(to_int16, _mono(path, file))
-        for block in blocks:
+        read = start
+        for block in _from(path, file, start):
             read += len(block)
             yield block
         _check_whole(path, file, read / SAMPLE_RATE)
+
+
+def promised_seconds(path: Path) -> float:
+    """Tell how long a recording is by what it says of itself; errors are those of `read_blocks`."""
+    with _opened(path) as file:
+        return float(file.frames / file.samplerate)
 
 
 def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
@@ -129,6 +135,19 @@ def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
 
 def _is_native(file: soundfile.SoundFile) -> bool:
     return (file.samplerate, file.channels, file.subtype) == (SAMPLE_RATE, 1, "PCM_16")
+
+
+def _from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Samples]:
+    """The samples of a recording but the first; what is resampled hangs on all before it."""
+    if _is_native(file):
+        if start:
+            file.seek(start)
+        yield from _native(file)
+        return
+    for block in map(to_int16, _mono(path, file)):
+        if len(rest := block[start:]):
+            yield rest
+        start = max(0, start - len(block))
 
 
 def _native(file: soundfile.SoundFile) -> Iterator[Samples]:

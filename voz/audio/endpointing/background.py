@@ -110,6 +110,11 @@ class Background:
         """The share of the last 8 s that a voice may be in."""
         return sum(self._voices) / len(self._voices)
 
+    def remembered(self) -> bytes:
+        """All that what follows hangs on."""
+        followed = np.array(self._energies).tobytes() + np.array(self._levels).tobytes()
+        return self._before.tobytes() + followed + bytes(self._voices)
+
     def loudest(self, frames: int, but: int) -> float:
         """Find the highest level of the last frames but some, dB; 0 if there are none."""
         end = len(self._levels)

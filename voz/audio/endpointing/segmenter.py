@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -95,19 +97,38 @@ QUIET_KNOWN = PAUSE + LOOK_BACK
 """After a segment, until what began within the pause is a segment."""
 
 
+RUN_IN = 300
+"""Frames from which all that is remembered of a stream follows: the background is of 266."""
+
+Voices: TypeAlias = Callable[[bytes], bool]
+"""Tells of one frame after the other whether there may be a voice in it."""
+
+
+def usual_voices() -> Voices:
+    """WebRTC's detector for one stream; it remembers all that it has heard of it."""
+    found: Voices = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE).is_speech
+    return found
+
+
 class Segmenter:
     """Cuts one stream of samples, fed block by block, into stretches of speech."""
 
-    def __init__(self, early: float | None = None, longest: float = LONGEST) -> None:
+    def __init__(
+        self,
+        early: float | None = None,
+        longest: float = LONGEST,
+        voices: Voices | None = None,
+    ) -> None:
         """Start with nothing heard.
 
         Args:
             early: a segment that has paused for so long is yielded before it is over, s, and
                 meanwhile what there is of it; None yields whole ones only.
             longest: what goes on for longer is looked through for what stands out within it, s.
+            voices: tells in which frames a voice may be; None finds out.
         """
         self._longest = int(longest * SAMPLE_RATE)
-        self._vad = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE)
+        self._is_voice = voices or usual_voices()
         self._background = Background()
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
         self._stood: deque[bool] = deque(maxlen=ONSET)  # which frames stood out at all
@@ -143,6 +164,28 @@ class Segmenter:
             yield from self._progress(rest[:FRAME])
         self._forget()
 
+    def begin_at(self, at: int, before: Samples) -> None:
+        """Begin in the midst of a stream where nothing is said, as if all before had been heard.
+
+        Args:
+            at: how much of the stream was before, in samples, a multiple of a frame.
+            before: the last `RUN_IN` frames of that.
+        """
+        for frame in before.reshape(-1, FRAME):
+            voice = self._is_voice(frame.tobytes())
+            level, background = self._background.follow(frame, voice)
+            self._note(voice, level > background + BEGINS)
+        self._kept, self._kept_from, self._heard = before, at - len(before), at
+        self._forget()
+
+    def at_rest(self) -> bytes | None:
+        """Tell all that what follows hangs on; None if that is a segment under way or just over."""
+        since = self._heard - max(self._last_end, self._told)
+        if self._start is not None or not self._quiet_told or since < NEAR:
+            return None
+        stood = bytes([*self._stood, self._standing])
+        return stood + self._background.remembered() + self._kept[-RECENT:].tobytes()
+
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the segment under way, if any, and that nothing follows."""
         self._heard += len(self._unheard())
@@ -172,7 +215,7 @@ class Segmenter:
 
     def _progress(self, frame: Samples) -> Iterator[Sound]:
         """Follow the stream by a frame."""
-        voice = self._vad.is_speech(frame.tobytes())
+        voice = self._is_voice(frame.tobytes())
         level, background = self._background.follow(frame, voice)
         if self._start is None:
             yield from self._begin(voice, level, background)
@@ -183,15 +226,18 @@ class Segmenter:
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
     def _begin(self, voice: bool, level: Floats, background: Floats) -> Iterator[Sound]:
-        above = level > background + BEGINS
-        self._stood.append(bool(above.any()))
-        self._standing = self._standing + 1 if voice and above[0] else 0
+        self._note(voice, level > background + BEGINS)
         if self._standing >= TO_BEGIN:
             self._start_above(background, len(self._stood) - self._stood.index(True))
             return
         since = self._heard - self._last_end
         if since > QUIET_KNOWN or (since > FIRST_SIGN and not self._standing):
             yield from self._quiet()
+
+    def _note(self, voice: bool, above: npt.NDArray[np.bool_]) -> None:
+        """Note whether a frame stood out, in either band and altogether."""
+        self._stood.append(bool(above.any()))
+        self._standing = self._standing + 1 if voice and above[0] else 0
 
     def _start_above(self, background: Floats, frames: int) -> None:
         """Begin a segment so many frames ago."""

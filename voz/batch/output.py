@@ -1,0 +1,93 @@
+"""A run whose results go into a file: what is there already is kept, the rest is added."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from voz.batch.fingerprint import Header
+from voz.batch.formats import by_file, format_of, reading
+from voz.batch.journal import check_same_run, journal_for, journal_path
+from voz.batch.rows import Outcome, Row
+from voz.batch.scheduler import Known
+
+Decode: TypeAlias = Callable[[Sequence[int]], Iterator[Known]]
+"""Decodes recordings, given their numbers, in any order."""
+
+
+@dataclass(frozen=True)
+class Going:
+    """How a run goes on from another one.
+
+    Attributes:
+        resume: whether what is there is kept.
+        failed: whether recordings that failed are tried again.
+        heard: is told of each outcome that is new.
+        total: is told, before any, how many there will be.
+    """
+
+    resume: bool
+    failed: bool
+    heard: Callable[[Outcome], None]
+    total: Callable[[int], None]
+
+
+def decode_into(
+    output: Path,
+    header: Header,
+    names: Sequence[str],
+    decode: Decode,
+    going: Going,
+    whole: Callable[[Outcome], None],
+) -> None:
+    """Decode recordings into a file; until it is whole the old one stays.
+
+    Args:
+        output: its ending says how it is written.
+        header: what the results hang on.
+        names: of the recordings, as results name them.
+        decode: decodes some of them.
+        going: how it goes on.
+        whole: is told of all outcomes in order, as they are written.
+
+    Raises:
+        ConfigError: it cannot be written, or holds what cannot be gone on with.
+    """
+    written = format_of(output)
+    finished = _finished(output, header) if going.resume else iter(())
+    with journal_for(output, header, names, going.resume, finished) as journal:
+        left = journal.missing(going.failed)
+        going.total(len(left))
+        for number, outcome in decode(left) if left else ():
+            journal.add(names[number], outcome)
+            going.heard(outcome)
+
+        def rows() -> Iterator[Row]:
+            for outcome in journal.outcomes():
+                whole(outcome)
+                yield from outcome.rows
+
+        written.write(output, header, rows())
+        journal_path(output).unlink()
+
+
+def _finished(output: Path, header: Header) -> Iterator[tuple[str, tuple[Row, ...]]]:
+    """What an output holds that is whole; nothing if there is none."""
+    if not output.exists():
+        return
+    with reading(output) as (there, rows):
+        check_same_run(there, header, output)
+        yield from by_file(rows)
+
+
+def in_order(known: Iterator[Known]) -> Iterator[Outcome]:
+    """Put outcomes into the order of the input; those that came too early are kept until then."""
+    early: dict[int, Outcome] = {}
+    following = 0
+    for number, outcome in known:
+        early[number] = outcome
+        while following in early:
+            yield early.pop(following)
+            following += 1

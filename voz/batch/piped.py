@@ -1,0 +1,79 @@
+"""Sound that comes through a pipe: bare samples, or a WAV whose length nobody knows yet."""
+
+from __future__ import annotations
+
+import wave
+from collections.abc import Iterator
+from io import BufferedReader
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import Samples
+from voz.audio.capture.arrays import Converter
+from voz.errors import AudioError
+
+BLOCK_SECONDS = 0.1
+"""Whoever speaks into the pipe is not kept waiting for longer."""
+
+WIDTH = 2
+"""Bytes of a sample."""
+
+
+def is_wav(stream: BufferedReader) -> bool:
+    """Whether what comes is a WAV; nothing is taken from the stream."""
+    return stream.peek(4)[:4] == b"RIFF"
+
+
+def piped_blocks(stream: BufferedReader, rate: float | None) -> Iterator[Samples]:
+    """Read sound from a pipe as it comes.
+
+    Args:
+        stream: 16-bit samples of one channel, the lower byte first; without a rate, a WAV.
+        rate: of the samples, Hz.
+
+    Yields:
+        Blocks of samples, 16 kHz.
+
+    Raises:
+        AudioError: it is no such WAV, there is no sound in it, or no speech in such a rate.
+    """
+    converter, arrays = _raw(stream, rate) if rate is not None else _wav(stream)
+    empty = True
+    for array in arrays:
+        empty = False
+        yield converter.feed(array)
+    if empty:
+        raise AudioError("-: holds no sound")
+    yield converter.finish()
+
+
+def _raw(stream: BufferedReader, rate: float) -> tuple[Converter, Iterator[npt.NDArray[np.int16]]]:
+    def arrays() -> Iterator[npt.NDArray[np.int16]]:
+        rest = b""
+        while piece := stream.read1(int(rate * BLOCK_SECONDS) * WIDTH):
+            data = rest + piece
+            whole = len(data) // WIDTH * WIDTH
+            rest = data[whole:]
+            if whole:
+                yield np.frombuffer(data[:whole], "<i2")
+
+    return Converter(rate), arrays()
+
+
+def _wav(stream: BufferedReader) -> tuple[Converter, Iterator[npt.NDArray[np.int16]]]:
+    try:
+        file = wave.open(stream, "rb")  # noqa: SIM115
+    except (wave.Error, EOFError, RuntimeError) as error:
+        reason = str(error) or "it ends in its header"
+        raise AudioError(f"-: is no WAV that can be read ({reason}); pipe PCM") from error
+    if file.getsampwidth() != WIDTH:
+        raise AudioError(f"-: has samples of {8 * file.getsampwidth()} bits; pipe 16")
+    channels = file.getnchannels()
+
+    def arrays() -> Iterator[npt.NDArray[np.int16]]:
+        while data := file.readframes(max(1, int(file.getframerate() * BLOCK_SECONDS))):
+            whole = len(data) // (WIDTH * channels) * WIDTH * channels
+            yield np.frombuffer(data[:whole], "<i2").reshape(-1, channels)
+
+    return Converter(file.getframerate()), arrays()

@@ -1,0 +1,124 @@
+"""Who does the tasks: processes of this machine, or this one itself."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import Future, TimeoutError
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from voz.batch.tasks import Result, Setup, Task
+from voz.batch.worker import work
+from voz.process.workers import begin_worker
+
+
+class Died(Exception):
+    """A worker ended in the midst of a task; its message says how."""
+
+
+class TooSlow(Exception):
+    """A task took longer than it may."""
+
+
+class Pool(Protocol):
+    """Who does tasks.
+
+    Attributes:
+        size: how many at the same time.
+        batch: how much sound is handed out at once, bytes: what comes back is a message.
+    """
+
+    size: int
+    batch: int
+
+    def submit(self, task: Task, limit: float | None) -> Any:
+        """Begin a task, and give its future.
+
+        Args:
+            task: what to do.
+            limit: how long it may take, s; None for as long as it likes.
+        """
+
+    def result(self, future: Any) -> Result:
+        """Give the result of a task that is done.
+
+        Raises:
+            Died: its worker ended.
+            TooSlow: it was ended.
+            VozError: the worker has no models to work with.
+        """
+
+
+class InThisProcess:
+    """Does each task at once: quickest for a few recordings, and nothing ends it but itself."""
+
+    size = 1
+    batch = 1
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+
+    def submit(self, task: Task, limit: float | None) -> Future[Result]:
+        """Do a task; the limit is none."""
+        future: Future[Result] = Future()
+        future.set_result(work(self._setup, task))
+        return future
+
+    def result(self, future: Future[Result]) -> Result:
+        """Give what was done."""
+        return future.result()
+
+
+class Processes:
+    """Workers on this machine. One that dies takes its task with it and nothing else."""
+
+    batch = 2_000_000
+    """A minute of sound, half a second of work."""
+
+    def __init__(self, setup: Setup, size: int) -> None:
+        from pebble import ProcessPool
+
+        self.size = size
+        self._setup = setup
+        # A fork would copy the threads of the progress bar, and with them locks nobody opens.
+        spawn = multiprocessing.get_context("spawn")
+        self._pool = ProcessPool(
+            size, initializer=begin_worker, initargs=(os.getpid(),), context=spawn
+        )
+
+    def submit(self, task: Task, limit: float | None) -> Any:
+        """Begin a task; its worker is killed if it takes longer than the limit."""
+        return self._pool.schedule(work, args=(self._setup, task), timeout=limit)
+
+    def result(self, future: Any) -> Result:
+        """Give the result of a task; raises what `Pool.result` does."""
+        from pebble import ProcessExpired
+
+        try:
+            done: Result = future.result()
+        except ProcessExpired as error:
+            raise Died(_how(error.exitcode)) from error
+        except TimeoutError as error:
+            raise TooSlow from error
+        return done
+
+    def close(self) -> None:
+        """End all workers, whatever they do."""
+        self._pool.stop()  # type: ignore[no-untyped-call]
+        self._pool.join()
+
+
+@contextmanager
+def processes(setup: Setup, size: int) -> Iterator[Processes]:
+    """Have workers for the length of a `with` block, however it ends."""
+    pool = Processes(setup, size)
+    try:
+        yield pool
+    finally:
+        pool.close()
+
+
+def _how(code: int | None) -> str:
+    return f"killed by signal {-code}" if code and code < 0 else f"ended with {code}"

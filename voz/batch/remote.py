@@ -1,0 +1,88 @@
+"""Recordings that are elsewhere: whatever fsspec opens, fetched by the worker that decodes them."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from voz.errors import AudioError, ConfigError
+from voz.extras import how_to_install
+from voz.files import shown_path
+
+MOST_BYTES = 4_000_000_000
+"""An address may have no end; a day of sound in 16 bits at 16 kHz has 2.8 GB."""
+
+PIECE = 1 << 20
+
+
+class Fetched(NamedTuple):
+    """A recording on this machine: where it is, and what it is called in results."""
+
+    path: Path
+    name: str
+
+
+def is_remote(name: str) -> bool:
+    """Whether a name is an address, as `s3://bucket/file.wav`, and no path."""
+    return "://" in name
+
+
+def shown_name(name: str) -> str:
+    """A path or an address as results have it."""
+    return name if is_remote(name) else shown_path(Path(name))
+
+
+@contextmanager
+def fetched(name: str) -> Iterator[Fetched]:
+    """Have a recording on this machine for the length of a `with` block.
+
+    Args:
+        name: a path, or an address that fsspec opens.
+
+    Raises:
+        AudioError: it cannot be fetched.
+        ConfigError: fsspec is not installed, or does not know such addresses.
+    """
+    if not is_remote(name):
+        yield Fetched(Path(name), shown_name(name))
+        return
+    with tempfile.NamedTemporaryFile(prefix="voz-", suffix=Path(name).suffix) as file:
+        for piece in _pieces(name):
+            file.write(piece)
+        file.flush()
+        yield Fetched(Path(file.name), name)
+
+
+def _pieces(name: str) -> Iterator[bytes]:
+    require_fsspec()
+    import fsspec
+
+    read = 0
+    try:
+        with fsspec.open(name, "rb") as remote:
+            while piece := remote.read(PIECE):
+                read += len(piece)
+                if read > MOST_BYTES:
+                    raise AudioError(f"{name}: is larger than {MOST_BYTES / 1e9:g} GB; cut it")
+                yield piece
+    except AudioError:
+        raise
+    except Exception as error:  # each of its file systems fails in its own way
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise AudioError(f"{name}: cannot be fetched ({reason})") from error
+
+
+def require_fsspec() -> None:
+    """Find out whether addresses can be opened.
+
+    Raises:
+        ConfigError: fsspec is not installed.
+    """
+    try:
+        import fsspec  # noqa: F401
+    except ImportError as error:
+        advice = how_to_install("remote")
+        raise ConfigError(f"fsspec is not installed, which opens addresses; {advice}") from error

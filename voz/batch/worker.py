@@ -1,0 +1,86 @@
+"""What a worker does: the models are loaded once in each, and a bad recording is only a row."""
+
+from __future__ import annotations
+
+import resource
+from functools import cache
+from pathlib import Path
+
+from voz.batch.decoding import decode_recording
+from voz.batch.fingerprint import check_same
+from voz.batch.long_files import decode_part, is_long, plan_cuts
+from voz.batch.remote import Fetched, fetched, shown_name
+from voz.batch.rows import Outcome, Unreadable, failure
+from voz.batch.tasks import Cutting, Files, Result, Setup, Task
+from voz.errors import AudioError
+from voz.language.files import LanguageFiles
+from voz.printable import printable
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.profiles import load_profile
+
+MEGABYTE = 1_000_000
+
+
+def work(setup: Setup, task: Task) -> Result:
+    """Do a task.
+
+    Raises:
+        VozError: the models cannot be loaded, or are others than where the results go.
+    """
+    recognizer = _loaded(setup)
+    if isinstance(task, Files):
+        return tuple(_decoded(recognizer, name, task.cut, setup.memory) for name in task.names)
+    with fetched(task.name) as found:
+        if isinstance(task, Cutting):
+            return plan_cuts(found.path)
+        return decode_part(recognizer, found.path, task.part, found.name)
+
+
+def _decoded(recognizer: Recognizer, name: str, cut: bool, memory: int | None) -> Outcome | None:
+    """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
+    shown = shown_name(name)
+    try:
+        with fetched(name) as found:
+            if cut and is_long(found.path):
+                return None
+            return _named(decode_recording(recognizer, found.path, found.name), found)
+    except AudioError as error:
+        return failure(shown, str(error))
+    except MemoryError:
+        limit = f"{(memory or 0) // MEGABYTE} MB of memory"
+        return failure(shown, f"{shown}: needs more than {limit}; raise --memory-limit")
+    except Exception as error:  # a library's mistake over one recording must not cost the rest
+        reason = printable(f"{type(error).__name__}: {error}")
+        return failure(shown, f"{shown}: cannot be decoded ({reason})")
+
+
+def _named(outcome: Outcome, found: Fetched) -> Outcome:
+    """Name in an error what the user named, not where it was fetched to."""
+    last = outcome.rows[-1]
+    if not isinstance(last, Unreadable) or str(found.path) == found.name:
+        return outcome
+    error = last.error.replace(str(found.path), found.name)
+    rows = (*outcome.rows[:-1], Unreadable(found.name, error))
+    return Outcome(rows, outcome.seconds, outcome.cpu)
+
+
+@cache
+def _loaded(setup: Setup) -> Recognizer:
+    known = load_profile(setup.profile) if setup.profile else None
+    language = LanguageFiles(Path(setup.folder))
+    if setup.fingerprint:
+        check_same(setup.fingerprint, language, setup.settings, known)
+    recognizer = Recognizer(language, setup.settings, known)
+    if setup.memory:
+        _limit_memory(setup.memory)
+    return recognizer
+
+
+def _limit_memory(more: int) -> None:
+    """Let what asks for more memory than that fail; only Linux tells what there is now."""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        lines = dict(line.split(":", 1) for line in status.read_text().splitlines() if ":" in line)
+        used = int(lines["VmData"].split()[0]) * 1024
+        _, highest = resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (used + more, highest))

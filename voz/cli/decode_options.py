@@ -1,0 +1,77 @@
+"""What `voz decode` may be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from voz.cli.options import ProfileOption, Recognising
+from voz.config import Config, overridden
+from voz.errors import ConfigError
+
+
+@dataclass
+class Decoding(Recognising):
+    """The options of `voz decode`."""
+
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="One line of JSON for each utterance, or file without any."),
+    ] = False
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep the results: .jsonl, .csv or .parquet."),
+    ] = None
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with --out from where a run ended.")
+    ] = False
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="The same, and try again what failed.")
+    ] = False
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=1000, help="Processes; else one for each core."),
+    ] = None
+    glob: Annotated[
+        str | None,
+        typer.Option(metavar="PATTERN", help="Which files of folders, as *.wav or **/a*.flac."),
+    ] = None
+    rate: Annotated[
+        float | None,
+        typer.Option(metavar="HZ", help="Standard input is 16-bit samples of that rate."),
+    ] = None
+    ears: Annotated[
+        int | None,
+        typer.Option(metavar="1|2", min=1, max=2, help="1 is faster, and errs more often."),
+    ] = None
+    time_limit: Annotated[
+        float | None,
+        typer.Option(metavar="S", min=0.1, help="For each file; else a minute and its length."),
+    ] = None
+    memory_limit: Annotated[
+        int, typer.Option(metavar="MB", min=10, help="What a file may need in a worker.")
+    ] = 2000
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="3/16", help="A part of the files; see `voz merge`."),
+    ] = None
+    profile: ProfileOption = None
+
+    def settings(self, **others: Any) -> Config:
+        """As for all that recognise, with how many ears there are."""
+        settings = super().settings(**others)
+        ears = None if self.ears is None else self.ears == 2
+        return overridden(settings, {"recognition": {"second_ear": ears}})
+
+    def check(self) -> None:
+        """Refuse options that do nothing without another one."""
+        if self.out is None:
+            asked = {"--resume": self.resume, "--retry-failed": self.retry_failed}
+            for name, given in asked.items():
+                if given:
+                    raise ConfigError(f"{name}: goes on with an output; name it by --out")
+        elif self.as_json:
+            raise ConfigError("--json: is for standard output; end the name of --out with .jsonl")

@@ -33,8 +33,7 @@ def merge(shards: Sequence[Path], output: Path) -> int:
     written = format_of(output)
     with ExitStack() as files:
         opened = [(path, *files.enter_context(reading(_ended(path)))) for path in shards]
-        headers = {path: header for path, header, _ in opened}
-        _check_headers(headers)
+        _check_headers([(path, header) for path, header, _ in opened])
         opened.sort(key=lambda one: parse_shard(one[1].shard)[0])
         count = 0
 
@@ -56,11 +55,11 @@ def _ended(path: Path) -> Path:
     return path
 
 
-def _check_headers(headers: dict[Path, Header]) -> None:
+def _check_headers(headers: Sequence[tuple[Path, Header]]) -> None:
     """Refuse shards that do not make a whole."""
-    first_path, first = next(iter(headers.items()))
-    counts = {}
-    for path, header in headers.items():
+    first_path, first = headers[0]
+    there = set()
+    for path, header in headers:
         if not header.shard:
             raise ConfigError(f"{shown_path(path)}: is no shard; it was made without --shard")
         differing = difference(first, header)
@@ -70,12 +69,12 @@ def _check_headers(headers: dict[Path, Header]) -> None:
             raise ConfigError(
                 f"{shown_path(path)}: was made with {differing} than {shown_path(first_path)}"
             )
-        counts[header.shard] = path
+        there.add(header.shard)
     count = parse_shard(first.shard)[1]
-    missing = [f"{n}/{count}" for n in range(1, count + 1) if f"{n}/{count}" not in counts]
+    missing = [f"{n}/{count}" for n in range(1, count + 1) if f"{n}/{count}" not in there]
     if missing:
         raise ConfigError(f"shard {', '.join(missing[:5])}: is missing; name the outputs of all")
-    if len(counts) < len(headers):
+    if len(there) < len(headers):
         raise ConfigError("a shard is named twice; name each once")
 
 

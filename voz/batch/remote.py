@@ -68,7 +68,7 @@ def _pieces(name: str) -> Iterator[bytes]:
                 if read > MOST_BYTES:
                     raise AudioError(f"{name}: is larger than {MOST_BYTES / 1e9:g} GB; cut it")
                 yield piece
-    except AudioError:
+    except (AudioError, MemoryError):
         raise
     except Exception as error:  # each of its file systems fails in its own way
         reason = " ".join(str(error).split()) or type(error).__name__

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -12,9 +14,8 @@ from voz.batch.long_files import decode_part, is_long, plan_cuts
 from voz.batch.remote import Fetched, fetched, shown_name
 from voz.batch.rows import Outcome, Unreadable, failure
 from voz.batch.tasks import Cutting, Files, Result, Setup, Task
-from voz.errors import AudioError
+from voz.errors import AudioError, VozError
 from voz.language.files import LanguageFiles
-from voz.printable import printable
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
 
@@ -25,12 +26,13 @@ def work(setup: Setup, task: Task) -> Result:
     """Do a task.
 
     Raises:
+        AudioError: it is of one recording, with which something is wrong.
         VozError: the models cannot be loaded, or are others than where the results go.
     """
     recognizer = _loaded(setup)
     if isinstance(task, Files):
         return tuple(_decoded(recognizer, name, task.cut, setup.memory) for name in task.names)
-    with fetched(task.name) as found:
+    with _one_line(task.name, setup.memory), fetched(task.name) as found:
         if isinstance(task, Cutting):
             return plan_cuts(found.path)
         return decode_part(recognizer, found.path, task.part, found.name)
@@ -38,20 +40,29 @@ def work(setup: Setup, task: Task) -> Result:
 
 def _decoded(recognizer: Recognizer, name: str, cut: bool, memory: int | None) -> Outcome | None:
     """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
-    shown = shown_name(name)
     try:
-        with fetched(name) as found:
+        with _one_line(name, memory), fetched(name) as found:
             if cut and is_long(found.path):
                 return None
             return _named(decode_recording(recognizer, found.path, found.name), found)
     except AudioError as error:
-        return failure(shown, str(error))
-    except MemoryError:
+        return failure(shown_name(name), str(error))
+
+
+@contextmanager
+def _one_line(name: str, memory: int | None) -> Iterator[None]:
+    """Raise AudioError for whatever goes wrong: it must not cost the other recordings."""
+    shown = shown_name(name)
+    try:
+        yield
+    except VozError:
+        raise
+    except MemoryError as error:
         limit = f"{(memory or 0) // MEGABYTE} MB of memory"
-        return failure(shown, f"{shown}: needs more than {limit}; raise --memory-limit")
-    except Exception as error:  # a library's mistake over one recording must not cost the rest
-        reason = printable(f"{type(error).__name__}: {error}")
-        return failure(shown, f"{shown}: cannot be decoded ({reason})")
+        raise AudioError(f"{shown}: needs more than {limit}; raise --memory-limit") from error
+    except Exception as error:  # a library's mistake
+        reason = f"{type(error).__name__}: {error}"
+        raise AudioError(f"{shown}: cannot be decoded ({reason})") from error
 
 
 def _named(outcome: Outcome, found: Fetched) -> Outcome:

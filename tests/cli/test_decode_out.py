@@ -1,0 +1,191 @@
+"""`voz decode --out`: nothing is lost, however a run ends; and the shards of many make one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+from pathlib import Path
+
+import pytest
+import soundfile
+from calls import VOZ, Result, in_process
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from recordings import FIXTURES
+
+pytestmark = pytest.mark.slow
+
+COUNT = 24
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recordings")
+    commands = sorted((FIXTURES / "commands").glob("*.flac"))[:: 112 // COUNT][:COUNT]
+    for number, path in enumerate(commands):
+        shutil.copy(path, folder / f"{number:02}.flac")
+    (folder / "07.flac").write_bytes(b"")
+    soundfile.write(folder / "09.flac", [0.0] * 16000, 16000)
+    return folder
+
+
+def decode(out: Path, folder: Path, *more: object) -> Result:
+    return in_process("decode", folder, "--ears", "1", "--jobs", "2", "--out", out, *more)
+
+
+@pytest.fixture(scope="module")
+def known(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """What one run that nobody disturbs makes, by the ending of its name."""
+    outputs = {}
+    for ending in (".jsonl", ".csv", ".parquet"):
+        out = tmp_path_factory.mktemp("known") / f"heard{ending}"
+        result = decode(out, folder)
+        assert result.code == 3
+        assert f"{COUNT} recordings" in result.err
+        assert "1 recordings with nothing in them, 1 that could not be read" in result.err
+        outputs[ending] = out.read_bytes()
+    return outputs
+
+
+def begun(out: Path, folder: Path, *more: object) -> subprocess.Popen[str]:
+    given = ["decode", folder, "--ears", "1", "--jobs", "2", "--out", out, *more]
+    command = [*VOZ, *map(str, given)]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+
+
+@settings(max_examples=6)
+@given(moments=st.lists(st.floats(0.2, 2.5), min_size=1, max_size=3))
+def test_a_run_that_is_killed_again_and_again_makes_the_same_file(
+    folder: Path, known: dict[str, bytes], moments: list[float]
+) -> None:
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place) / "heard.jsonl"
+        for moment in moments:
+            with begun(out, folder, "--resume") as program:
+                timer = threading.Timer(moment, program.kill)
+                timer.start()
+                program.communicate()
+                timer.cancel()
+        result = decode(out, folder, "--resume")
+        assert result.code == 3
+        assert out.read_bytes() == known[".jsonl"]
+        assert [path.name for path in Path(place).iterdir()] == [out.name]
+
+
+def test_ctrl_c_says_how_to_go_on(folder: Path, known: dict[str, bytes], tmp_path: Path) -> None:
+    out = tmp_path / "heard.csv"
+    with begun(out, folder) as program:
+        journal = tmp_path / "heard.csv.journal"
+        while not (journal.exists() and journal.read_bytes().count(b"\n") > 3):
+            pass
+        program.send_signal(signal.SIGINT)
+        _, told = program.communicate()
+    assert program.returncode == 128 + signal.SIGINT
+    assert told.splitlines() == [f"what was decoded is kept in {journal}: go on by --resume"]
+    assert not out.exists()
+    assert decode(out, folder).complaint.endswith("or remove the file to begin again")
+    result = decode(out, folder, "--resume")
+    assert "were known" in result.err
+    assert out.read_bytes() == known[".csv"]
+
+
+def test_two_runs_on_one_output_are_refused(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "heard.jsonl"
+    with begun(out, folder) as program:
+        while not (tmp_path / "heard.jsonl.journal").exists():
+            pass
+        assert "is being made by another run" in decode(out, folder, "--resume").complaint
+        program.communicate()
+    assert program.returncode == 3
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_input_that_grows_is_taken_up_and_what_failed_is_tried_again(
+    folder: Path, known: dict[str, bytes], tmp_path: Path, ending: str
+) -> None:
+    some, out = tmp_path / "some", tmp_path / f"heard{ending}"
+    shutil.copytree(folder, some)
+    (some / "00.flac").unlink()
+    (some / "07.flac").write_bytes(b"bad")
+    assert decode(out, some).code == 3
+    shutil.copy(folder / "00.flac", some)
+    shutil.copy(folder / "01.flac", some / "07.flac")
+    assert "24 recordings (23 were known)" in decode(out, some, "--resume").err
+    result = decode(out, some, "--retry-failed")
+    assert result.code == 0
+    assert "24 recordings (23 were known)" in result.err
+    fresh = tmp_path / f"fresh{ending}"
+    decode(fresh, some)
+    assert out.read_bytes() == fresh.read_bytes()
+
+
+def test_other_settings_are_refused(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "heard.jsonl"
+    decode(out, folder, "--glob", "0*")
+    before = out.read_bytes()
+    complaint = decode(out, folder, "--resume", "--threshold", "0.5").complaint
+    assert f"{out}: was begun with other settings" in complaint
+    assert out.read_bytes() == before
+
+
+def shards(folder: Path, place: Path, count: int) -> list[Path]:
+    made = []
+    for number in range(1, count + 1):
+        out = place / f"heard-{number}.jsonl"
+        decode(out, folder, "--shard", f"{number}/{count}")
+        made.append(out)
+    return made
+
+
+def test_shards_merged_are_the_output_of_one_run(
+    folder: Path, known: dict[str, bytes], tmp_path: Path
+) -> None:
+    made = shards(folder, tmp_path, 3)
+    for ending, whole in known.items():
+        out = tmp_path / f"heard{ending}"
+        result = in_process("merge", *made[::-1], "--out", out)
+        assert (result.code, result.err) == (0, f"written: {out}, {COUNT} recordings\n")
+        assert out.read_bytes() == whole
+
+
+def test_what_is_no_whole_is_not_merged(folder: Path, tmp_path: Path) -> None:
+    one, two, three = shards(folder, tmp_path, 3)
+    out = tmp_path / "heard.jsonl"
+
+    def complaint(*given: Path) -> str:
+        return in_process("merge", *given, "--out", out).complaint
+
+    assert "shard 2/3: is missing" in complaint(one, three)
+    assert "named twice" in complaint(one, two, three, two)
+    shutil.copy(one, copy := tmp_path / "copy.jsonl")
+    assert "named twice" in complaint(one, two, three, copy)
+    other = tmp_path / "other.jsonl"
+    decode(other, folder, "--shard", "2/3", "--threshold", "0.5")
+    assert "was made with other settings" in complaint(one, other, three)
+    decode(other, folder, "--shard", "2/3", "--glob", "0*")
+    assert "was made with another list of recordings" in complaint(one, other, three)
+    lines = two.read_text().splitlines(keepends=True)
+    two.write_text("".join(lines[:2]))
+    assert "has more recordings" in complaint(one, two, three)
+    whole = tmp_path / "whole.jsonl"
+    decode(whole, folder)
+    assert "is no shard" in complaint(whole)
+    assert not out.exists()
+
+
+def test_a_full_disk_is_a_line_and_what_was_decoded_stays(folder: Path, tmp_path: Path) -> None:
+    """A limit on the length of files stands for the disk."""
+    out = tmp_path / "heard.jsonl"
+    limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500)); "
+    limited += "import signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+    limited += "from voz.cli import main; sys.exit(main())"
+    command = [VOZ[0], "-c", limited, "decode", str(folder), "--ears", "1", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ, timeout=60)
+    assert done.returncode == 2
+    assert "heard.jsonl.journal: cannot be written" in done.stderr
+    assert not out.exists()
+    assert "were known" in decode(out, folder, "--resume").err

@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from voz.batch.long_files import is_long
 from voz.batch.pool import InThisProcess, Pool, processes
 from voz.batch.remote import is_remote
@@ -53,6 +55,12 @@ class Many:
             yield from Scheduler(pool, names, numbers, self.limit).run()
 
     def _pool(self, names: Sequence[str]) -> AbstractContextManager[Pool]:
+        if self.cluster:
+            from voz.batch.cluster import cluster
+
+            # A worker there is not ours to limit; dask does that itself.
+            setup = replace(self.setup, memory=None, base=str(Path.cwd()))
+            return cluster(self.cluster, setup)
         jobs = self.jobs or cores()
         if not self.careful and self.limit is None and (jobs == 1 or _is_little(names)):
             return nullcontext(InThisProcess(self.setup))

@@ -23,15 +23,15 @@ class TooSlow(Exception):
 
 
 class Pool(Protocol):
-    """Who does tasks.
+    """Who does tasks."""
 
-    Attributes:
-        size: how many at the same time.
-        batch: how much sound is handed out at once, bytes: what comes back is a message.
-    """
+    @property
+    def size(self) -> int:
+        """How many at the same time; it may change."""
 
-    size: int
-    batch: int
+    @property
+    def batch(self) -> int:
+        """How much sound is handed out at once, bytes: what comes back is a message."""
 
     def submit(self, task: Task, limit: float | None) -> Any:
         """Begin a task, and give its future.

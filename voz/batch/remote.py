@@ -36,18 +36,19 @@ def shown_name(name: str) -> str:
 
 
 @contextmanager
-def fetched(name: str) -> Iterator[Fetched]:
+def fetched(name: str, base: str = "") -> Iterator[Fetched]:
     """Have a recording on this machine for the length of a `with` block.
 
     Args:
         name: a path, or an address that fsspec opens.
+        base: the folder that a path is from; empty for the one that this process is in.
 
     Raises:
         AudioError: it cannot be fetched.
         ConfigError: fsspec is not installed, or does not know such addresses.
     """
     if not is_remote(name):
-        yield Fetched(Path(name), shown_name(name))
+        yield Fetched(Path(base, name), shown_name(name))
         return
     with tempfile.NamedTemporaryFile(prefix="voz-", suffix=Path(name).suffix) as file:
         for piece in _pieces(name):

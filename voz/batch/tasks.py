@@ -20,6 +20,7 @@ class Setup(msgspec.Struct, frozen=True):
         profile: the name of a speaker's.
         memory: how much more than to begin with a worker may need, bytes; None is no limit.
         fingerprint: of all that results hang on; a worker elsewhere that has another one refuses.
+        base: the folder that paths are from, if workers may be in another one.
     """
 
     folder: str
@@ -27,6 +28,7 @@ class Setup(msgspec.Struct, frozen=True):
     profile: str | None = None
     memory: int | None = None
     fingerprint: str | None = None
+    base: str = ""
 
 
 class Files(msgspec.Struct, frozen=True):

@@ -8,13 +8,16 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from voz.batch.decoding import decode_recording
 from voz.batch.fingerprint import check_same
 from voz.batch.long_files import decode_part, is_long, plan_cuts
 from voz.batch.remote import Fetched, fetched, shown_name
-from voz.batch.rows import Outcome, Unreadable, failure
+from voz.batch.rows import Outcome, Row, Unreadable, failure
 from voz.batch.tasks import Cutting, Files, Result, Setup, Task
 from voz.errors import AudioError, VozError
+from voz.files import shown_path
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
@@ -31,20 +34,22 @@ def work(setup: Setup, task: Task) -> Result:
     """
     recognizer = _loaded(setup)
     if isinstance(task, Files):
-        return tuple(_decoded(recognizer, name, task.cut, setup.memory) for name in task.names)
-    with _one_line(task.name, setup.memory), fetched(task.name) as found:
+        return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
+    with _one_line(task.name, setup.memory), fetched(task.name, setup.base) as found:
         if isinstance(task, Cutting):
             return plan_cuts(found.path)
-        return decode_part(recognizer, found.path, task.part, found.name)
+        done = decode_part(recognizer, found.path, task.part, found.name)
+        return replace(done, rows=_named(done.rows, found))
 
 
-def _decoded(recognizer: Recognizer, name: str, cut: bool, memory: int | None) -> Outcome | None:
+def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: Setup) -> Outcome | None:
     """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
     try:
-        with _one_line(name, memory), fetched(name) as found:
+        with _one_line(name, setup.memory), fetched(name, setup.base) as found:
             if cut and is_long(found.path):
                 return None
-            return _named(decode_recording(recognizer, found.path, found.name), found)
+            outcome = decode_recording(recognizer, found.path, found.name)
+            return replace(outcome, rows=_named(outcome.rows, found))
     except AudioError as error:
         return failure(shown_name(name), str(error))
 
@@ -65,14 +70,12 @@ def _one_line(name: str, memory: int | None) -> Iterator[None]:
         raise AudioError(f"{shown}: cannot be decoded ({reason})") from error
 
 
-def _named(outcome: Outcome, found: Fetched) -> Outcome:
+def _named(rows: tuple[Row, ...], found: Fetched) -> tuple[Row, ...]:
     """Name in an error what the user named, not where it was fetched to."""
-    last = outcome.rows[-1]
-    if not isinstance(last, Unreadable) or str(found.path) == found.name:
-        return outcome
-    error = last.error.replace(str(found.path), found.name)
-    rows = (*outcome.rows[:-1], Unreadable(found.name, error))
-    return Outcome(rows, outcome.seconds, outcome.cpu)
+    if not rows or not isinstance(last := rows[-1], Unreadable):
+        return rows
+    error = last.error.replace(shown_path(found.path), found.name)
+    return (*rows[:-1], Unreadable(last.file, error))
 
 
 @cache

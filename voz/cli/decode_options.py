@@ -58,6 +58,10 @@ class Decoding(Recognising):
         str | None,
         typer.Option(metavar="3/16", help="A part of the files; see `voz merge`."),
     ] = None
+    dask: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="The scheduler of a dask cluster that decodes."),
+    ] = None
     profile: ProfileOption = None
 
     def settings(self, **others: Any) -> Config:

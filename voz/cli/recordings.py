@@ -126,7 +126,8 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
     memory = options.memory_limit * MEGABYTE
     folder = str(language.folder.resolve())
     setup = Setup(folder, settings, options.profile, memory, header.fingerprint)
-    return header, Many(setup, options.jobs, options.time_limit, options.out is not None)
+    careful = options.out is not None
+    return header, Many(setup, options.jobs, options.time_limit, careful, options.dask)
 
 
 def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:

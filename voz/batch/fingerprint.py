@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -32,6 +33,7 @@ class Header(msgspec.Struct, frozen=True, omit_defaults=True):
         settings: how speech became text.
         shard: which one of how many, as `3/16`; empty for all of the input.
         inputs: of a shard, the digest of all names of the input.
+        drive: of recordings that drive a robot, the digest of the rules by which they do.
     """
 
     voz: str
@@ -41,6 +43,7 @@ class Header(msgspec.Struct, frozen=True, omit_defaults=True):
     settings: Recognition
     shard: str = ""
     inputs: str = ""
+    drive: str = ""
 
 
 def header_for(language: LanguageFiles, settings: Recognition, profile: Profile | None) -> Header:
@@ -96,8 +99,8 @@ def difference(one: Header, other: Header) -> str:
     return " and ".join(differing) or "another fingerprint"
 
 
-def digest_of(names: list[str]) -> str:
-    """Of the names of an input, in their order."""
+def digest_of(names: Iterable[str]) -> str:
+    """Of the names of an input in their order, or of other texts."""
     return _digest(*(name.encode("utf-8", "surrogateescape") for name in names))
 
 

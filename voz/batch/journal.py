@@ -155,6 +155,8 @@ def check_same_run(there: Header, header: Header, output: Path) -> None:
     differing = difference(there, header)
     if not differing and there.shard != header.shard:
         differing = f"shard {there.shard or 'none'}"
+    if not differing and there.drive != header.drive:
+        differing = "other rules to drive by" if there.drive else "no --drive"
     if differing:
         raise ConfigError(
             f"{shown_path(output)}: was begun with {differing}; go on as it was begun, or name "

@@ -11,6 +11,20 @@ from voz.batch.rows import Outcome
 from voz.config import Recognition
 
 
+class Driving(msgspec.Struct, frozen=True):
+    """How recordings drive.
+
+    Attributes:
+        folder: where the events and pictures go, beside each other.
+        settings: all of them, as JSON: the safety rules, the commands, the room.
+        listening: whether commands are obeyed before a `start speech`.
+    """
+
+    folder: str
+    settings: bytes
+    listening: bool = False
+
+
 class Setup(msgspec.Struct, frozen=True):
     """What all workers are told once.
 
@@ -21,6 +35,7 @@ class Setup(msgspec.Struct, frozen=True):
         memory: how much more than to begin with a worker may need, bytes; None is no limit.
         fingerprint: of all that results hang on; a worker elsewhere that has another one refuses.
         base: the folder that paths are from, if workers may be in another one.
+        driving: how the recordings drive a robot; None if they do not.
     """
 
     folder: str
@@ -29,6 +44,7 @@ class Setup(msgspec.Struct, frozen=True):
     memory: int | None = None
     fingerprint: str | None = None
     base: str = ""
+    driving: Driving | None = None
 
 
 class Files(msgspec.Struct, frozen=True):

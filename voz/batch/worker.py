@@ -46,12 +46,20 @@ def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: Setup) -> Outc
     """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
     try:
         with _one_line(name, setup.memory), fetched(name, setup.base) as found:
-            if cut and is_long(found.path):
+            if cut and not setup.driving and is_long(found.path):
                 return None
-            outcome = decode_recording(recognizer, found.path, found.name)
+            outcome = _heard(recognizer, found, setup)
             return replace(outcome, rows=_named(outcome.rows, found))
     except AudioError as error:
         return failure(shown_name(name), str(error))
+
+
+def _heard(recognizer: Recognizer, found: Fetched, setup: Setup) -> Outcome:
+    if setup.driving is None:
+        return decode_recording(recognizer, found.path, found.name)
+    from voz.batch.driving import drive_by
+
+    return drive_by(recognizer, found, setup.driving)
 
 
 @contextmanager

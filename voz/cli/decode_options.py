@@ -58,6 +58,15 @@ class Decoding(Recognising):
         str | None,
         typer.Option(metavar="3/16", help="A part of the files; see `voz merge`."),
     ] = None
+    drive: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Keep what the robot would have done: its events and its way."
+        ),
+    ] = None
+    listening: Annotated[
+        bool, typer.Option("--listening", help='With --drive, obey without "start speech".')
+    ] = False
     dask: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="The scheduler of a dask cluster that decodes."),
@@ -77,5 +86,7 @@ class Decoding(Recognising):
             for name, given in asked.items():
                 if given:
                     raise ConfigError(f"{name}: goes on with an output; name it by --out")
-        elif self.as_json:
+        if self.listening and self.drive is None:
+            raise ConfigError("--listening: is about what a robot obeys; add --drive DIR")
+        if self.out and self.as_json:
             raise ConfigError("--json: is for standard output; end the name of --out with .jsonl")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from voz.batch.inputs import Inputs
     from voz.batch.many import Many
     from voz.batch.rows import Decoded, Outcome, Row
+    from voz.batch.tasks import Driving
     from voz.language.files import LanguageFiles
 
 MEGABYTE = 1_000_000
@@ -115,7 +116,9 @@ def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[st
 
 def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
     """What the results hang on, and who decodes."""
-    from voz.batch.fingerprint import header_for
+    from msgspec.structs import replace
+
+    from voz.batch.fingerprint import digest_of, header_for
     from voz.batch.many import Many
     from voz.batch.tasks import Setup
     from voz.recognition.speaker.profiles import load_profile
@@ -126,8 +129,25 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
     memory = options.memory_limit * MEGABYTE
     folder = str(language.folder.resolve())
     setup = Setup(folder, settings, options.profile, memory, header.fingerprint)
+    if options.drive:
+        driving = _driving(options, language, options.drive)
+        setup = replace(setup, driving=driving)
+        rules = digest_of([driving.settings.decode(), str(driving.listening)])
+        header = replace(header, drive=rules)
     careful = options.out is not None
     return header, Many(setup, options.jobs, options.time_limit, careful, options.dask)
+
+
+def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> Driving:
+    """By which rules recordings drive; refuses a list that drives and cannot stop."""
+    from voz.batch.driving import driving
+    from voz.language.files import read_commands
+    from voz.run.commands import begins_listening, check_list
+
+    settings, commands = options.settings(), read_commands(language)
+    check_list(commands, settings.table, str(language.sentences))
+    listening = options.listening or not begins_listening(commands, settings.table)
+    return driving(folder, settings, listening)
 
 
 def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:

@@ -1,0 +1,224 @@
+"""Hours of sound for each core-hour: `voz decode` beside plain pocketsphinx, and what it adds.
+
+Run `python benchmarks/batch.py`, on a machine that does nothing else. All hear the same
+recordings: commands of the fixtures, each in 3 s of a quiet room, as WAV. Debian's
+`pocketsphinx_batch` (`apt install pocketsphinx`) is measured where it is in the path, and Whisper
+tiny where `faster-whisper` and its model are.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import soundfile
+import typer
+from machine import machine
+from rich.console import Console
+from rich.table import Table
+
+from voz.audio import SAMPLE_RATE
+
+ROOT = Path(__file__).parent.parent
+COMMANDS = ROOT / "audio_fixtures" / "commands"
+STEM = ROOT / "lm" / "comandos_voz"
+SECONDS = 3.0
+ROOM = 10.0
+"""Standard deviation of the noise of a quiet room, in units of 16 bits."""
+
+VOZ = [sys.executable, "-c", "import sys; from voz.cli import main; sys.exit(main())", "decode"]
+
+PLAIN = """
+import sys, soundfile
+from pathlib import Path
+from pocketsphinx import Decoder
+decoder = Decoder(jsgf=sys.argv[2], dict=sys.argv[3], lm=None, loglevel="FATAL")
+for path in sorted(Path(sys.argv[1]).glob("*.wav")):
+    samples, _ = soundfile.read(path, dtype="int16")
+    decoder.start_utt()
+    decoder.process_raw(samples.tobytes(), full_utt=True)
+    decoder.end_utt()
+    decoder.hyp()
+"""
+
+WHISPER = """
+import sys
+from pathlib import Path
+from faster_whisper import WhisperModel
+model = WhisperModel("tiny.en", device="cpu", compute_type="int8", cpu_threads=1)
+for path in sorted(Path(sys.argv[1]).glob("*.wav")):
+    list(model.transcribe(str(path), language="en", beam_size=1)[0])
+"""
+
+
+class Cost(NamedTuple):
+    """What a program took: real time and processor time, s; its own memory and a worker's, MB."""
+
+    took: float
+    cpu: float
+    own: float
+    worker: float
+
+
+def recordings(folder: Path, count: int, seconds: float, said: bool) -> Path:
+    """Write recordings; returns where they are."""
+    folder.mkdir()
+    rng = np.random.default_rng(1)
+    clips = [soundfile.read(path, dtype="int16")[0] for path in sorted(COMMANDS.glob("*.flac"))]
+    for number in range(count):
+        sound = rng.normal(0, ROOM, int(seconds * SAMPLE_RATE))
+        if said:
+            clip = clips[number % len(clips)][: len(sound)]
+            begin = int(rng.integers(len(sound) - len(clip) + 1))
+            sound[begin : begin + len(clip)] += clip
+        sound = sound.clip(-32768, 32767).astype(np.int16)
+        soundfile.write(folder / f"{number:05}.wav", sound, SAMPLE_RATE)
+    return folder
+
+
+def cost(command: Sequence[object]) -> Cost:
+    """Run a program, and see what it takes."""
+    before, begun = os.times(), time.monotonic()
+    own = worker = 0.0
+    with subprocess.Popen([*map(str, command)], stderr=subprocess.DEVNULL) as program:
+        while program.poll() is None:
+            own = max(own, memory(program.pid))
+            worker = max([worker, *map(memory, children(program.pid))])
+            time.sleep(0.1)
+    after = os.times()
+    if program.returncode:
+        raise SystemExit(f"{command[0]} ended with {program.returncode}")
+    cpu = after.children_user + after.children_system
+    cpu -= before.children_user + before.children_system
+    return Cost(time.monotonic() - begun, cpu, own, worker)
+
+
+def memory(process: int) -> float:
+    """What a process holds, MB."""
+    try:
+        lines = Path(f"/proc/{process}/status").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return next((int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM")), 0.0)
+
+
+def children(process: int) -> Iterator[int]:
+    """The processes that a process began."""
+    try:
+        found = Path(f"/proc/{process}/task/{process}/children").read_text()
+    except OSError:
+        return iter(())
+    return map(int, found.split())
+
+
+def decode(folder: Path, out: Path, *options: object) -> list[object]:
+    """How voz is called, for a new output."""
+    out.unlink(missing_ok=True)
+    return [*VOZ, folder, "--out", out, *options]
+
+
+def pocketsphinx_batch(folder: Path, place: Path) -> list[object] | None:
+    """How Debian's program is called; None if it is not there."""
+    program = shutil.which("pocketsphinx_batch")
+    if program is None:
+        return None
+    from pocketsphinx import get_model_path
+
+    control = place / "control"
+    names = sorted(path.stem for path in folder.glob("*.wav"))
+    control.write_text("".join(f"{name}\n" for name in names))
+    given = {
+        "hmm": get_model_path("en-us/en-us"),
+        "dict": f"{STEM}.dic",
+        "jsgf": f"{STEM}.gram",
+        "ctl": control,
+        "cepdir": folder,
+        "cepext": ".wav",
+        "adcin": "yes",
+        "adchdr": 44,
+        "hyp": place / "hypotheses",
+        "logfn": os.devnull,
+    }
+    return [program, *(text for name, value in given.items() for text in (f"-{name}", value))]
+
+
+def engines(folder: Path, place: Path) -> dict[str, list[object]]:
+    """What is measured: how each is called, by its name."""
+    out = place / "heard.jsonl"
+    found: dict[str, list[object] | None] = {
+        "voz, two ears": decode(folder, out, "--jobs", 1),
+        "voz, one ear": decode(folder, out, "--jobs", 1, "--ears", 1),
+        "voz, two ears, 2 processes": decode(folder, out, "--jobs", 2),
+        "voz, one ear, 2 processes": decode(folder, out, "--jobs", 2, "--ears", 1),
+        "plain pocketsphinx in a loop": [
+            *(sys.executable, "-c", PLAIN, folder, f"{STEM}.gram", f"{STEM}.dic")
+        ],
+        "pocketsphinx_batch": pocketsphinx_batch(folder, place),
+        "faster-whisper tiny.en": [sys.executable, "-c", WHISPER, folder]
+        if find_spec("faster_whisper")
+        else None,
+    }
+    return {name: command or [] for name, command in found.items()}
+
+
+def speeds(count: int, rounds: int, place: Path) -> Table:
+    """Measure all on the same recordings; they take turns, and the best round counts."""
+    folder = recordings(place / "said", count, SECONDS, said=True)
+    hours = count * SECONDS / 3600
+    title = f"{count} commands, each in {SECONDS:g} s; best of {rounds}"
+    table = Table("", "hours per core-hour", "hours per hour", "s of CPU", "s", title=title)
+    costs: dict[str, list[Cost]] = {}
+    for _ in range(rounds):
+        for name, command in engines(folder, place).items():
+            (place / "heard.jsonl").unlink(missing_ok=True)
+            costs.setdefault(name, []).extend([cost(command)] if command else [])
+    for name, measured in costs.items():
+        if not measured:
+            table.add_row(name, "not installed")
+            continue
+        cpu, took = min(c.cpu for c in measured), min(c.took for c in measured)
+        rows = (
+            f"{hours / cpu * 3600:.0f}",
+            f"{hours / took * 3600:.0f}",
+            f"{cpu:.1f}",
+            f"{took:.1f}",
+        )
+        table.add_row(name, *rows)
+    return table
+
+
+def overhead(counts: Sequence[int], place: Path) -> Table:
+    """What many short recordings with nothing in them take, and the memory with their number."""
+    table = Table("recordings of 1 s", "ms each", "ms of CPU each", "MB", "MB in a worker")
+    for count in counts:
+        folder = recordings(place / f"short{count}", count, 1.0, said=False)
+        measured = cost(decode(folder, place / "short.jsonl", "--jobs", 2))
+        each = f"{1000 * measured.took / count:.2f}", f"{1000 * measured.cpu / count:.2f}"
+        table.add_row(f"{count:,}", *each, f"{measured.own:.0f}", f"{measured.worker:.0f}")
+    return table
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Commands.")] = 600,
+    rounds: Annotated[int, typer.Option(help="How often each is measured.")] = 3,
+    short: Annotated[str, typer.Option(help="Numbers of short recordings.")] = "100,1000,10000",
+) -> None:
+    """Print both tables."""
+    console = Console(width=110)
+    console.print(machine())
+    with TemporaryDirectory() as folder:
+        console.print(speeds(count, rounds, Path(folder)))
+        console.print(overhead([int(number) for number in short.split(",")], Path(folder)))
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +16,9 @@ FRAME = 480
 
 WINDOW, HOP = 320, 160
 """Samples of a spectrum, 20 ms, and between two."""
+
+WINDOWS = np.arange(WINDOW) + HOP * np.arange(FRAME // HOP)[:, np.newaxis]
+"""Where the spectra of a frame are, in the sound that begins a hop before it."""
 
 BANDS = (5, 68, 140)
 """Of a spectrum: 250 to 3,400 Hz, above the hum of motors, and up to 7,000, where the s is."""
@@ -51,6 +53,9 @@ SILENCE = 20.0
 DEEP = 20.0
 """By so much silence is below the background, dB, where that was taken from what was said."""
 
+ROOM = 4096
+"""Frames that there is room for before the last ones are moved to the beginning."""
+
 STEADY_FOR = 14
 """Frames, 0.4 s, in which a sound that goes on is known by its level."""
 
@@ -65,6 +70,43 @@ class Noise(NamedTuple):
     highest: Floats
 
 
+class _Recent:
+    """The last levels of frames, in one array: to make one of them for each frame takes longer.
+
+    Attributes:
+        levels: of each frame, in both bands, dB.
+        voices: whether a voice may be in it.
+    """
+
+    def __init__(self) -> None:
+        """Start as if it had been silent."""
+        self._levels = np.full((ROOM, 2), SILENCE)
+        self._voices = np.zeros(ROOM, np.bool_)
+        self._end = MEMORY
+
+    def add(self, level: Floats, voice: bool) -> None:
+        """Add a frame; the oldest goes."""
+        if self._end == ROOM:
+            self._levels[:SILENT_MEMORY] = self.levels
+            self._voices[:SILENT_MEMORY] = self.voices
+            self._end = SILENT_MEMORY
+        self._levels[self._end], self._voices[self._end] = level, voice
+        self._end += 1
+
+    def fill(self, level: Floats, voice: bool) -> None:
+        """Take all of them for such ones."""
+        self._levels[:SILENT_MEMORY], self._voices[:SILENT_MEMORY] = level, voice
+        self._end = SILENT_MEMORY
+
+    @property
+    def levels(self) -> Floats:
+        return self._levels[max(0, self._end - SILENT_MEMORY) : self._end]
+
+    @property
+    def voices(self) -> npt.NDArray[np.bool_]:
+        return self._voices[max(0, self._end - SILENT_MEMORY) : self._end]
+
+
 class Background:
     """Follows the level of a room, by frames of 30 ms."""
 
@@ -72,9 +114,9 @@ class Background:
         """Start with nothing heard, as if it had been silent."""
         self._window = np.hanning(WINDOW + 1)[:-1]
         self._before: Samples = np.zeros(WINDOW - HOP, np.int16)  # what the next spectrum begins in
-        self._energies: deque[Floats] = deque(maxlen=SMOOTH)
-        self._levels = deque([np.full(2, SILENCE)] * MEMORY, maxlen=SILENT_MEMORY)
-        self._voices = deque([False] * MEMORY, maxlen=SILENT_MEMORY)
+        self._scale = WINDOW * np.sum(self._window**2)
+        self._energies: Floats = np.empty((0, len(BANDS) - 1))
+        self._recent = _Recent()
         self._level_now = SILENCE
 
     def follow(self, frame: Samples, voice: bool) -> tuple[Floats, Floats]:
@@ -89,11 +131,10 @@ class Background:
             16 bits.
         """
         level = self._level(frame)
-        self._levels.append(level)
-        self._voices.append(voice)
-        levels = np.array(self._levels)
+        self._recent.add(level, voice)
+        levels = self._recent.levels
         background = _below(levels[-MEMORY:], USUAL)
-        silent = levels[~np.array(self._voices)]
+        silent = levels[~self._recent.voices]
         if len(silent) >= SILENT_SHARE * len(levels):
             silence = _below(silent, SILENT_USUAL)
             background = np.where(background - silence > DEEP, silence, background)
@@ -108,33 +149,33 @@ class Background:
     @property
     def voices(self) -> float:
         """The share of the last 8 s that a voice may be in."""
-        return sum(self._voices) / len(self._voices)
+        voices = self._recent.voices
+        return int(voices.sum()) / len(voices)
 
     def remembered(self) -> bytes:
         """All that what follows hangs on."""
-        followed = np.array(self._energies).tobytes() + np.array(self._levels).tobytes()
-        return self._before.tobytes() + followed + bytes(self._voices)
+        followed = self._energies.tobytes() + self._recent.levels.tobytes()
+        return self._before.tobytes() + followed + self._recent.voices.tobytes()
 
     def loudest(self, frames: int, but: int) -> float:
         """Find the highest level of the last frames but some, dB; 0 if there are none."""
-        end = len(self._levels)
-        levels = list(self._levels)[max(0, end - frames) : max(0, end - but)]
-        return max((float(low) for low, _ in levels), default=0.0)
+        levels = self._recent.levels
+        end = len(levels)
+        found = levels[max(0, end - frames) : max(0, end - but), 0]
+        return float(found.max()) if len(found) else 0.0
 
     def settle(self, levels: Floats) -> None:
         """Take the levels of a noise that has just begun for the background."""
-        self._levels.extend([levels] * SILENT_MEMORY)
-        self._voices.extend([True] * SILENT_MEMORY)
+        self._recent.fill(levels, True)
 
     def _level(self, frame: Samples) -> Floats:
         sound = np.concatenate([self._before, frame])
         self._before = frame[HOP - WINDOW :]
-        windows = np.lib.stride_tricks.sliding_window_view(sound, WINDOW)[::HOP]
-        power = np.abs(np.fft.rfft(windows * self._window)) ** 2
+        power = np.abs(np.fft.rfft(sound[WINDOWS] * self._window)) ** 2
         low, middle, high = BANDS
         bands = np.add.reduceat(power[:, low:high], (0, middle - low), axis=1)
-        self._energies.extend(bands / (WINDOW * np.sum(self._window**2)))
-        return np.asarray(10 * np.log10(np.mean(self._energies, axis=0) + 1))
+        self._energies = np.concatenate([self._energies, bands / self._scale])[-SMOOTH:]
+        return np.asarray(10 * np.log10(self._energies.mean(axis=0) + 1))
 
     def risen_from(self, by: float, steady_within: float) -> Noise | None:
         """Tell how loud a sound is that goes on, if something rose out of it just now.
@@ -147,7 +188,7 @@ class Background:
             Its usual levels before that, and the highest; None if it was not steady, or nothing
             rose.
         """
-        levels = np.array(self._levels)[-STEADY_FOR - RISE :]
+        levels = self._recent.levels[-STEADY_FOR - RISE :]
         before, now = levels[:STEADY_FOR], levels[-2:]
         steady = _below(before, USUAL)
         rose = np.ptp(before[:, 0]) < steady_within and now[:, 0].min() > steady[0] + by

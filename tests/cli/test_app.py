@@ -16,7 +16,7 @@ from voz import __version__
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["decode"], "FILE"),
+        (["decode"], "PATH"),
         (["decode", "--threshold", "2", GO_BACK], "threshold"),
         (["decode", "--threshold", "nan", GO_BACK], "threshold"),
         (["decode", "--threshold", "much", GO_BACK], "--threshold"),
@@ -62,6 +62,7 @@ def test_the_version_is_told(voz: Any) -> None:
         "doctor",
         "eval",
         "fit-confidence",
+        "merge",
         "run",
         "say",
         "sound",

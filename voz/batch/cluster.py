@@ -11,8 +11,8 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Future, InvalidStateError
 from contextlib import contextmanager, suppress
-from threading import Lock, Timer
-from typing import Any
+from threading import Event, Lock, Thread
+from typing import Any, NamedTuple
 
 from voz.batch.pool import Died, TooSlow
 from voz.batch.tasks import Result, Setup, Task
@@ -29,7 +29,18 @@ COUNTED_EVERY = 5.0
 QUEUED = 3
 """Times its limit a task may take until it is given up: it may have to wait for others."""
 
+LOOKED_EVERY = 1.0
+"""How often it is looked what takes too long, s."""
+
 _ONE_AT_A_TIME = Lock()
+
+
+class UnderWay(NamedTuple):
+    """A task that a cluster has: dask's future of it, ours, and when it is given up, s."""
+
+    asked: Any
+    ended: Future[Result]
+    due: float
 
 
 class Cluster:
@@ -42,6 +53,15 @@ class Cluster:
     def __init__(self, client: Any, setup: Setup) -> None:
         self._client, self._setup = client, setup
         self._counted, self._count = 0.0, 1
+        self._limited: dict[str, UnderWay] = {}
+        self._over = Event()
+        self._patience = Thread(target=self._watch, name="voz-patience", daemon=True)
+        self._patience.start()
+
+    def close(self) -> None:
+        """Look no more for what takes too long."""
+        self._over.set()
+        self._patience.join()
 
     @property
     def size(self) -> int:
@@ -55,30 +75,36 @@ class Cluster:
         """Begin a task; what takes longer than the limit costs its worker."""
         ended: Future[Result] = Future()
         asked = self._client.submit(work_alone, self._setup, task, pure=False)
-        timer = Timer((limit or 0) * QUEUED, self._give_up, (asked, ended))
-        timer.daemon = True
+        if limit:
+            due = time.monotonic() + limit * QUEUED
+            self._limited[asked.key] = UnderWay(asked, ended, due)
 
         def done(_: object) -> None:
-            timer.cancel()
+            self._limited.pop(asked.key, None)
             _pass_on(asked, ended)
 
         asked.add_done_callback(done)
-        if limit:
-            timer.start()
         return ended
 
     def result(self, future: Future[Result]) -> Result:
         """Give the result of a task; raises what `Pool.result` does."""
         return future.result()
 
-    def _give_up(self, asked: Any, ended: Future[Result]) -> None:
+    def _watch(self) -> None:
+        while not self._over.wait(LOOKED_EVERY):
+            now = time.monotonic()
+            for each in [each for each in list(self._limited.values()) if each.due < now]:
+                self._limited.pop(each.asked.key, None)
+                self._give_up(each)
+
+    def _give_up(self, each: UnderWay) -> None:
         """Restart the worker that does not come back from a task."""
         with suppress(InvalidStateError):
-            ended.set_exception(TooSlow())
+            each.ended.set_exception(TooSlow())
         with suppress(Exception):  # it may have gone by itself
             busy = self._client.processing()
-            at = [address for address, keys in busy.items() if asked.key in keys]
-            asked.cancel()
+            at = [address for address, keys in busy.items() if each.asked.key in keys]
+            each.asked.cancel()
             self._client.restart_workers(at)
 
 
@@ -105,7 +131,11 @@ def cluster(address: str, setup: Setup) -> Iterator[Cluster]:
         raise ConfigError(f"--dask {address}: nothing answers there; is a scheduler up?") from error
     with client:
         _check(client, address)
-        yield Cluster(client, setup)
+        pool = Cluster(client, setup)
+        try:
+            yield pool
+        finally:
+            pool.close()
 
 
 def work_alone(setup: Setup, task: Task) -> Result:

@@ -9,6 +9,7 @@ tiny where `faster-whisper` and its model are.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import time
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -61,12 +62,16 @@ for path in sorted(Path(sys.argv[1]).glob("*.wav")):
 
 
 class Cost(NamedTuple):
-    """What a program took: real time and processor time, s; its own memory and a worker's, MB."""
+    """What a program took: real time and processor time, s; its own memory and a worker's, MB.
+
+    And what it told.
+    """
 
     took: float
     cpu: float
     own: float
     worker: float
+    told: str
 
 
 def recordings(folder: Path, count: int, seconds: float, said: bool) -> Path:
@@ -89,17 +94,22 @@ def cost(command: Sequence[object]) -> Cost:
     """Run a program, and see what it takes."""
     before, begun = os.times(), time.monotonic()
     own = worker = 0.0
-    with subprocess.Popen([*map(str, command)], stderr=subprocess.DEVNULL) as program:
+    with (
+        TemporaryFile("w+") as told,
+        subprocess.Popen([*map(str, command)], stderr=told) as program,
+    ):
         while program.poll() is None:
             own = max(own, memory(program.pid))
             worker = max([worker, *map(memory, children(program.pid))])
             time.sleep(0.1)
+        told.seek(0)
+        said = told.read()
     after = os.times()
     if program.returncode:
         raise SystemExit(f"{command[0]} ended with {program.returncode}")
     cpu = after.children_user + after.children_system
     cpu -= before.children_user + before.children_system
-    return Cost(time.monotonic() - begun, cpu, own, worker)
+    return Cost(time.monotonic() - begun, cpu, own, worker, said)
 
 
 def memory(process: int) -> float:
@@ -198,12 +208,16 @@ def speeds(count: int, rounds: int, place: Path) -> Table:
 
 def overhead(counts: Sequence[int], place: Path) -> Table:
     """What many short recordings with nothing in them take, and the memory with their number."""
-    table = Table("recordings of 1 s", "ms each", "ms of CPU each", "MB", "MB in a worker")
+    header = ("recordings of 1 s", "ms each", "ms of CPU each", "without decoding")
+    table = Table(*header, "MB", "MB in a worker")
     for count in counts:
         folder = recordings(place / f"short{count}", count, 1.0, said=False)
         measured = cost(decode(folder, place / "short.jsonl", "--jobs", 2))
-        each = f"{1000 * measured.took / count:.2f}", f"{1000 * measured.cpu / count:.2f}"
-        table.add_row(f"{count:,}", *each, f"{measured.own:.0f}", f"{measured.worker:.0f}")
+        took, cpu = (1000 * seconds / count for seconds in (measured.took, measured.cpu))
+        speed = re.search(r"(\d+) hours of sound per core-hour", measured.told)
+        rest = cpu - 1000 / int(speed[1]) if speed else cpu
+        sizes = f"{measured.own:.0f}", f"{measured.worker:.0f}"
+        table.add_row(f"{count:,}", *(f"{x:.2f}" for x in (took, cpu, rest)), *sizes)
     return table
 
 
@@ -216,7 +230,8 @@ def main(
     console = Console(width=110)
     console.print(machine())
     with TemporaryDirectory() as folder:
-        console.print(speeds(count, rounds, Path(folder)))
+        if count:
+            console.print(speeds(count, rounds, Path(folder)))
         console.print(overhead([int(number) for number in short.split(",")], Path(folder)))
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import pty
+import re
 import shutil
 import signal
 import subprocess
 import tempfile
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -189,3 +192,19 @@ def test_a_full_disk_is_a_line_and_what_was_decoded_stays(folder: Path, tmp_path
     assert "heard.jsonl.journal: cannot be written" in done.stderr
     assert not out.exists()
     assert "were known" in decode(out, folder, "--resume").err
+
+
+def test_on_a_terminal_a_bar_tells_how_fast_it_goes(folder: Path, tmp_path: Path) -> None:
+    ours, theirs = pty.openpty()
+    out = tmp_path / "heard.jsonl"
+    given = ["decode", folder, "--ears", "1", "--jobs", "2", "--out", out]
+    command = [*VOZ, *map(str, given)]
+    shown = b""
+    with subprocess.Popen(command, stderr=theirs) as program:
+        os.close(theirs)
+        with suppress(OSError):  # the terminal is gone with the program
+            while some := os.read(ours, 10_000):
+                shown += some
+    os.close(ours)
+    assert program.returncode == 3
+    assert re.search(rb"Decoding.* \d+/24 .*[\d.]+/s, \d+x \d:\d\d:\d\d", shown)

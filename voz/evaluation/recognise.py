@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import multiprocessing
 import resource
-import signal
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -26,7 +24,7 @@ from voz.evaluation.engines import Engine, EngineChoice, load_engine
 from voz.evaluation.results import OUT_OF_NOTHING, Result, Understood
 from voz.evaluation.streams import Stretch, seconds_outside, shared_out
 from voz.files import shown_path
-from voz.process.quiet_libraries import quiet_libraries
+from voz.process.workers import begin_worker
 from voz.recordings.clips import Clip
 
 Item = TypeVar("Item")
@@ -112,7 +110,7 @@ def in_processes(
     """
     # A fork would copy the threads of the progress bar, and with them locks that nobody opens.
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, spawn, initializer=_begin) as pool:
+    with ProcessPoolExecutor(processes, spawn, initializer=begin_worker) as pool:
         try:
             yield from pool.map(work, items)
         except BrokenProcessPool as error:
@@ -224,12 +222,6 @@ def _rest(result: Result, heard: list[Understood], seconds: float) -> Result:
     )
 
 
-def _begin() -> None:
-    """Leave Ctrl-C, which reaches all processes, to the one that started them, and stderr to it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _UNTIL_THE_END.enter_context(quiet_libraries())
-
-
 @cache
 def _loaded(choice: EngineChoice) -> Engine:
     return load_engine(choice)
@@ -237,9 +229,6 @@ def _loaded(choice: EngineChoice) -> Engine:
 
 def _read(path: Path) -> Samples:
     return np.concatenate(list(read_blocks(path)))
-
-
-_UNTIL_THE_END = ExitStack()
 
 
 def _cpu_seconds() -> float:

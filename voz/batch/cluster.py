@@ -7,6 +7,7 @@ one that workers die of costs no other. Workers may come and go meanwhile.
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future, InvalidStateError
@@ -127,7 +128,7 @@ def cluster(address: str, setup: Setup) -> Iterator[Cluster]:
         client = Client(  # type: ignore[no-untyped-call]
             address, timeout=WAITED_FOR, set_as_default=False
         )
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, asyncio.TimeoutError, ValueError, TypeError) as error:
         raise ConfigError(f"--dask {address}: nothing answers there; is a scheduler up?") from error
     with client:
         _check(client, address)
@@ -151,7 +152,7 @@ def _check(client: Any, address: str) -> None:
     """
     try:
         client.wait_for_workers(1, timeout=WAITED_FOR)
-    except TimeoutError as error:
+    except (TimeoutError, asyncio.TimeoutError) as error:  # two kinds before Python 3.11
         raise ConfigError(
             f"--dask {address}: has no workers; start some with one thread"
         ) from error

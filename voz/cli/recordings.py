@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Iterator, Sequence
 from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -17,14 +14,14 @@ import typer
 from voz.cli.decode_options import Decoding
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
-from voz.cli.terminal import put, show, tell
+from voz.cli.rows import writer
+from voz.cli.terminal import tell
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
     from voz.batch.fingerprint import Header
     from voz.batch.inputs import Inputs
     from voz.batch.many import Many
-    from voz.batch.rows import Decoded, Outcome, Row
     from voz.batch.tasks import Driving
     from voz.language.files import LanguageFiles
 
@@ -96,7 +93,7 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
         raise ConfigError("-: sound from a pipe is decoded alone, to standard output")
     known = load_profile(options.profile) if options.profile else None
     recognizer = Recognizer(language, options.settings().recognition, known)
-    write = _writer(options)
+    write = writer(options)
     outcome = decode_blocks(recognizer, piped_blocks(_stdin(), options.rate), "-", write)
     if isinstance(outcome.rows[0], Nothing):
         write(outcome.rows[0])
@@ -106,11 +103,12 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
 def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
     """Decode recordings on all cores; tells whether some could not be read."""
     from voz.batch.inputs import find_inputs
+    from voz.cli.decode_out import keep
 
     inputs = find_inputs(paths, options.glob, _listed())
     header, many = _how(options, language)
     if options.out:
-        return _keep(options, header, inputs, many)
+        return keep(options, options.out, header, inputs, many)
     return _show_all(options, inputs, many)
 
 
@@ -157,7 +155,7 @@ def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
     from voz.cli.progress import progress
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
-    write = _writer(options)
+    write = writer(options)
     failed = 0
     # In between results a bar would be in the way.
     with progress(shown=not sys.stdout.isatty()) as bar:
@@ -168,83 +166,6 @@ def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
                 write(row)
             failed += outcome.failed
     return failed > 0
-
-
-def _keep(options: Decoding, header: Header, inputs: Inputs, many: Many) -> bool:
-    """Decode recordings into a file, and tell what it came to."""
-    from msgspec.structs import replace
-
-    from voz.batch.fingerprint import digest_of
-    from voz.batch.inputs import shard_of
-    from voz.batch.output import Going, decode_into
-    from voz.batch.remote import shown_name
-    from voz.batch.summary import Totals
-    from voz.cli.progress import progress
-
-    output, names, clips = cast(Path, options.out), inputs.names, inputs.clips
-    if options.shard:
-        header = replace(header, shard=options.shard, inputs=digest_of(names))
-        names = shard_of(names, options.shard)
-    options.check_written([output], [name for name in names if Path(name) == output])
-    begun, new, all_of_it = time.monotonic(), Totals(), Totals()
-    said = {shown_name(str(clip.path)) for clip in clips}
-    heard: dict[str, Outcome] = {}
-
-    def whole(outcome: Outcome) -> None:
-        all_of_it.add(outcome)
-        if outcome.rows[0].file in said:
-            heard[outcome.rows[0].file] = outcome
-
-    with progress() as bar, _telling_how_to_go_on(output):
-
-        def done(outcome: Outcome) -> None:
-            new.add(outcome)
-            bar.heard(outcome)
-
-        going = Going(options.resume or options.retry_failed, options.retry_failed, done, bar.begin)
-        shown = [shown_name(name) for name in names]
-        decode_into(output, header, shown, partial(many.decode, names), going, whole)
-    kept = f" ({all_of_it.files - new.files:,} were known)" if all_of_it.files > new.files else ""
-    tell(f"written: {output}, {all_of_it.files:,} recordings{kept}")
-    for line in new.lines(time.monotonic() - begun):
-        tell(line)
-    _tell_scores(inputs, heard)
-    return all_of_it.failed > 0
-
-
-@contextmanager
-def _telling_how_to_go_on(output: Path) -> Iterator[None]:
-    """Say, if a signal ends a `with` block, that nothing is lost."""
-    from voz.batch.journal import journal_path
-
-    try:
-        yield
-    except (SystemExit, KeyboardInterrupt):
-        if journal_path(output).exists():
-            tell(f"what was decoded is kept in {journal_path(output)}: go on by --resume")
-        raise
-
-
-def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
-    """Tell how well it was understood what manifests say was said."""
-    from voz.batch.summary import results_of
-
-    results = list(results_of(inputs.clips, heard))
-    if not results:
-        return
-    from voz.evaluation.report import require_libraries
-
-    try:
-        require_libraries(pictures=False)
-    except ConfigError as error:
-        tell(f"no scores: {error}")
-        return
-    from voz.evaluation.scores import score
-    from voz.evaluation.tables import as_text, main_tables
-
-    for table in main_tables(score(results), []):
-        for line in ("", *as_text(table).split("\n")):
-            tell(line)
 
 
 def _listed() -> Iterator[str]:
@@ -261,42 +182,3 @@ def _is_sound() -> bool:
     from voz.batch.piped import is_wav
 
     return is_wav(_stdin())
-
-
-def _writer(options: Decoding) -> Callable[[Row], None]:
-    if options.as_json:
-        return _show_json
-    show(f"   start      end  sure  accepted  {'text':32}  file")
-    return partial(_show_row, ears=options.verbose)
-
-
-def _show_json(row: Row) -> None:
-    from voz.events import to_json
-
-    put(to_json(row))
-
-
-def _show_row(row: Row, ears: bool) -> None:
-    from voz.batch.rows import Nothing, Unreadable
-
-    if isinstance(row, Unreadable):
-        show(f"{'':>26} error {row.error}")
-    elif isinstance(row, Nothing):
-        show(f"{'':8} {row.seconds:8.2f}  {'':4}  {'':8}  {'(nothing is said)':32}  {row.file}")
-    else:
-        _show_heard(row, ears)
-
-
-def _show_heard(row: Decoded, ears: bool) -> None:
-    from voz.events import explain, in_ears
-
-    accepted = "yes" if row.accepted else "no"
-    explained = row.reason and explain(row.reason, row.between, row.refused_by)
-    why = f"({explained})" if explained else ""
-    text = " ".join(part for part in (row.text, why) if part)
-    show(
-        f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
-        f"{text:32}  {row.file}"
-    )
-    if ears and row.ears:
-        show(f"{'':35}{in_ears(row.ears)}")

@@ -1,0 +1,130 @@
+"""`voz decode --out`: keeps what is heard, and tells what it came to."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from voz.batch.summary import Totals, results_of
+from voz.cli.progress import progress
+from voz.cli.terminal import tell
+from voz.errors import ConfigError
+
+if TYPE_CHECKING:
+    from voz.batch.fingerprint import Header
+    from voz.batch.inputs import Inputs
+    from voz.batch.many import Many
+    from voz.batch.rows import Outcome
+    from voz.cli.decode_options import Decoding
+
+
+@dataclass
+class Account:
+    """What a run came to.
+
+    Attributes:
+        said: the recordings of which it is known what is said, as results name them.
+        new: what this run decoded.
+        whole: what is in the output.
+        heard: what was heard in those of `said`.
+        begun: when, s.
+    """
+
+    said: set[str]
+    new: Totals = field(default_factory=Totals)
+    whole: Totals = field(default_factory=Totals)
+    heard: dict[str, Outcome] = field(default_factory=dict)
+    begun: float = field(default_factory=time.monotonic)
+
+    def written(self, outcome: Outcome) -> None:
+        """Count what goes into the output."""
+        self.whole.add(outcome)
+        if (file := outcome.rows[0].file) in self.said:
+            self.heard[file] = outcome
+
+    def tell(self, output: Path, inputs: Inputs) -> None:
+        """Tell all of it."""
+        known = self.whole.files - self.new.files
+        kept = f" ({known:,} were known)" if known else ""
+        tell(f"written: {output}, {self.whole.files:,} recordings{kept}")
+        for line in self.new.lines(time.monotonic() - self.begun):
+            tell(line)
+        _tell_scores(inputs, self.heard)
+
+
+def keep(options: Decoding, output: Path, header: Header, inputs: Inputs, many: Many) -> bool:
+    """Decode recordings into a file, and tell what it came to.
+
+    Args:
+        options: how it goes on from another run, and which shard it is.
+        output: the file.
+        header: what the results hang on.
+        inputs: the recordings.
+        many: who decodes.
+
+    Returns:
+        Whether some could not be read.
+    """
+    from msgspec.structs import replace
+
+    from voz.batch.fingerprint import digest_of
+    from voz.batch.inputs import shard_of
+    from voz.batch.output import Going, decode_into
+    from voz.batch.remote import shown_name
+
+    names = inputs.names
+    if options.shard:
+        header = replace(header, shard=options.shard, inputs=digest_of(names))
+        names = shard_of(names, options.shard)
+    options.check_written([output], [name for name in names if Path(name) == output])
+    account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
+    with progress() as bar, _telling_how_to_go_on(output):
+
+        def done(outcome: Outcome) -> None:
+            account.new.add(outcome)
+            bar.heard(outcome)
+
+        going = Going(options.resume or options.retry_failed, options.retry_failed, done, bar.begin)
+        shown = [shown_name(name) for name in names]
+        decode = partial(many.decode, names)
+        decode_into(output, header, shown, decode, going, account.written)
+    account.tell(output, inputs)
+    return account.whole.failed > 0
+
+
+@contextmanager
+def _telling_how_to_go_on(output: Path) -> Iterator[None]:
+    """Say, if a signal ends a `with` block, that nothing is lost."""
+    from voz.batch.journal import journal_path
+
+    try:
+        yield
+    except (SystemExit, KeyboardInterrupt):
+        if journal_path(output).exists():
+            tell(f"what was decoded is kept in {journal_path(output)}: go on by --resume")
+        raise
+
+
+def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
+    """Tell how well it was understood what manifests say was said."""
+    results = list(results_of(inputs.clips, heard))
+    if not results:
+        return
+    from voz.evaluation.report import require_libraries
+
+    try:
+        require_libraries(pictures=False)
+    except ConfigError as error:
+        tell(f"no scores: {error}")
+        return
+    from voz.evaluation.scores import score
+    from voz.evaluation.tables import as_text, main_tables
+
+    for table in main_tables(score(results), []):
+        for line in ("", *as_text(table).split("\n")):
+            tell(line)

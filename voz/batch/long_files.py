@@ -168,7 +168,9 @@ def joined_parts(plan: Plan, number: int) -> Plan:
 def joined(file: str, done: Sequence[Done]) -> Outcome:
     """The outcome of a recording from those of its parts."""
     rows = tuple(row for part in done for row in part.rows)
-    return outcome(file, rows, sum(part.seconds for part in done), sum(part.cpu for part in done))
+    # In whole samples: a sum of seconds may be rounded the other way than those of one process.
+    samples = sum(round(part.seconds * SAMPLE_RATE) for part in done)
+    return outcome(file, rows, samples / SAMPLE_RATE, sum(part.cpu for part in done))
 
 
 def _part(plan: Plan, start: int, end: int) -> Part:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from typing import Any
 import pytest
 from recordings import ROOT, Recording
 
-from voz.batch.pool import Processes, processes
+from voz.batch.pool import InThisProcess, Processes, processes
 from voz.batch.rows import Decoded, Outcome, Unreadable
 from voz.batch.scheduler import Scheduler
 from voz.batch.tasks import Setup
@@ -153,3 +154,10 @@ def is_alive(process: int) -> bool:
         return "\nState:\tZ" not in Path(f"/proc/{process}/status").read_text()
     except OSError:
         return False
+
+
+def test_decoding_here_leaves_this_process_its_memory(names: list[str]) -> None:
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    (known,) = Scheduler(InThisProcess(SETUP), names[:1], range(1), None).run()
+    assert is_heard(known[1])
+    assert resource.getrlimit(resource.RLIMIT_DATA) == before

@@ -9,6 +9,8 @@ from concurrent.futures import Future, TimeoutError
 from contextlib import contextmanager
 from typing import Any, Protocol
 
+from msgspec.structs import replace
+
 from voz.batch.tasks import Result, Setup, Task
 from voz.batch.worker import work
 from voz.process.workers import begin_worker
@@ -58,7 +60,8 @@ class InThisProcess:
     batch = 1
 
     def __init__(self, setup: Setup) -> None:
-        self._setup = setup
+        # A limit on memory would be this process's for ever, and that of all it starts.
+        self._setup = replace(setup, memory=None)
 
     def submit(self, task: Task, limit: float | None) -> Future[Result]:
         """Do a task; the limit is none."""

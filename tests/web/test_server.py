@@ -11,7 +11,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import httpx
@@ -336,7 +336,8 @@ def test_half_a_request_holds_nobody_up(robot: PageRobot) -> None:
 
 def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) -> None:
     with opened(robot) as page, heard(robot, page) as microphone_of_a_watcher:
-        microphone_of_a_watcher.begin()  # it does not drive
+        with suppress(ConnectionClosed):  # it does not drive, and may be sent away before
+            microphone_of_a_watcher.begin()
         assert microphone_of_a_watcher.told() is None
         assert page.drive()
         with heard(robot, page) as microphone:

@@ -95,6 +95,14 @@ def test_what_stops_leaves_nothing_to_do(name: str) -> None:
     assert go_on(state, 60.0, SAFE).state == state
 
 
+def test_by_the_bare_rules_too_a_bounded_motion_ends_though_nobody_listens_any_more() -> None:
+    bare = Safety(enabled=False)
+    state = obey(say(LISTENING, "one metre"), Command("stop speech", {}, 1.0), TABLE, bare).state
+    assert state.moving
+    t, _ = until_rest(state, begin=0.0)
+    assert t == pytest.approx(4.0, abs=0.06)
+
+
 def test_another_motion_takes_its_place_and_does_not_inherit_it() -> None:
     state = say(say(LISTENING, "one metre"), "turn left", 1.0)
     assert state.motion.velocities() == (0, 0.1)

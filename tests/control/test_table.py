@@ -40,6 +40,11 @@ def test_another_word_does_the_same() -> None:
         ({"stop": Step(stop=True, confirm=True)}, '"stop" is given another meaning'),
         ({"stop": (Step(stop=True), Step(drive=0.1))}, '"stop" is given another meaning'),
         ({"stop": (Step(stop=True), Step(run=("sleep", "1")))}, '"stop" is given another'),
+        ({"halt": Step(stop=True, say="{why}")}, '"halt" stops, and must not hang on the slot why'),
+        (
+            {"off": Step(listen=False, say="{why}")},
+            '"off" stops, and must not hang on the slot why',
+        ),
         ({"a": "b"}, '"a" is to do the same as "b", which is no command here'),
         ({"a": "b", "b": "a"}, '"a" is to do the same as "a", and that as this one'),
         ({"off": (Step(listen=False), Step(drive=0.1))}, '"off" ends the listening, and can do'),

@@ -183,8 +183,8 @@ def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | N
         before = state
         motion = secured(step, before.motion, moved(before.motion, step), safety)
         state = replace(state, motion=motion, **_changed(step))
-        if step.slower is not None and not motion.moving:
-            state = at_rest(state)
+        if before.motion.moving and not motion.moving:
+            state = at_rest(state)  # whatever ended it: nothing is to begin another by itself
         if step.listen is None or state.listening != before.listening:
             events += _events(step, t)
         if step.bounded:
@@ -199,7 +199,7 @@ def _changed(step: Step) -> dict[str, object]:
     if step.listen is not None:
         changed["listening"] = step.listen
     if step.listen is False:
-        changed |= {"bound": None, "to_do": (), "commands": USUAL}
+        changed["commands"] = USUAL
     if step.state is not None:
         changed["commands"] = step.state
     return changed

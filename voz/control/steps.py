@@ -122,15 +122,20 @@ class Step(
         return self.drives or self.faster is not None or self.slower is not None
 
     @property
+    def sets_velocity(self) -> bool:
+        """Whether it names a velocity."""
+        return any(getattr(self, name) is not None for name in DRIVES)
+
+    @property
     def drives(self) -> bool:
-        """Whether it sets a velocity anew."""
-        return self.again or bool(set(DRIVES).intersection(self.actions))
+        """Whether it sets a velocity anew, its own or that of the last command that moved."""
+        return self.again or self.sets_velocity
 
     @property
     def bounded(self) -> bool:
         """Whether the motion ends by itself."""
         bounds = (self.metres, self.degrees, self.seconds)
-        return self.drives and any(bound is not None for bound in bounds)
+        return self.sets_velocity and any(bound is not None for bound in bounds)
 
     @property
     def slots(self) -> frozenset[str]:

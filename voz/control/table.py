@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from itertools import combinations
 from typing import NamedTuple, TypeAlias
 
-from voz.control.steps import DRIVES, Command, Step
+from voz.control.steps import Command, Step
 from voz.errors import ConfigError
 
 Steps: TypeAlias = tuple[Step, ...]
@@ -97,8 +98,9 @@ def command_table(commands: Commands, states: Mapping[str, Commands]) -> Command
     table = CommandTable(sets, stops, stops | ends, starts)
     if STOP not in stops:
         raise _wrong(USUAL, STOP, "is given another meaning; it stops the robot, and nothing else")
-    for state, name, step in table.all_steps():
-        _check(table, state, name, step)
+    for state, own in sets.items():
+        for name, steps in own.items():
+            _check(table, state, name, steps)
     table.topics  # noqa: B018 (raises if one has two kinds)
     return table
 
@@ -155,34 +157,38 @@ def _resolved(name: str, commands: Commands, state: str) -> Steps:
 
 def _only_stops(steps: Steps) -> bool:
     """Whether a command stops at once, and moves nothing after it."""
-    if not steps or not steps[0].stop or any(step.confirm or step.run for step in steps):
+    if not steps or not steps[0].stop or any(step.confirm for step in steps):
         return False
-    return all(step.stop or not (step.actions or step.bounded) for step in steps)
+    return all(step.stop or not step.actions for step in steps)
 
 
 def _ends_listening(steps: Steps) -> bool:
     return len(steps) == 1 and steps[0].listen is False and not steps[0].confirm
 
 
-def _check(table: CommandTable, state: str, name: str, step: Step) -> None:
-    """Refuse a step that does not fit to the rest of the table."""
+def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
+    """Refuse a command that does not fit to the rest of the table."""
     if state != USUAL and (name in table.halts or name in table.starts):
         raise _wrong(state, name, "stops or listens in all states, by [commands]")
-    if step.listen is False and name not in table.halts:
+    slots = frozenset[str]().union(*(step.slots for step in steps))
+    if name in table.halts and slots:
+        raise _wrong(state, name, f"stops, and must not hang on the slot {min(slots)}")
+    if any(step.listen is False for step in steps) and name not in table.halts:
         raise _wrong(state, name, "ends the listening, and can do nothing else but say so")
-    if step.state is not None and step.state not in table.sets:
-        raise _wrong(state, name, f'switches to "{step.state}", and there is no [states] of it')
-    if step.confirm and not {True, False} <= _answers(table, state):
+    for step in steps:
+        if step.state is not None and step.state not in table.sets:
+            raise _wrong(state, name, f'switches to "{step.state}", and there is no [states] of it')
+    if any(step.confirm for step in steps) and not {True, False} <= _answers(table, state):
         raise _wrong(
             state, name, "asks first, and no command answers; add { answer = true } and = false }"
         )
-    steps = table.sets[state][name]
-    if step.confirm and step is not steps[0]:
+    if any(step.confirm for step in steps[1:]):
         raise _wrong(state, name, "asks in the midst of it; `confirm` belongs to the first step")
-    later = steps[steps.index(step) + 1 :]
-    unbounded = set(DRIVES).intersection(step.actions) and not step.bounded
-    if unbounded and any(set(DRIVES).intersection(one.actions) or one.stop for one in later):
-        raise _wrong(state, name, "goes on after a motion that does not end; add metres or seconds")
+    for one, other in combinations(steps, 2):
+        if one.sets_velocity and not one.bounded and (other.sets_velocity or other.stop):
+            raise _wrong(
+                state, name, "goes on after a motion that does not end; add metres or seconds"
+            )
 
 
 def _answers(table: CommandTable, state: str) -> set[bool | None]:

@@ -6,8 +6,6 @@ import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from importlib import import_module, invalidate_caches
-from pathlib import Path
 from typing import Any
 
 from voz.errors import ConfigError, RobotError
@@ -15,6 +13,7 @@ from voz.robot.base import Robot
 from voz.robot.kinds import ROBOTS, Setup
 from voz.robot.mailbox import Mailbox
 from voz.robot.mistakes import mistakes_told
+from voz.robot.own_code import imported
 from voz.robot.process import RobotProcess, RobotSpec
 from voz.robot.slow import SlowRobot
 
@@ -99,12 +98,8 @@ def make_own(name: str, settings: Mapping[str, Mapping[str, Any]]) -> Robot:
         ConfigError: the class does not take them.
         RobotError: it is no robot.
     """
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
-    invalidate_caches()  # it may have been written since
-    module, _, kind = name.partition(":")
-    make = getattr(import_module(module), kind)
+    make = imported(name)
+    module = name.partition(":")[0]
     arguments = settings.get(module, {})
     if arguments:
         _check_arguments(make, arguments, f"[own.{module}] in voz.toml")

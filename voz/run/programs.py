@@ -9,17 +9,17 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from importlib import import_module
 from typing import Any
 
 from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
+from voz.robot.mistakes import in_words
+from voz.robot.own_code import imported
 
 MOST = 8
 """Programs and functions at once; more are not started."""
@@ -97,6 +97,8 @@ class Programs:
         except (OSError, ValueError) as error:
             return f"cannot be started ({error})"
         self._running.add(program)
+        if self._closed:  # in between: who ended the others did not see it
+            _kill(program)
         try:
             code = program.wait(limit)
         except subprocess.TimeoutExpired:
@@ -108,9 +110,9 @@ class Programs:
 
     def _call(self, event: Call) -> str:
         """Call a function, and tell what it raised; nothing can end one that hangs."""
-        late = threading.Timer(
-            event.seconds or LONGEST, lambda: self._tell(_hanging(event, event.seconds or LONGEST))
-        )
+        limit = event.seconds or LONGEST
+        hangs = Ended(event.t, event.function, f"has not ended after {limit:g} s")
+        late = threading.Timer(limit, self._tell, [hangs])
         late.daemon = True
         late.start()
         try:
@@ -120,10 +122,6 @@ class Programs:
         finally:
             late.cancel()
         return ""
-
-
-def _hanging(event: Call, seconds: float) -> Ended:
-    return Ended(event.t, event.function, f"has not ended after {seconds:g} s")
 
 
 def _kill(program: subprocess.Popen[bytes]) -> None:
@@ -144,14 +142,11 @@ def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
 
 
 def _imported(name: str, target: str) -> Callable[..., Any]:
-    module, _, function = target.partition(":")
-    if "" not in sys.path:
-        sys.path.insert(0, "")  # the user's own modules are where the user is
     try:
-        found = getattr(import_module(module), function)
+        found = imported(target)
     except Exception as error:
         raise ConfigError(
-            f'[commands] "{name}": {target} cannot be imported ({type(error).__name__}: {error})'
+            f'[commands] "{name}": {target} cannot be imported ({in_words(error)})'
         ) from error
     if not callable(found):
         raise ConfigError(f'[commands] "{name}": {target} is no function')

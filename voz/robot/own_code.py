@@ -1,0 +1,22 @@
+"""What users write themselves: found beside their voz.toml, by its name."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module, invalidate_caches
+from pathlib import Path
+from typing import Any
+
+
+def imported(target: str) -> Any:
+    """Import something of the user's own; raises whatever their code does.
+
+    Args:
+        target: MODULE:NAME, where the module may be in the folder that the user is in.
+    """
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
+    invalidate_caches()  # it may have been written since
+    module, _, name = target.partition(":")
+    return getattr(import_module(module), name)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from voz.config import Config, Ros2
     from voz.events import Receiver
     from voz.language.files import LanguageFiles
+    from voz.language.templates.commands import Commands
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import Profile
     from voz.run.live import Typist
@@ -38,6 +39,7 @@ def run(options: Running) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
+    from voz.language.files import read_commands
     from voz.process.quiet_libraries import quiet_libraries
     from voz.run.unblocked import unblocked_output
 
@@ -50,22 +52,22 @@ def run(options: Running) -> None:
             parts.enter_context(unblocked_output())
         plan = _plan(options, settings)
         language = options.language(settings)
-        options.listening = _listening(options, settings, language)
+        commands = read_commands(language)
+        options.listening = _listening(options, settings, commands, str(language.sentences))
         if options.live:
             _run_live(options, settings, plan, language, parts)
-        else:
-            _run_by_files(options, settings, plan, language, parts, unreadable)
+            return
+        played = _played(options, settings, language, commands, parts, unreadable)
+        _run_by_files(options, settings, plan, played)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
 
 
-def _listening(options: Running, settings: Config, language: LanguageFiles) -> bool:
+def _listening(options: Running, settings: Config, commands: Commands, where: str) -> bool:
     """Whether commands are obeyed from the start; refuses a list that drives and cannot stop."""
-    from voz.language.files import read_commands
     from voz.run.commands import begins_listening, check_list
 
-    commands = read_commands(language)
-    check_list(commands, settings.table, str(language.sentences))
+    check_list(commands, settings.table, where)
     if options.listening or begins_listening(commands, settings.table):
         return options.listening
     tell("no command of the list begins the listening: commands are obeyed from the start")
@@ -105,7 +107,6 @@ def _run_live(
     options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
-    from voz.language.files import read_commands
     from voz.run.inbox import Inbox
     from voz.run.live import Seat, run_live
 
@@ -115,7 +116,6 @@ def _run_live(
     recognizer = parts.enter_context(_recognizer(options, settings, language, place))
     inbox = Inbox(settings.table.halts)
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
-    commands = read_commands(language)
     seat = Seat(
         options.device,
         options.listening,
@@ -125,25 +125,18 @@ def _run_live(
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,
         robots.odometry,
-        page_of(site, commands, robots.view, microphone) if site else None,
+        page_of(site, recognizer.commands, robots.view, microphone) if site else None,
     )
     run_live(robots.receivers, robots.troubles, settings, recognizer, inbox, seat)
 
 
-def _run_by_files(
-    options: Running,
-    settings: Config,
-    plan: Plan,
-    language: LanguageFiles,
-    parts: ExitStack,
-    unreadable: list[str],
-) -> None:
-    """Drive by recordings, a text or a bag; notes the recordings that could not be read."""
+def _run_by_files(options: Running, settings: Config, plan: Plan, played: Played) -> None:
+    """Drive by recordings, a text or a bag."""
     from voz.run.offline import run_at_its_pace, run_at_once
 
     play = run_at_its_pace if plan.clocked else run_at_once
     play(
-        _played(options, settings, language, parts, unreadable),
+        played,
         settings,
         options.listening,
         lambda tell: _receivers(options, settings, plan, tell),
@@ -154,21 +147,21 @@ def _played(
     options: Running,
     settings: Config,
     language: LanguageFiles,
+    commands: Commands,
     parts: ExitStack,
     unreadable: list[str],
 ) -> Played:
-    """Open what drives the robot, before anything moves."""
-    from voz.language.files import read_commands
+    """Open what drives the robot, before anything moves; notes what recordings cannot be read."""
     from voz.run import sources
 
     if options.text:
-        lines, commands = open_text(options.text, parts), read_commands(language)
+        lines = open_text(options.text, parts)
         return lambda now: sources.lines_typed(lines, commands, now)
     if options.replay:
         from voz.recordings.bags import read_sayings
 
-        bag, sayings, known = options.replay, read_sayings(options.replay), read_commands(language)
-        return lambda _: sources.bag_replayed(bag, sayings, known)
+        bag, sayings = options.replay, read_sayings(options.replay)
+        return lambda _: sources.bag_replayed(bag, sayings, commands)
     recognizer = parts.enter_context(_recognizer(options, settings, language, "recordings"))
     return lambda _: sources.recordings_played(options.recordings, recognizer, unreadable)
 

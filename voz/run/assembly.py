@@ -128,9 +128,16 @@ def starting(table: CommandTable, inbox: Inbox, clock: Clock) -> Iterator[Receiv
         yield programs.receive
 
 
-def warner(inbox: Inbox, clock: Clock) -> Callable[[str], None]:
+class Warn(Protocol):
+    """Takes a line for people, and whether it is good news, on any thread."""
+
+    def __call__(self, text: str, good: bool = False) -> None:
+        """Tell it."""
+
+
+def warner(inbox: Inbox, clock: Clock) -> Warn:
     """What makes a Warning of a line, on any thread."""
-    return lambda text: inbox.put(Warning(clock.now(), text))
+    return lambda text, good=False: inbox.put(Warning(clock.now(), text, good))
 
 
 def raise_if_any(error: Exception | None) -> None:

@@ -13,7 +13,7 @@ from rich.live import Live
 
 from voz.config import Config
 from voz.control.bound import Place
-from voz.events import Event, Receiver, Warning
+from voz.events import Event, Receiver
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
 from voz.language.commands import normalise
@@ -123,9 +123,6 @@ def run_live(
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
 
-    def tell(text: str, good: bool) -> None:
-        inbox.put(Warning(clock.now(), text, good))
-
     def obey(line: str, source: str = TYPED) -> None:
         text = normalise(line[:LONGEST])
         if text not in NO_COMMAND:
@@ -146,7 +143,7 @@ def run_live(
             recorder,
         )
         parts.enter_context(hearing)
-        parts.enter_context(renewing(recognizer, table, tell))
+        parts.enter_context(renewing(recognizer, table, warn))
         line = parts.enter_context(keys(inbox, obey, warn))
         if seat.also:
             parts.enter_context(seat.also(obey))

@@ -10,7 +10,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from keeping_up import waited_for_processors
+
 TICK = 0.01
+
+MOST_WAITED = 0.5
+"""What that may count for at most, s: it need not have been the program that waited."""
 
 
 class Seen(NamedTuple):
@@ -30,14 +35,15 @@ class Observer:
     """Takes what bases tell through a FIFO, for the length of a `with` block.
 
     It stamps nothing: a busy harness changes no time. A FIFO is no disk that could be full.
-    It notes how late its own thread wakes, which tells how late everybody may be.
+    It notes how late its own thread wakes, and how long any thread of this computer waited for a
+    processor, which tells how late everybody may be.
     """
 
     def __init__(self, path: Path) -> None:
         os.mkfifo(path)
         self._fifo = os.open(path, os.O_RDWR)  # for writing too: so there is never an end
         self.seen: list[Seen] = []
-        self._late: list[tuple[float, float]] = []
+        self._late: list[tuple[float, float, float]] = []
         self._ended = threading.Event()
         self._threads = [threading.Thread(target=work) for work in (self._read, self._doze)]
 
@@ -54,7 +60,11 @@ class Observer:
 
     def lateness(self, since: float) -> float:
         """The worst of this computer since then, s."""
-        return max((late for at, late in self._late if at >= since), default=0.0)
+        noted = [(late, waited) for at, late, waited in self._late if at >= since]
+        if not noted:
+            return 0.0
+        waited = min(noted[-1][1] - noted[0][1], MOST_WAITED)
+        return max(waited, *(late for late, _ in noted))
 
     def moves(self, since: float) -> bool:
         """Whether somebody was asked to move since then."""
@@ -65,7 +75,7 @@ class Observer:
             before = time.monotonic()
             time.sleep(TICK)
             now = time.monotonic()
-            self._late.append((now, now - before - TICK))
+            self._late.append((now, now - before - TICK, waited_for_processors()))
 
     def _read(self) -> None:
         rest = b""

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from keeping_up import where_the_machine_keeps_up
 from ros1.ros import Client, Program, Ros, eventually
 
 COMMANDS = {
@@ -82,10 +83,15 @@ def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
 
 def test_the_beat_is_10_hertz(ros: Ros) -> None:
     driving(ros)
-    counting = ros.start("rostopic", "hz", "-w", "50", "/cmd_vel")
-    counting.wait_for("window: 50")
-    rates = [float(line.split()[-1]) for line in counting.lines if "average rate" in line]
-    assert rates[-1] == pytest.approx(10, abs=0.1)
+
+    @where_the_machine_keeps_up
+    def measured() -> None:
+        counting = ros.start("rostopic", "hz", "-w", "50", "/cmd_vel")
+        counting.wait_for("window: 50")
+        rates = [float(line.split()[-1]) for line in counting.lines if "average rate" in line]
+        assert rates[-1] == pytest.approx(10, abs=0.1)
+
+    measured()
 
 
 def test_rostopic_reads_what_is_published(ros: Ros) -> None:

@@ -35,6 +35,10 @@ LONGEST = 200
 LOOK = 0.1
 """How often the end is looked for, s."""
 
+PIPE = 65536
+"""Bytes that a pipe of Linux holds (pipe(7)): read all at once, for a `stop` may be the last of
+them, and after each call other threads have their turn."""
+
 
 class Line:
     """A line that is being typed, key by key: pure."""
@@ -129,7 +133,7 @@ def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
         if not select.select([descriptor], [], [], LOOK)[0]:
             continue
         try:
-            data = os.read(descriptor, 1024)
+            data = os.read(descriptor, PIPE)
         except OSError:
             return  # the terminal is gone
         if not data:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import Any
 
 from voz.config import Ros1
 from voz.doctor.finding import Finding, not_well
-from voz.doctor.stopping import Motion
+from voz.doctor.stopping import Motion, told_motion
 from voz.errors import ConfigError, RobotError
 from voz.ros1.master import ask, check_namespace, master_uri
+from voz.ros1.node import Node
+from voz.ros1.odometry import OdometryListener
+from voz.ros1.robot import velocity, velocity_topic
 
 CALLER = "/voz_doctor"
 
@@ -74,27 +75,26 @@ def _listeners(topic: str, subscribers: dict[str, list[str]], needed: bool) -> F
 class Ros1Base:
     """The base that listens to the topic of the velocities."""
 
-    def __init__(self, settings: Ros1, odometry: str) -> None:
-        """Offer velocities, and listen to an odometry; a node has been made before."""
-        from geometry_msgs.msg import Twist
-        from nav_msgs.msg import Odometry
-        from rospy import Publisher, Subscriber
+    def __init__(self, node: Node, settings: Ros1, odometry: str) -> None:
+        """Offer velocities, and listen to an odometry.
 
+        Args:
+            node: this process's.
+            settings: the topic of the velocities.
+            odometry: its topic.
+        """
+        self._node = node
         self._name = full_name(settings.cmd_vel)
-        self._twist = Twist
-        self._velocity = Publisher(settings.cmd_vel, Twist, queue_size=1, tcp_nodelay=True)
-        self._latest: Motion | None = None
-        self._odometry = Subscriber(odometry, Odometry, self._take, queue_size=1)
+        self._velocity = velocity_topic(settings)
+        self._odometry = OdometryListener(odometry)
 
     def send(self, linear: float, angular: float) -> None:
         """Send a velocity once, m/s and rad/s."""
-        message = self._twist()
-        message.linear.x, message.angular.z = linear, angular
-        self._velocity.publish(message)
+        self._velocity.publish(velocity(linear, angular))
 
     def motion(self) -> Motion | None:
         """The newest odometry."""
-        return self._latest
+        return told_motion(self._odometry.newest())
 
     def obstacle(self) -> str | None:
         """Why it must not be driven now; None if it may be."""
@@ -104,19 +104,10 @@ class Ros1Base:
             publishers, _ = graph()
         except OSError:
             return "the ROS master does not answer; start it again"
-        others = [name for name in publishers.get(self._name, ()) if name != self._velocity_node()]
+        others = [name for name in publishers.get(self._name, ()) if name != self._node.name]
         if others:
             return f"{' and '.join(others)} sends velocities too; end it first"
         return None
-
-    def _velocity_node(self) -> str:
-        import rospy
-
-        return str(rospy.get_name())
-
-    def _take(self, message: Any) -> None:
-        speed = message.twist.twist
-        self._latest = Motion(time.monotonic(), speed.linear.x, speed.angular.z)
 
 
 @contextmanager
@@ -131,9 +122,7 @@ def ros1_base(settings: Ros1, odometry: str) -> Iterator[Ros1Base]:
         RobotError: ROS 1 is not there.
         ConfigError: the namespace cannot be.
     """
-    from voz.ros1.node import Node
-
     with Node("voz_doctor") as node:
-        yield Ros1Base(settings, odometry)
+        yield Ros1Base(node, settings, odometry)
         if node.over:
             raise RobotError("somebody ended the node; call it again")

@@ -9,12 +9,12 @@ from typing import NamedTuple
 from cyclonedds.builtin import BuiltinTopicDcpsPublication
 
 from voz.config import Ros2
-from voz.doctor.stopping import Motion
+from voz.doctor.stopping import Motion, told_motion
 from voz.events import Twist
-from voz.ros2 import messages
 from voz.ros2.discovery import domain_number
 from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import Node
+from voz.ros2.odometry import OdometryListener
 from voz.ros2.velocity import VelocityTopic
 
 
@@ -54,9 +54,7 @@ class Ros2Base:
         self._name = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
         self._writers = Endpoints(node, BuiltinTopicDcpsPublication)
-        self._odometry = node.any_reader(odometry, messages.Odometry)
-        self._clock = clock
-        self._latest: Motion | None = None
+        self._odometry = OdometryListener(node, odometry, clock)
 
     def send(self, linear: float, angular: float) -> None:
         """Send a velocity once, m/s and rad/s."""
@@ -64,11 +62,7 @@ class Ros2Base:
 
     def motion(self) -> Motion | None:
         """The newest odometry."""
-        for sample in self._odometry.take(100):
-            if isinstance(sample, messages.Odometry):  # else it tells that a writer is gone
-                speed = sample.twist.twist
-                self._latest = Motion(self._clock(), speed.linear.x, speed.angular.z)
-        return self._latest
+        return told_motion(self._odometry.newest())
 
     def obstacle(self) -> str | None:
         """Why it must not be driven now; None if it may be."""

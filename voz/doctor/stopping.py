@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from queue import SimpleQueue
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from voz.control.safety import zero_at_the_end
 from voz.doctor.finding import Finding
@@ -56,6 +56,15 @@ class Motion(NamedTuple):
     def still(self) -> bool:
         """Whether the base stands."""
         return abs(self.angular) < STILL and abs(self.linear) < STILL_LINEAR
+
+
+def told_motion(newest: tuple[float, Any] | None) -> Motion | None:
+    """Take from a `nav_msgs/Odometry`, and when it came, how the base moves; None if none came."""
+    if newest is None:
+        return None
+    when, odometry = newest
+    speed = odometry.twist.twist
+    return Motion(when, speed.linear.x, speed.angular.z)
 
 
 class Base(Protocol):

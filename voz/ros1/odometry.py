@@ -64,22 +64,28 @@ def _transform(state: WorldState, now: Any) -> Any:
 
 
 class OdometryListener:
-    """Knows where a base says that it is, as long as it says so."""
+    """Knows where a base says that it is, as long as it says so, and how fast it is."""
 
     def __init__(self, topic: str) -> None:
         """Subscribe to the topic of its `nav_msgs/Odometry`."""
         from nav_msgs.msg import Odometry
         from rospy import Subscriber
 
-        self._heard: tuple[float, Place] | None = None
+        self._newest: tuple[float, Any] | None = None
         Subscriber(topic, Odometry, self._note, queue_size=1)
+
+    def newest(self) -> tuple[float, Any] | None:
+        """What it last said, and when by the monotonic clock, s; None if nothing."""
+        return self._newest
 
     def place(self) -> Place | None:
         """Where it is; None if it did not say so lately."""
-        heard = self._heard
-        return heard[1] if heard and time.monotonic() - heard[0] < LATELY else None
+        newest = self._newest
+        if newest is None or time.monotonic() - newest[0] >= LATELY:
+            return None
+        pose = newest[1].pose.pose
+        heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return pose.position.x, pose.position.y, math.remainder(heading, math.tau)
 
     def _note(self, message: Any) -> None:
-        at, turned = message.pose.pose.position, message.pose.pose.orientation
-        heading = 2 * math.atan2(turned.z, turned.w)
-        self._heard = time.monotonic(), (at.x, at.y, math.remainder(heading, math.tau))
+        self._newest = time.monotonic(), message

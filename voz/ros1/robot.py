@@ -66,7 +66,7 @@ class Ros1Robot(Robot):
         from std_msgs.msg import Int16, String
 
         names = self._settings
-        self._velocity = _velocity_topic(names)
+        self._velocity = velocity_topic(names)
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
@@ -126,7 +126,7 @@ class Ros1Robot(Robot):
             goals.publish()  # no goal's name means all
 
     def _publish_velocity(self, linear: float, angular: float) -> None:
-        self._velocity.publish(_velocity(linear, angular))
+        self._velocity.publish(velocity(linear, angular))
 
 
 class Ros1Watchdog(Robot):
@@ -140,12 +140,12 @@ class Ros1Watchdog(Robot):
     def open(self) -> None:
         """Join ROS; raises RobotError if there is no master."""
         self._node = Node(f"{self._settings.node}_watchdog", self._arguments)
-        self._topic = _velocity_topic(self._settings)
+        self._topic = velocity_topic(self._settings)
 
     def receive(self, event: Event) -> None:
         """Publish a velocity."""
         if isinstance(event, Twist):
-            self._topic.publish(_velocity(event.linear, event.angular))
+            self._topic.publish(velocity(event.linear, event.angular))
 
     def lost(self) -> str | None:
         """Tell if somebody ended the node; without a master it can still reach the base."""
@@ -163,7 +163,7 @@ def _message(kind: type) -> Any:
     return {bool: msg.Bool, int: msg.Int32, float: msg.Float64, str: msg.String}[kind]
 
 
-def _velocity_topic(names: Ros1) -> Any:
+def velocity_topic(names: Ros1) -> Any:
     """What publishes velocities."""
     from geometry_msgs.msg import Twist as Velocity
     from rospy import Publisher
@@ -173,7 +173,7 @@ def _velocity_topic(names: Ros1) -> Any:
     return Publisher(names.cmd_vel, Velocity, queue_size=1, tcp_nodelay=True)
 
 
-def _velocity(linear: float, angular: float) -> Any:
+def velocity(linear: float, angular: float) -> Any:
     """A velocity as a message, from m/s and rad/s."""
     from geometry_msgs.msg import Twist as Velocity
 

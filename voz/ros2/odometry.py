@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 
 from voz.control.bound import Place
 from voz.ros2 import messages
@@ -66,20 +67,32 @@ def _rotation(state: WorldState) -> messages.Quaternion:
 
 
 class OdometryListener:
-    """Knows where a base says that it is, as long as it says so."""
+    """Knows where a base says that it is, as long as it says so, and how fast it is."""
 
-    def __init__(self, node: Node, topic: str) -> None:
-        """Read the topic of its `nav_msgs/Odometry`, whatever quality of service it offers."""
+    def __init__(self, node: Node, topic: str, clock: Callable[[], float] = time.monotonic) -> None:
+        """Read the topic of its `nav_msgs/Odometry`, whatever quality of service it offers.
+
+        Args:
+            node: reads it.
+            topic: its name.
+            clock: tells when a message came, s.
+        """
         self._reader = node.any_reader(topic, messages.Odometry)
-        self._heard: tuple[float, Place] | None = None
+        self._clock = clock
+        self._newest: tuple[float, messages.Odometry] | None = None
+
+    def newest(self) -> tuple[float, messages.Odometry] | None:
+        """What it last said, and when, s; None if nothing. Waits for nothing."""
+        for message in self._reader.take(MOST_TAKEN):
+            if isinstance(message, messages.Odometry):  # else it tells that a writer is gone
+                self._newest = self._clock(), message
+        return self._newest
 
     def place(self) -> Place | None:
         """Where it is; None if it did not say so lately. Waits for nothing."""
-        for message in self._reader.take(MOST_TAKEN):
-            if not isinstance(message, messages.Odometry):  # its writer has gone
-                continue
-            at, turned = message.pose.pose.position, message.pose.pose.orientation
-            heading = math.remainder(2 * math.atan2(turned.z, turned.w), math.tau)
-            self._heard = time.monotonic(), (at.x, at.y, heading)
-        heard = self._heard
-        return heard[1] if heard and time.monotonic() - heard[0] < LATELY else None
+        newest = self.newest()
+        if newest is None or self._clock() - newest[0] >= LATELY:
+            return None
+        pose = newest[1].pose.pose
+        heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        return pose.position.x, pose.position.y, math.remainder(heading, math.tau)

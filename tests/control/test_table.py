@@ -47,13 +47,19 @@ def test_another_word_does_the_same() -> None:
         ),
         ({"a": "b"}, '"a" is to do the same as "b", which is no command here'),
         ({"a": "b", "b": "a"}, '"a" is to do the same as "a", and that as this one'),
-        ({"off": (Step(listen=False), Step(drive=0.1))}, '"off" ends the listening, and can do'),
+        ({"off": (Step(listen=False), Step(drive=0.1))}, '"off" begins or ends the listening'),
         ({"menu": Step(state="arm")}, '"menu" switches to "arm", and there is no [states] of it'),
         ({"a": Step(drive=0.1, confirm=True)}, '"a" asks first, and no command answers'),
         (
             {"a": (Step(stop=True), Step(drive=0.1, confirm=True)), "yes": YES, "no": NO},
-            '"a" asks in the midst of it',
+            '"a" has `confirm` or `again` in its midst',
         ),
+        (
+            {"a": (Step(stop=True), Step(again=True))},
+            '"a" has `confirm` or `again` in its midst',
+        ),
+        ({"yes": (YES, Step(drive=0.1))}, '"yes" answers, and can do nothing else'),
+        ({"on": (Step(listen=True), Step(drive=0.1))}, '"on" begins or ends the listening'),
         ({"a": (Step(drive=0.1), Step(rotate=0.1, degrees=90))}, "goes on after a motion"),
         (
             {"a": Step(publish=1, topic="lamp"), "b": Step(publish="on", topic="lamp")},

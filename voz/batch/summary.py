@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from msgspec.structs import replace
+
 from voz.batch.rows import Decoded, Nothing, Outcome
-from voz.evaluation.results import Result, Understood
+from voz.evaluation.results import Result, Understood, unheard
 from voz.files import shown_path
 from voz.recordings.clips import Clip
 
@@ -74,13 +76,8 @@ def results_of(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterat
 
 def _result(clip: Clip, outcome: Outcome) -> Result:
     heard = [row for row in outcome.rows if isinstance(row, Decoded)]
-    return Result(
-        clip.set,
-        clip.file,
-        clip.text,
-        clip.speaker,
-        clip.kind,
-        clip.condition,
+    return replace(
+        unheard(clip),
         heard=tuple(Understood(h.text, h.confidence, h.accepted, h.start, h.end) for h in heard),
         seconds=outcome.seconds,
         cpu=outcome.cpu,

@@ -75,13 +75,16 @@ def page_site(options: Running) -> Iterator[Site]:
 
 
 def page_of(
-    site: Site, commands: Commands, view: RoomView | None, microphone: str | None
+    site: Site,
+    commands: Callable[[], Commands],
+    view: RoomView | None,
+    microphone: str | None,
 ) -> Callable[[Inbox, Clock], Page]:
     """What makes the page of a run.
 
     Args:
         site: where it is.
-        commands: what may be given there.
+        commands: tells what may be given there now.
         view: the simulated room, if there is one.
         microphone: the robot's own; None if the browser is one.
     """

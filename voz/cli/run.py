@@ -125,7 +125,7 @@ def _run_live(
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,
         robots.odometry,
-        page_of(site, recognizer.commands, robots.view, microphone) if site else None,
+        page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
     )
     run_live(robots.receivers, robots.troubles, settings, recognizer, inbox, seat)
 

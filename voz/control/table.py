@@ -93,8 +93,8 @@ def command_table(commands: Commands, states: Mapping[str, Commands]) -> Command
     }
     usual = sets[USUAL]
     stops = frozenset(name for name, steps in usual.items() if _only_stops(steps))
-    ends = frozenset(name for name, steps in usual.items() if _ends_listening(steps))
-    starts = frozenset(name for name, steps in usual.items() if any(s.listen for s in steps))
+    ends = frozenset(name for name, steps in usual.items() if _only_listens(steps, False))
+    starts = frozenset(name for name, steps in usual.items() if _only_listens(steps, True))
     table = CommandTable(sets, stops, stops | ends, starts)
     if STOP not in stops:
         raise _wrong(USUAL, STOP, "is given another meaning; it stops the robot, and nothing else")
@@ -162,8 +162,9 @@ def _only_stops(steps: Steps) -> bool:
     return all(step.stop or not step.actions for step in steps)
 
 
-def _ends_listening(steps: Steps) -> bool:
-    return len(steps) == 1 and steps[0].listen is False and not steps[0].confirm
+def _only_listens(steps: Steps, listen: bool) -> bool:
+    """Whether a command begins the listening, or ends it, and does nothing else."""
+    return len(steps) == 1 and steps[0].listen is listen and not steps[0].confirm
 
 
 def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
@@ -173,8 +174,8 @@ def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
     slots = frozenset[str]().union(*(step.slots for step in steps))
     if name in table.halts and slots:
         raise _wrong(state, name, f"stops, and must not hang on the slot {min(slots)}")
-    if any(step.listen is False for step in steps) and name not in table.halts:
-        raise _wrong(state, name, "ends the listening, and can do nothing else but say so")
+    if any(step.listen is not None for step in steps) and name not in table.halts | table.starts:
+        raise _wrong(state, name, "begins or ends the listening, and can only say so besides")
     for step in steps:
         if step.state is not None and step.state not in table.sets:
             raise _wrong(state, name, f'switches to "{step.state}", and there is no [states] of it')
@@ -182,8 +183,12 @@ def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
         raise _wrong(
             state, name, "asks first, and no command answers; add { answer = true } and = false }"
         )
-    if any(step.confirm for step in steps[1:]):
-        raise _wrong(state, name, "asks in the midst of it; `confirm` belongs to the first step")
+    if any(step.confirm or step.again for step in steps[1:]):
+        raise _wrong(
+            state, name, "has `confirm` or `again` in its midst; they belong to the first step"
+        )
+    if len(steps) > 1 and any(step.answer is not None for step in steps):
+        raise _wrong(state, name, "answers, and can do nothing else but say so")
     for one, other in combinations(steps, 2):
         if one.sets_velocity and not one.bounded and (other.sets_velocity or other.stop):
             raise _wrong(

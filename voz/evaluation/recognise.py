@@ -21,7 +21,7 @@ from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.evaluation import noise
 from voz.evaluation.engines import Engine, EngineChoice, load_engine
-from voz.evaluation.results import OUT_OF_NOTHING, Result, Understood
+from voz.evaluation.results import OUT_OF_NOTHING, Result, Understood, unheard
 from voz.evaluation.streams import Stretch, seconds_outside, shared_out
 from voz.files import shown_path
 from voz.process.workers import begin_worker
@@ -128,7 +128,7 @@ def recognise(task: Task, choice: EngineChoice) -> list[Result]:
         was heard there. If it cannot be read each has the error.
     """
     engine = _loaded(choice)
-    results = [_unheard(clip, task.snr) for clip in task.clips]
+    results = [replace(unheard(clip), snr=task.snr) for clip in task.clips]
     try:
         samples, background = prepared(task)
         stretches = _stretches(task, len(samples) / SAMPLE_RATE)
@@ -190,20 +190,6 @@ def _stretches(task: Task, seconds: float) -> list[Stretch]:
             )
         stretches.append((start, end))
     return stretches
-
-
-def _unheard(clip: Clip, snr: float | None) -> Result:
-    return Result(
-        clip.set,
-        clip.file,
-        clip.text,
-        clip.speaker,
-        clip.kind,
-        clip.condition,
-        snr,
-        start=clip.start,
-        end=clip.end,
-    )
 
 
 def _rest(result: Result, heard: list[Understood], seconds: float) -> Result:

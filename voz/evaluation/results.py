@@ -6,7 +6,7 @@ from typing import Literal
 
 import msgspec
 
-from voz.recordings.clips import BETWEEN_COMMANDS, Kind
+from voz.recordings.clips import BETWEEN_COMMANDS, Clip, Kind
 
 OUT_OF_NOTHING = "out-of-nothing"
 """What is left of a stream: where nobody said anything."""
@@ -100,3 +100,9 @@ class Result(msgspec.Struct, frozen=True):
     def is_refused(self) -> bool:
         """Whether something was heard and none of it would be obeyed."""
         return bool(self.texts) and not self.obeyed
+
+
+def unheard(clip: Clip) -> Result:
+    """Begin the result of a clip, before it is heard."""
+    said = (clip.set, clip.file, clip.text, clip.speaker, clip.kind, clip.condition)
+    return Result(*said, start=clip.start, end=clip.end)

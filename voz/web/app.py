@@ -69,7 +69,7 @@ class Api:
         desk: Desk,
         doors: Doors,
         look: Callable[[], Record],
-        about: Record,
+        about: Callable[[], Record],
         settings: Config,
     ) -> None:
         """Prepare to answer.
@@ -78,7 +78,7 @@ class Api:
             desk: knows the pages.
             doors: lets them in.
             look: gives how things are now.
-            about: what does not change: the commands, the room.
+            about: tells what hardly changes: the commands, the room.
             settings: of the run, for who asks what went wrong.
         """
         self._desk = desk
@@ -229,7 +229,7 @@ class Api:
 
     def _all(self) -> Record:
         events = {"events": self._desk.remembered}
-        return {**self._about, **events, "now": {**self._look(), **self._desk.pages}}
+        return {**self._about(), **events, "now": {**self._look(), **self._desk.pages}}
 
 
 def application(api: Api, authority: bytes | None) -> Starlette:

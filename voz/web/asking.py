@@ -37,13 +37,15 @@ class Asking:
     It is used on the server's thread; only the inbox is shared.
     """
 
-    def __init__(self, inbox: Inbox, clock: Callable[[], float], known: Commands) -> None:
+    def __init__(
+        self, inbox: Inbox, clock: Callable[[], float], known: Callable[[], Commands]
+    ) -> None:
         """Prepare to ask.
 
         Args:
             inbox: where commands go.
             clock: the time of the run, s.
-            known: what may be asked for; any other text is not accepted.
+            known: tells what may be asked for now; any other text is not accepted.
         """
         self._inbox = inbox
         self._clock = clock
@@ -58,7 +60,7 @@ class Asking:
         text = normalise(text[:LONGEST])
         t = self._time()
         self._commands[t] = asyncio.get_running_loop().create_future()
-        self._inbox.put(typed(text, self._known, t, PAGE))
+        self._inbox.put(typed(text, self._known(), t, PAGE))
         return await _answer(self._commands, t)
 
     async def stop(self) -> float:

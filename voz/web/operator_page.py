@@ -38,7 +38,7 @@ class OperatorPage:
         site: Site,
         inbox: Inbox,
         clock: Clock,
-        commands: Commands,
+        commands: Callable[[], Commands],
         picture: Picture,
         listens: bool,
     ) -> None:
@@ -48,7 +48,7 @@ class OperatorPage:
             site: where it is, and who may come.
             inbox: where commands go.
             clock: the time of the run.
-            commands: what may be said; the buttons are in their order.
+            commands: tells what may be said now; the buttons are in their order.
             picture: what is drawn of the robot.
             listens: whether the browser is the microphone.
         """
@@ -100,17 +100,17 @@ class OperatorPage:
             partial(setattr, parts.drive, "rehearsing"),
         )
         look = partial(self._look, parts, ears)
-        api = Api(desk, self._site.doors, look, self._about(parts), parts.settings)
+        api = Api(desk, self._site.doors, look, partial(self._about, parts), parts.settings)
         app = Guard(application(api, self._site.authority), self._site.doors)
         work = partial(telling, desk, self._feed, look, self._site.renew)
         with serving(app, self._site.at, self._site.tls, work, self._warn):
             yield ears
 
     def _about(self, parts: Shown) -> Record:
-        """What does not change while the run goes on."""
+        """What hardly changes while the run goes on."""
         room = self._picture.about()
         return {
-            "commands": _buttons(self._commands),
+            "commands": _buttons(self._commands()),
             "room": room or None,
             "microphone": "browser" if self._microphone else parts.hearing.device,
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import socket
 import subprocess
 from collections.abc import Iterator
@@ -120,6 +121,15 @@ def test_garbage_ends_its_connection_and_nothing_else(uri: str, garbage: bytes) 
     with closing(socket.create_connection(("127.0.0.1", port), PATIENCE)) as client:
         client.sendall(garbage)
         client.shutdown(socket.SHUT_WR)
+        assert client.recv(1000) == b""
+    assert asyncio.run(ask(uri, Describe().event()))
+
+
+@pytest.mark.parametrize("what", ["data_length", "payload_length"])
+def test_a_message_that_announces_too_much_is_not_waited_for(uri: str, what: str) -> None:
+    port = int(uri.rpartition(":")[2])
+    with closing(socket.create_connection(("127.0.0.1", port), PATIENCE)) as client:
+        client.sendall(json.dumps({"type": "audio-chunk", what: 10**12}).encode() + b"\n")
         assert client.recv(1000) == b""
     assert asyncio.run(ask(uri, Describe().event()))
 

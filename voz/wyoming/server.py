@@ -32,6 +32,9 @@ MOST_CHANNELS = 8
 WIDTH = 2
 """Bytes of a sample."""
 
+LARGEST = 4_000_000
+"""Bytes of what one message may announce: half a minute of sound at 48 kHz."""
+
 ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
 
 
@@ -83,6 +86,23 @@ class Ears:
         return [event for event in heard if isinstance(event, Utterance)]
 
 
+class Bounded(asyncio.StreamReader):
+    """A stream that nobody can fill the memory by: it waits for no message that is too large."""
+
+    def __init__(self, stream: asyncio.StreamReader) -> None:
+        self._stream = stream
+
+    async def readline(self) -> bytes:
+        """Read a line, of 64 KiB at most."""
+        return await self._stream.readline()
+
+    async def readexactly(self, n: int) -> bytes:
+        """Read so many bytes; raises ValueError if they are too many."""
+        if n > LARGEST:
+            raise ValueError(f"{n} bytes are too many")
+        return await self._stream.readexactly(n)
+
+
 class Handler(AsyncEventHandler):
     """Answers one client, request by request."""
 
@@ -93,7 +113,7 @@ class Handler(AsyncEventHandler):
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
-        super().__init__(reader, writer)
+        super().__init__(Bounded(reader), writer)
         self._ears = ears
         self._about = about
         self._begin()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import soundfile
 from calls import VOZ
-from recordings import ROOT, Recording
+from recordings import FIXTURES, ROOT, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
@@ -160,6 +160,13 @@ def test_a_transform_that_is_none_is_one_line(voz, home: Path, tmp_path: Path) -
     result = voz("decode", "--profile", "ana", "x.wav")
     assert (result.code, result.err.count("\n")) == (2, 1)
     assert "mllr.txt" in result.err
+
+
+def test_a_profile_of_another_acoustic_model_is_one_line(voz, home: Path) -> None:
+    save_profile("ana", Profile(StartVector((1.5,) * 13, 60.0), model="0" * 64))
+    result = voz("decode", "--profile", "ana", str(FIXTURES / "commands/festival_slt__stop.flac"))
+    assert (result.code, result.err.count("\n")) == (2, 1)
+    assert "made with another acoustic model" in result.err
 
 
 def test_a_profile_is_kept_as_it_is(home: Path) -> None:

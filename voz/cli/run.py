@@ -206,6 +206,7 @@ def _recognizer(
     options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
     """Load the recogniser; if it adapts, what it learns at this place is kept for later runs."""
+    from voz.language.files import read_spoken
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,
@@ -218,7 +219,9 @@ def _recognizer(
     if not options.adapt:
         yield Recognizer(language, settings.recognition, known)
         return
-    learnt = learnt_file(options.profile or USUAL_PROFILE, place)
+    # What was learnt with another acoustic model is of no use; English has no digest.
+    where = f"{place} {read_spoken(language).model}".strip()
+    learnt = learnt_file(options.profile or USUAL_PROFILE, where)
     known = _with_learnt(known, learnt)
     recognizer = Recognizer(language, settings.recognition, known, learning=True)
     try:

@@ -95,6 +95,7 @@ class Interpreter:
         learning: bool,
     ) -> None:
         """Load the models; arguments and errors are those of `Recognizer`."""
+        profile.check_model(language.spoken.model)
         self.learnt = profile.start
         self._aligner = Aligner(language) if learning else None
         self.commands = language.commands

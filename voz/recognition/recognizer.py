@@ -77,7 +77,8 @@ class Recognizer:
 
         Raises:
             LanguageError: the language files cannot be used.
-            ConfigError: the model of the confidence that the settings name cannot be used.
+            ConfigError: the model of the confidence that the settings name cannot be used, or the
+                profile was made with another acoustic model.
         """
         self.files = language
         self._settings = settings

@@ -146,4 +146,5 @@ def test_a_profile_is_worth_what_it_is_said_to_be(
     assert found.after.worth > found.before.worth
     others = said[6:]
     assert scored(language, others, found.profile).worth >= scored(language, others).worth
+    assert found.profile.model == ""  # pocketsphinx's own
     assert found.profile.mllr is None or Path(found.profile.mllr).parent == tmp_path

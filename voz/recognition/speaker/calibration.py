@@ -114,7 +114,8 @@ def calibrate(
     Raises:
         LanguageError: the language files cannot be used.
     """
-    aligner = Aligner(load_language(language))
+    loaded = load_language(language)
+    aligner = Aligner(loaded)
     parts = _parts(said)
     training = [[s for other in parts if other is not part for s in other] for part in parts]
     *fitted, final = (
@@ -137,6 +138,8 @@ def calibrate(
     price = PRICE * len(said)
     doublings = max(trusted, key=lambda d: trusted[d].worth[0] - d * price)
     profile = replace(way(final), log_odds=doublings * math.log(2))
+    if profile != Profile():
+        profile = replace(profile, model=loaded.spoken.model)
     return Calibration(profile, scores[0], trusted[doublings])
 
 

@@ -32,11 +32,26 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         mllr: a file with the transform of the acoustic model; None leaves it as it is.
         log_odds: what is added to the log-odds of each confidence: a speaker who is understood,
             but never for sure, is worth more trust.
+        model: the SHA-256 of the acoustic model that it was made with, empty for pocketsphinx's
+            own; None fits any.
     """
 
     start: StartVector = StartVector()
     mllr: str | None = None
     log_odds: Annotated[float, msgspec.Meta(ge=-10, le=10)] = 0.0
+    model: str | None = None
+
+    def check_model(self, model: str) -> None:
+        """Refuse to be used with another acoustic model than it was made with.
+
+        Raises:
+            ConfigError: it is another one.
+        """
+        if self.model not in (None, model):
+            raise ConfigError(
+                "the profile was made with another acoustic model; make it again with "
+                "`voz calibrate`, or leave out --profile"
+            )
 
 
 def profile_folder(name: str) -> Path:

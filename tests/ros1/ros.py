@@ -13,11 +13,11 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from programs import PATIENCE
 from recordings import ROOT
 
 HERE = Path(__file__).parent
 STRING = {"type": "std_msgs/String", "definition": "string data\n"}
-PATIENCE = 30.0  # s, for a machine that does much else
 
 
 class Ros:

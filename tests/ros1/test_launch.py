@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from live_robot import speak
@@ -35,6 +37,17 @@ def hears(client: Client, control: Program) -> bool:
     return bool(client.velocities()) and lost == found
 
 
+def speak_until(ros: Ros, happens: Callable[[], object], *recordings: Path) -> None:
+    """Speak into the microphone again and again: a busy machine loses some of the sound."""
+
+    def tried() -> object:
+        for recording in recordings:
+            speak(ros.environment, recording)
+        return happens()
+
+    eventually(tried)
+
+
 @pytest.mark.parametrize("file", ["comandos_voz.launch", "control_voz.launch"])
 def test_roslaunch_calls_no_argument_required_that_is_not(file: str, ros: Ros) -> None:
     listed = ros.call("roslaunch", "--ros-args", "voz", file).stdout
@@ -62,15 +75,10 @@ def test_control_voz_drives_the_simulator(ros_with_sound: Ros, one_process: str)
     launch, client = hearing(
         ros, "control_voz.launch", "robot:=simulator", f"one_process:={one_process}"
     )
-    speak(ros.environment, START)
-
-    def obeys() -> bool:
-        speak(ros.environment, FORWARD)  # it may not be heard while the robot says its reply
-        return client.velocities()[-1] == (0.1, 0)
-
-    eventually(obeys)
-    speak(ros.environment, POINT)
-    eventually(lambda: client.of("/selected_object") == [{"data": 1}])
+    # It may not be heard while the robot says its reply.
+    speak_until(ros, lambda: client.velocities()[-1] == (0.1, 0), START, FORWARD)
+    speak_until(ros, lambda: client.of("/selected_object"), POINT)
+    assert client.of("/selected_object")[0] == {"data": 1}
     eventually(lambda: client.of("/odom")[-1]["twist"]["twist"]["linear"]["x"] > 0.09)
     odometry, transform = client.of("/odom")[-1], client.of("/tf")[-1]["transforms"][0]
     assert odometry["pose"]["pose"]["position"]["x"] > 0.7
@@ -89,15 +97,13 @@ def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> No
     control = ros.node("control_voz", "_listening:=true", "_sound:=none")
     client = ros.client("/cmd_vel", "/recognizer/trouble")
     eventually(lambda: hears(client, control))
-    speak(ros.environment, FORWARD)
-    client.wait_for_velocity(0.1, 0)
+    speak_until(ros, lambda: client.velocities()[-1] == (0.1, 0), FORWARD)
     recogniser.process.send_signal(signal.SIGSTOP)  # hangs, but its connections are there
     client.wait_for_velocity(0, 0)
     control.wait_for("the recogniser does not answer: the robot stops")
     recogniser.process.send_signal(signal.SIGCONT)
     control.wait_for("waits for a command")
-    speak(ros.environment, FORWARD)
-    client.wait_for_velocity(0.1, 0)
+    speak_until(ros, lambda: client.velocities()[-1] == (0.1, 0), FORWARD)
     recogniser.kill()
     client.wait_for_velocity(0, 0)
     control.wait_for("no recogniser publishes")

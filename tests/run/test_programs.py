@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from programs import PATIENCE
 
 from voz.config import Config
 from voz.control.steps import Step
@@ -17,7 +18,6 @@ from voz.events import Call, Ended, Run, Twist
 from voz.run.programs import MOST, Programs
 
 NONE = Config().table
-PATIENCE = 30
 
 
 def ended(said: queue.Queue[Ended]) -> Ended:

@@ -139,12 +139,12 @@ def add_language(given: Path, name: str, dictionary: Path | None = None) -> Sour
         LanguageError: it cannot be used or copied.
         ConfigError: the name cannot be that of a folder.
     """
+    target = _folder_of(name)  # what it is called is told at once, what it holds takes seconds
     words = dictionary or _only(_found(given, _DICTIONARIES), given, "dictionary")
     model = _only(_found(given, ("mdef",)), given, "mdef of an acoustic model").parent
     rules = words.with_name(RULES)
     source = Sources(name, model, words, rules if rules.is_file() else None)
     read_language(source)
-    target = _folder_of(name)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".voz-", dir=target.parent) as work:

@@ -82,6 +82,7 @@ class Scheduler:
         self._pool, self._names, self._limit = pool, names, limit
         self._left = deque(numbers)
         self._first: deque[Asked] = deque()  # what goes before all others
+        self._last: deque[Asked] = deque()  # what is tried with nothing beside it
         self._cut: dict[int, Cut] = {}
         self._ended: SimpleQueue[tuple[Asked, Any]] = SimpleQueue()
         self._most = max(1, min(MOST_FILES, len(numbers) // (EACH * pool.size)))
@@ -94,7 +95,11 @@ class Scheduler:
                 self._submit(asked)
                 under_way += 1
             if not under_way:
-                return
+                if not self._last:
+                    return
+                # What else its workers had would be blamed for their deaths, too.
+                self._submit(self._last.popleft())
+                under_way = 1
             asked, future = self._ended.get()
             under_way -= 1
             yield from self._take(asked, future)
@@ -151,11 +156,11 @@ class Scheduler:
                 yield Known(number, outcome)
 
     def _suspect(self, asked: Asked, said: str, again: bool) -> Iterator[Known]:
-        """Try what a worker died of again: each recording alone."""
+        """Try what a worker died of again: by itself, and then with nothing else under way."""
         if len(asked.numbers) > 1:
             self._first.extend(self._files([number]) for number in asked.numbers)
         elif again:
-            self._first.append(Asked(asked.task, asked.numbers, again=True))
+            self._last.append(Asked(asked.task, asked.numbers, again=True))
         else:
             number = asked.numbers[0]
             yield from self._failed(asked, f"{shown_name(self._names[number])}: {said}")
@@ -166,6 +171,7 @@ class Scheduler:
             if isinstance(asked.task, PartOf) and self._cut.pop(number, None) is None:
                 continue
             self._first = deque(one for one in self._first if one.numbers != (number,))
+            self._last = deque(one for one in self._last if one.numbers != (number,))
             yield Known(number, failure(shown_name(self._names[number]), error))
 
     def _begin_parts(self, number: int, plan: Plan | None) -> None:

@@ -135,3 +135,25 @@ def test_a_users_own_recordings_are_not_removed(tmp_path: Path) -> None:
     assert texts(tmp_path)[0] == "go back"
     assert (tmp_path / "mine.flac").exists()
     assert len(texts(tmp_path)) < 6
+
+
+def test_what_was_really_said_is_written_and_all_else_stays(tmp_path: Path) -> None:
+    folder = Folder(tmp_path, GIGABYTE)
+    names = [folder.add(piece(text)) for text in ("go back", "stop", "fold arm")]
+    manifest = tmp_path / MANIFEST
+    manifest.write_text(manifest.read_text().replace("\tuser\t", "\tana\t"))
+    before = manifest.read_text().splitlines()
+    folder.correct(names[1], "", "near-miss")
+    folder.correct(names[1], "slow down", "command")
+    after = manifest.read_text().splitlines()
+    assert after[2] == before[2].replace("\tstop\tana\t", "\tslow down\tana\t")
+    assert [*after[:2], *after[3:]] == [*before[:2], *before[3:]]
+
+
+def test_of_a_recording_that_went_for_others_nothing_can_be_said(tmp_path: Path) -> None:
+    folder = Folder(tmp_path, 10_000)
+    first, *_ = [folder.add(piece(seconds=0.2)) for _ in range(5)]
+    before = (tmp_path / MANIFEST).read_text()
+    with pytest.raises(AudioError, match="is not there any more; mark another one"):
+        folder.correct(first, "stop", "command")
+    assert (tmp_path / MANIFEST).read_text() == before

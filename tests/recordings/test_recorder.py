@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from calls import in_process
 from live_robot import live_robot, speak, warns
+from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
 from voz.audio import SAMPLE_RATE
+from voz.errors import AudioError
 from voz.events import Utterance
 from voz.recordings.manifest import read_manifest
 from voz.recordings.recorder import Recorder
@@ -53,6 +55,25 @@ def test_a_disk_that_goes_away_is_one_warning(tmp_path: Path) -> None:
         f"what is said is recorded in {folder}",
         f"nothing more is recorded: {folder}: cannot be written (No such file or directory)",
     ]
+
+
+def test_what_was_kept_is_told_and_can_be_corrected_until_the_disk_fails(tmp_path: Path) -> None:
+    folder = tmp_path / "mine"
+    with Recorder(folder, 1, lambda _: None) as recorder:
+        recorder.mark(HEARD, 0)
+        recorder.feed(noise(3))
+        wait_until(lambda: recorder.kept)
+        start, file = recorder.kept.popleft()
+        assert (start, folder / file) == (HEARD.start, next(folder.glob("*.flac")))
+        recorder.correct(file, "go back", "command").result(PATIENCE)
+        assert [clip.text for clip in read_manifest(folder / MANIFEST)] == ["go back"]
+        with pytest.raises(AudioError, match="not there any more"):
+            recorder.correct("other.flac", "go back", "command").result(PATIENCE)
+        shutil.rmtree(folder)
+        with pytest.raises(FileNotFoundError):
+            recorder.correct(file, "stop", "command").result(PATIENCE)
+    with pytest.raises(AudioError, match="nothing is recorded any more"):
+        recorder.correct(file, "stop", "command")
 
 
 @pytest.mark.slow

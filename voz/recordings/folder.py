@@ -7,6 +7,7 @@ from pathlib import Path
 from voz.errors import AudioError
 from voz.events import to_json
 from voz.files import replaced
+from voz.recordings.clips import Kind
 from voz.recordings.keeping import keep
 from voz.recordings.recent_sound import Excerpt
 from voz.recordings.rows import MANIFEST, as_text, rows_in
@@ -43,14 +44,35 @@ class Folder:
         self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
         self._write(rows)
 
-    def add(self, excerpt: Excerpt) -> None:
-        """Keep a recording; raises OSError if it cannot be written."""
+    def add(self, excerpt: Excerpt) -> str:
+        """Keep a recording; gives the name of its file, or raises OSError."""
         utterance = excerpt.utterance
         kind = "command" if utterance.accepted else "near-miss"
         fields = [utterance.text, SPEAKER, kind, to_json(utterance)]
-        self._size += keep(excerpt.samples, self._path, HEADER, fields)
+        path = keep(excerpt.samples, self._path, HEADER, fields)
+        self._size += path.stat().st_size
         if self._size > self._limit:
             self._make_room()
+        return path.name
+
+    def correct(self, name: str, text: str, kind: Kind) -> None:
+        """Write what was really said in a recording.
+
+        Args:
+            name: of its file.
+            text: what was said.
+            kind: what that is.
+
+        Raises:
+            AudioError: it is not there any more.
+            OSError: the manifest cannot be written.
+        """
+        rows = self._rows()
+        row = next((row for row in rows if _is_recorded(row) and row[0] == name), None)
+        if row is None:
+            raise AudioError(f"{self._path / name}: is not there any more; mark another one")
+        row[HEADER.index("text")], row[HEADER.index("kind")] = text, kind
+        self._write(rows)
 
     def _make_room(self) -> None:
         rows = self._rows()

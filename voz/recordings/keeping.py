@@ -14,7 +14,7 @@ from voz.files import append_line, replaced
 from voz.recordings.rows import MANIFEST, as_text
 
 
-def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]) -> int:
+def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]) -> Path:
     """Write a recording, then its line: whatever interrupts it, what is listed is there.
 
     Args:
@@ -24,7 +24,7 @@ def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence
         fields: what stands in them, but for the first, which is the name of the file.
 
     Returns:
-        How long the file is, bytes.
+        The file.
 
     Raises:
         OSError: it cannot be written.
@@ -38,7 +38,7 @@ def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence
     lines = [] if manifest.exists() else [header]
     lines.append([path.name, *fields])
     append_line(manifest, as_text(lines).removesuffix("\n"))
-    return len(flac.getvalue())
+    return path
 
 
 def _new_path(folder: Path) -> Path:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 import soundfile
+from browser_page import SECONDS
 from operator_page import with_noise
-from playwright.sync_api import Browser, Playwright, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Playwright, expect, sync_playwright
 from recordings import FIXTURES
 
 from voz.audio import SAMPLE_RATE
@@ -52,6 +53,15 @@ def browser(playwright: Playwright, said: Path) -> Iterator[Browser]:
     browser = launched(playwright, "--use-fake-ui-for-media-stream", sound)
     yield browser
     browser.close()
+
+
+@pytest.fixture
+def context(browser: Browser) -> Iterator[BrowserContext]:
+    expect.set_options(timeout=SECONDS)
+    context = browser.new_context(permissions=["microphone"], ignore_https_errors=True)
+    context.set_default_timeout(SECONDS)
+    yield context
+    context.close()
 
 
 def launched(playwright: Playwright, *arguments: str) -> Browser:

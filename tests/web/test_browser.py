@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import re
 import signal
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Literal
 
 import pytest
+from browser_page import barriers, drive, opened, tap
 from live_robot import moves, rests, warns
 from operator_page import PageRobot, page_robot
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 from programs import wait_until
 
 pytestmark = pytest.mark.slow
-
-AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
-
-SECONDS = 30_000
-"""A busy machine may need that long, ms."""
-
-HARMLESS = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "401 (Unauthorized)", "ERR_EMPTY")
-"""What a browser writes of a server that is not there, or that wants a token."""
 
 
 @pytest.fixture(scope="module")
@@ -35,40 +26,6 @@ def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
 def robot(one_run: PageRobot) -> PageRobot:
     one_run.api.post("/api/stop").raise_for_status()
     return one_run
-
-
-@pytest.fixture
-def context(browser: Browser) -> Iterator[BrowserContext]:
-    expect.set_options(timeout=SECONDS)
-    context = browser.new_context(permissions=["microphone"], ignore_https_errors=True)
-    context.set_default_timeout(SECONDS)
-    yield context
-    context.close()
-
-
-def opened(context: BrowserContext, address: str) -> Page:
-    """Open the page; whatever it complains of fails the test."""
-    page = context.new_page()
-
-    def complain(message: ConsoleMessage) -> None:
-        if message.type in ("error", "warning") and not any(w in message.text for w in HARMLESS):
-            complaints.append(message.text)
-
-    complaints: list[str] = []
-    page.on("console", complain)
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.goto(address)
-    page.complaints = complaints  # type: ignore[attr-defined]
-    return page
-
-
-def drive(page: Page) -> None:
-    page.get_by_role("button", name=re.compile("^(Drive|Take over)$")).click()
-    expect(page.locator("#driver")).to_have_text("you drive")
-
-
-def tap(page: Page, text: str) -> None:
-    page.locator("#commands").get_by_role("button", name=text, exact=True).click()
 
 
 def shown_at(page: Page) -> float:
@@ -368,10 +325,5 @@ def test_nothing_of_it_is_a_barrier(
     expect(page.locator("#talk")).to_be_visible()
     tap(page, "point beer")
     expect(page.locator("#arm")).to_have_text("points at the beer")
-    page.evaluate(AXE.read_text())
-    found = page.evaluate("() => axe.run().then((results) => results.violations)")
-    told = [(one["id"], one["impact"], [n["target"] for n in one["nodes"]]) for one in found]
-    assert told == []
-    too_wide = page.evaluate("() => document.documentElement.scrollWidth - window.innerWidth")
-    assert too_wide <= 0  # nothing to scroll sideways
+    assert barriers(page) == []
     expect(page.locator("#stop")).to_be_in_viewport(ratio=1)

@@ -44,6 +44,9 @@ class Page(Protocol):
     def sound(self) -> SoundFrom | None:
         """Its browser as a microphone; None if the robot's own is listened to."""
 
+    def beside(self, own: PlayedSound | None) -> PlayedSound:
+        """What a microphone may hear that nobody says: what the robot says, what browsers play."""
+
     def receive(self, event: Event) -> None:
         """Take an event; it never waits."""
 
@@ -63,6 +66,7 @@ class Shown(NamedTuple):
         mixer: what the robot speaks by, if it does.
         needed: how sure a command must be to be accepted.
         settings: of the run.
+        recorder: keeps what is heard, if anything does.
     """
 
     drive: Controller
@@ -70,6 +74,7 @@ class Shown(NamedTuple):
     mixer: PlayedSound | None
     needed: Callable[[str], float | None]
     settings: Config
+    recorder: Recorder | None
 
 
 class Seat(NamedTuple):
@@ -133,12 +138,13 @@ def run_live(
         recorder = parts.enter_context(_recorder(seat, settings, warn))
         speaker = parts.enter_context(speaking(settings.speech, table.replies, warn))
         mixer = speaker.mixer if speaker else None
+        own = mixer if settings.speech.half_duplex else None
         hearing = Hearing(
             recognizer,
             (page.sound if page else None) or sound_card(seat.device),
             inbox,
             clock.now,
-            mixer if settings.speech.half_duplex else None,
+            page.beside(own) if page else own,
             settings.recognition.never_missed,
             recorder,
         )
@@ -158,7 +164,7 @@ def run_live(
             seat.tell(_ready(hearing.device, seat))
         ears: Ears = hearing
         if page:
-            shown = Shown(drive, hearing, mixer, recognizer.needed, settings)
+            shown = Shown(drive, hearing, mixer, recognizer.needed, settings, recorder)
             ears = parts.enter_context(page.serving(shown))
             robots = {**robots, PAGE: partial(_trouble, page, drive)}
         drive_by_clock(drive, inbox, clock, robots, ears)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from http import HTTPStatus
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 from starlette.applications import Starlette
@@ -19,12 +19,12 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from voz.config import Config
+from voz.web.answers import decoded, decoded_body, refused
 from voz.web.asking import NotDone
 from voz.web.board import Record, encoded
 from voz.web.desk import Desk, TakenError
 from voz.web.diagnostics import bundle
 from voz.web.doors import Doors
-from voz.web.guard import MOST_BYTES
 from voz.web.limits import Limit
 from voz.web.messages import (
     Command,
@@ -57,8 +57,6 @@ ASKED_EVERY = 1.0
 
 FULL, SLOW, WRONG, TOO_MUCH = 1013, 1013, 1008, 1009
 """Why a WebSocket is closed: try later, too slow, against the rules, too much at a time."""
-
-Kind = TypeVar("Kind")
 
 
 class Api:
@@ -112,10 +110,10 @@ class Api:
 
     async def login(self, request: Request) -> Response:
         """POST /api/login: changes the token for a cookie that scripts cannot read."""
-        login = await _body(request, Login)
+        login = await decoded_body(request, Login)
         session = self._doors.enter(login.token) if login else None
         if session is None:
-            return _error(HTTPStatus.FORBIDDEN, "that is not the token: open the link anew")
+            return refused(HTTPStatus.FORBIDDEN, "that is not the token: open the link anew")
         answer = JSONResponse({"ok": True})
         answer.set_cookie(
             self._doors.cookie, session, path="/api", httponly=True, samesite="strict",
@@ -125,17 +123,19 @@ class Api:
 
     async def command(self, request: Request) -> Response:
         """POST /api/command: obeys a sentence, and tells what became of it."""
-        command = await _body(request, Command)
+        command = await decoded_body(request, Command)
         if command is None:
-            return _error(HTTPStatus.BAD_REQUEST, 'send JSON such as {"text": "go forward"}')
+            return refused(HTTPStatus.BAD_REQUEST, 'send JSON such as {"text": "go forward"}')
         if not self._commands.allows(time.monotonic()):
-            return _error(HTTPStatus.TOO_MANY_REQUESTS, "too many commands at a time")
+            return refused(HTTPStatus.TOO_MANY_REQUESTS, "too many commands at a time")
         try:
             utterance = await self._desk.command(command.text, command.page)
         except TakenError:
-            return _error(HTTPStatus.CONFLICT, "another page drives, or none: take the wheel first")
+            return refused(
+                HTTPStatus.CONFLICT, "another page drives, or none: take the wheel first"
+            )
         except NotDone:
-            return _error(HTTPStatus.SERVICE_UNAVAILABLE, "the control loop does not answer")
+            return refused(HTTPStatus.SERVICE_UNAVAILABLE, "the control loop does not answer")
         return JSONResponse(msgspec.to_builtins(utterance))
 
     async def stop(self, _: Request) -> Response:
@@ -162,7 +162,7 @@ class Api:
     async def audio(self, socket: WebSocket) -> None:
         """WS /api/audio: the sound of the page that drives."""
         await socket.accept()
-        hello = _decoded(await _text(socket), FromMicrophone)
+        hello = decoded(await _text(socket), FromMicrophone)
         page = self._desk.page_of(hello.page) if isinstance(hello, Hello) else None
         microphone = self._desk.microphone
         if not microphone or not page or not isinstance(hello, Hello):
@@ -181,7 +181,7 @@ class Api:
         """Take what a page asks for, until it goes or sends what it may not."""
         limit = Limit(MESSAGES_EACH_SECOND, MESSAGES_AT_ONCE)
         while (text := await _text(socket)) is not None:
-            message = _decoded(text, FromPage)
+            message = decoded(text, FromPage)
             if message is None or not limit.allows(time.monotonic()):
                 await _close(socket, WRONG, "that is no message of this page, or too many")
                 return
@@ -232,11 +232,11 @@ class Api:
         return {**self._about(), **events, "now": {**self._look(), **self._desk.pages}}
 
 
-def application(api: Api, authority: bytes | None) -> Starlette:
+def application(routes: Sequence[BaseRoute], authority: bytes | None) -> Starlette:
     """Make the application: the API, and the files of the page.
 
     Args:
-        api: answers what is under /api.
+        routes: all that is under /api but the certificate.
         authority: the certificate that a phone has to trust, PEM; None without HTTPS.
     """
 
@@ -245,12 +245,12 @@ def application(api: Api, authority: bytes | None) -> Starlette:
 
     async def certificate(_: Request) -> Response:
         if authority is None:
-            return _error(HTTPStatus.NOT_FOUND, "this page needs no certificate")
+            return refused(HTTPStatus.NOT_FOUND, "this page needs no certificate")
         return Response(authority, media_type="application/x-x509-ca-cert")
 
     more = [Route("/", index), Route("/api/authority.crt", certificate)]
     files = Mount("/page", StaticFiles(directory=FILES))
-    return Starlette(routes=[*more, *api.routes(), files])
+    return Starlette(routes=[*more, *routes, files])
 
 
 _running: set[asyncio.Task[None]] = set()
@@ -283,28 +283,8 @@ async def _ask(socket: WebSocket) -> None:
             await asyncio.sleep(ASKED_EVERY)
 
 
-async def _body(request: Request, kind: type[Kind]) -> Kind | None:
-    """Read a body of JSON; None if it is none, or too long."""
-    if request.headers.get("content-type", "").partition(";")[0] != "application/json":
-        return None  # what another site's form can send without asking
-    body = b""
-    async for piece in request.stream():
-        body += piece
-        if len(body) > MOST_BYTES:
-            return None
-    read: Kind | None = _decoded(body, kind)
-    return read
-
-
-def _decoded(data: str | bytes | None, kind: Any) -> Any:
-    try:
-        return msgspec.json.decode(data or b"", type=kind)
-    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError):
-        return None
-
-
 def _checked(text: str | None) -> Any:
-    message = _decoded(text, FromMicrophone)
+    message = decoded(text, FromMicrophone)
     if message is None:
         raise ValueError
     return message
@@ -327,7 +307,3 @@ async def _text(socket: WebSocket) -> str | None:
 async def _close(socket: WebSocket, code: int, why: str) -> None:
     with suppress(RuntimeError, WebSocketDisconnect):
         await socket.close(code, why)
-
-
-def _error(status: HTTPStatus, why: str) -> Response:
-    return JSONResponse({"error": why}, status)

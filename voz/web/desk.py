@@ -92,10 +92,14 @@ class Desk:
     def take(self, event: Event) -> None:
         """Tell all pages of an event."""
         self._asking.take(event)
-        record = encoded(self._board.take(event))
-        self._recent.append(record)
+        self._recent.append(self.tell(self._board.take(event)))
+
+    def tell(self, record: Record) -> str:
+        """Tell all pages something; gives it as JSON."""
+        told = encoded(record)
         for watcher in self._watchers.values():
-            watcher.put(record)
+            watcher.put(told)
+        return told
 
     def show(self, state: Record) -> None:
         """Tell all pages how things are, and look whether the one that drives is still there."""
@@ -177,6 +181,11 @@ class Desk:
     def page_of(self, secret: str) -> Watcher | None:
         """Find the page that a secret is of."""
         return next((w for w in self._watchers.values() if w.secret == secret), None)
+
+    def driven_by(self, secret: str) -> bool:
+        """Whether it is the page with this secret that drives."""
+        page = self.page_of(secret)
+        return page is not None and self.drives(page)
 
     def drives(self, watcher: Watcher) -> bool:
         """Whether it is this page that drives."""

@@ -7,6 +7,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from voz.web.sound import HIGHEST_RATE, LOWEST_RATE
+from voz.web.sounding import LONGEST
 
 Short = Annotated[str, msgspec.Meta(max_length=200)]
 Time = Annotated[float, msgspec.Meta(ge=0, le=1e13)]
@@ -17,6 +18,21 @@ class Command(msgspec.Struct, frozen=True):
 
     text: Short
     page: Short | None = None
+
+
+class Mark(msgspec.Struct, frozen=True):
+    """POST /api/mark: what was said in a recording, None if no command; by the page that drives."""
+
+    page: Short
+    file: Short
+    said: Short | None
+
+
+class Sounds(msgspec.Struct, frozen=True):
+    """POST /api/sounding: for how long the page that drives plays something from now on, s."""
+
+    page: Short
+    seconds: Annotated[float, msgspec.Meta(ge=0, le=LONGEST)]
 
 
 class Login(msgspec.Struct, frozen=True):

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from functools import partial
 
 from voz.events import Event
+from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom
 from voz.language.templates.commands import Commands
 from voz.run.assembly import Ears, warner
@@ -21,9 +22,12 @@ from voz.web.browser_microphone import BROWSER, BrowserMicrophone, opened
 from voz.web.desk import Desk
 from voz.web.feed import Feed
 from voz.web.guard import Guard
+from voz.web.marking import Marking
 from voz.web.picture import Picture
 from voz.web.server import serving, telling
 from voz.web.site import Site
+from voz.web.sounding import Sounding
+from voz.web.tuning import TuningApi
 from voz.web.wheel import Wheel
 
 MOST_BUTTONS = 60
@@ -59,6 +63,7 @@ class OperatorPage:
         self._picture = picture
         self._warn = warner(inbox, clock)
         self._microphone = BrowserMicrophone(self._warn) if listens else None
+        self._sounding = Sounding()
         self._feed = Feed()
         self._wheel = Wheel()
 
@@ -66,6 +71,10 @@ class OperatorPage:
     def sound(self) -> SoundFrom | None:
         """The browser as a microphone; None if the robot's own is listened to."""
         return SoundFrom(partial(opened, self._microphone), BROWSER) if self._microphone else None
+
+    def beside(self, own: PlayedSound | None) -> PlayedSound:
+        """What a microphone hears that nobody says: what the robot says, and what pages play."""
+        return self._sounding.beside(own)
 
     def receive(self, event: Event) -> None:
         """Take an event of the run; it never waits."""
@@ -99,31 +108,39 @@ class OperatorPage:
             self._microphone,
             partial(setattr, parts.drive, "rehearsing"),
         )
-        look = partial(self._look, parts, ears)
-        api = Api(desk, self._site.doors, look, partial(self._about, parts), parts.settings)
-        app = Guard(application(api, self._site.authority), self._site.doors)
-        work = partial(telling, desk, self._feed, look, self._site.renew)
+        marking = Marking(parts.recorder, self._commands)
+        look = partial(self._look, parts, ears, marking)
+        about = partial(self._about, parts, marking)
+        api = Api(desk, self._site.doors, look, about, parts.settings)
+        tuning = TuningApi(desk, marking, self._sounding)
+        routes = [*api.routes(), *tuning.routes()]
+        app = Guard(application(routes, self._site.authority), self._site.doors)
+        work = partial(telling, desk, self._feed, look, marking.news, self._site.renew)
         with serving(app, self._site.at, self._site.tls, work, self._warn):
             yield ears
 
-    def _about(self, parts: Shown) -> Record:
-        """What hardly changes while the run goes on."""
+    def _about(self, parts: Shown, marking: Marking) -> Record:
+        """What a page that is opened has to know besides what it is told as it happens."""
         room = self._picture.about()
         return {
             "commands": _buttons(self._commands()),
             "room": room or None,
+            "recordings": marking.known,
             "microphone": "browser" if self._microphone else parts.hearing.device,
         }
 
-    def _look(self, parts: Shown, ears: _Watched) -> Record:
+    def _look(self, parts: Shown, ears: _Watched, marking: Marking) -> Record:
         """How things are now; on the server's thread."""
         linear, angular = parts.drive.velocities
-        mixer = parts.mixer
+        busy_until = max(
+            self._sounding.busy_until(), parts.mixer.busy_until() if parts.mixer else 0.0
+        )
         return {
             "t": self._clock.now(),
             "listening": parts.drive.listening,
             "rehearsing": parts.drive.rehearsing,
-            "speaking": bool(mixer and mixer.busy_until() > time.monotonic()),
+            "speaking": busy_until > time.monotonic(),
+            "recording": marking.note,
             "deaf": ears.problem,
             "talking": bool(self._microphone and self._microphone.expected),
             "linear": linear,

@@ -127,7 +127,11 @@ async def _serve(
 
 
 def telling(
-    desk: Desk, feed: Feed, look: Callable[[], Record], renew: Callable[[], None]
+    desk: Desk,
+    feed: Feed,
+    look: Callable[[], Record],
+    news: Callable[[], list[Record]],
+    renew: Callable[[], None],
 ) -> list[asyncio.Task[None]]:
     """Begin what is done all the time.
 
@@ -135,6 +139,7 @@ def telling(
         desk: tells pages what happens, and ten times a second how things are.
         feed: gives what happens.
         look: gives how things are.
+        news: gives what else pages are to know, once.
         renew: looks after the certificate.
     """
 
@@ -144,6 +149,8 @@ def telling(
 
     async def show() -> None:
         while True:
+            for record in news():
+                desk.tell(record)
             desk.show(look())
             await asyncio.sleep(SHOWN_EVERY)
 

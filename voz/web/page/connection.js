@@ -73,9 +73,14 @@ export class Connection {
     return true;
   }
 
-  async command(text) {
-    const body = JSON.stringify({ text, page: this.secret });
-    const answer = await fetch("/api/command", {
+  command(text) {
+    return this.ask("/api/command", { text });
+  }
+
+  // Send something to an address as this page.
+  async ask(address, more) {
+    const body = JSON.stringify({ ...more, page: this.secret });
+    const answer = await fetch(address, {
       method: "POST", headers: { "Content-Type": "application/json" }, body,
     });
     const record = await answer.json();

@@ -26,12 +26,16 @@ function gauge(event) {
   return svg;
 }
 
-function item(event) {
+function spoken(event) {
+  return event.source !== "page" && event.source !== "text";
+}
+
+function item(event, tools) {
   if (event.type === "utterance") {
     const [kind, what, more] = utterance(event);
     const made = element("div", `entry ${kind}`);
     made.append(element("p", "what", what), element("p", "more", more));
-    if (event.source !== "page" && event.source !== "text") made.append(gauge(event));
+    if (spoken(event)) made.append(gauge(event), tools(event));
     return made;
   }
   const kind = event.type === "reply" ? "reply" : event.good ? "good" : "warning";
@@ -45,18 +49,20 @@ function item(event) {
 const TOGETHER = 1; // s between two stops that are one: it goes by two ways
 
 export class Log {
-  constructor(list) {
+  // `tools` gives what a spoken utterance has besides.
+  constructor(list, tools) {
     this.list = list;
+    this.tools = tools;
   }
 
   fill(events) {
-    this.list.replaceChildren(...events.map(item).reverse());
+    this.list.replaceChildren(...events.map((event) => item(event, this.tools)).reverse());
   }
 
   add(event) {
     if (this.isTheSameStop(event)) return;
     this.last = event;
-    this.list.prepend(item(event));
+    this.list.prepend(item(event, this.tools));
     while (this.list.children.length > MOST) this.list.lastElementChild.remove();
   }
 

@@ -1,6 +1,7 @@
 // Puts the parts of the page together.
 import { Connection } from "./connection.js";
 import { Log } from "./log.js";
+import { Marking } from "./marking.js";
 import { Microphone } from "./microphone.js";
 import { Room } from "./room.js";
 import * as words from "./words.js";
@@ -10,9 +11,11 @@ const LOUD = -3; // dBFS above which a microphone is about to clip
 const STOPPED_FOR = 2000; // ms that the button says so
 
 const at = (id) => document.getElementById(id);
-const log = new Log(at("log"));
-const microphone = new Microphone((text) => put(at("voice-note"), text));
 const connection = new Connection(told, lost);
+const ask = (address, more) => connection.ask(address, more);
+const marking = new Marking(ask, (text) => put(at("marking-note"), text));
+const log = new Log(at("log"), (event) => marking.tools(event));
+const microphone = new Microphone((text) => put(at("voice-note"), text));
 let about = null; // what does not change, and which page this is
 let state = null; // how things are
 let room = null;
@@ -42,6 +45,7 @@ function told(record) {
   if (record.type === "welcome") welcome(record);
   else if (record.type === "state") show(record);
   else if (record.type === "drive") drove(record);
+  else if (record.type === "recording") marking.add(record);
   else if (["utterance", "reply", "warning"].includes(record.type)) log.add(record);
 }
 
@@ -49,6 +53,7 @@ function welcome(record) {
   about = record;
   allWell();
   room = new Room(at("room"), record.room);
+  marking.fill(record.recordings, record.commands);
   log.fill(record.events);
   at("voice").hidden = record.microphone !== "browser";
   put(at("voice-note"), record.microphone === "browser" ? "" : `The robot listens by its own microphone, ${record.microphone}.`);
@@ -69,6 +74,7 @@ function show(now) {
   put(at("angular"), words.velocity(now.angular));
   put(at("arm"), words.arm(now.selected));
   put(at("place"), words.place(now.pose));
+  put(at("recording"), words.recording(now.recording));
   showLevel(now);
   showWheel(now);
   if (drove && !driving()) lostWheel();
@@ -92,6 +98,7 @@ function showWheel(now) {
   at("rehearse").disabled = !mine;
   at("rehearse").checked = now.rehearsing;
   for (const button of at("commands").children) button.disabled = !mine;
+  marking.allow(mine);
   at("microphone").disabled = at("talk").disabled = at("hands-free").disabled = !mine;
 }
 
@@ -112,6 +119,7 @@ function lost(reason) {
   put(at("status"), "no connection");
   alarm(reason || "No connection to the robot. It stops if this page drove it.");
   quiet();
+  marking.allow(false);
   microphone.disconnect();
   state = null;
   for (const button of at("commands").children) button.disabled = true;
@@ -223,7 +231,8 @@ function hold(on) {
 // T, and Enter on the button, are held like it.
 function holds(event) {
   const onButton = event.key === "Enter" && document.activeElement === at("talk");
-  const letter = event.key.toLowerCase() === "t" && !event.ctrlKey && !event.metaKey && !event.altKey;
+  const choosing = event.target instanceof HTMLSelectElement; // by its first letter
+  const letter = event.key.toLowerCase() === "t" && !event.ctrlKey && !event.metaKey && !event.altKey && !choosing;
   return (onButton || letter) && !at("talk").hidden && !at("talk").disabled;
 }
 

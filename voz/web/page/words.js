@@ -28,6 +28,12 @@ export function status(state) {
   return ["listening", state.talking ? "listening to you" : "listening"];
 }
 
+// Whether what is said is recorded.
+export function recording(note) {
+  if (note === null) return "To play and mark what was heard, start voz run --web --record DIR.";
+  return note || "Nothing is recorded any more.";
+}
+
 // An utterance: [kind, what, more].
 export function utterance(event) {
   const typed = event.source === "page" || event.source === "text";

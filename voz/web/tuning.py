@@ -1,0 +1,80 @@
+"""The addresses by which the page that drives listens to utterances and tells what they were."""
+
+from __future__ import annotations
+
+import asyncio
+from http import HTTPStatus
+
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from voz.errors import AudioError, ConfigError
+from voz.web.answers import decoded_body, refused
+from voz.web.desk import Desk
+from voz.web.marking import Marking
+from voz.web.messages import Mark, Sounds
+from voz.web.sounding import Sounding
+
+NOT_DRIVING = "only the page that drives may do that: take the wheel first"
+
+
+class TuningApi:
+    """Answers what is asked about recordings."""
+
+    def __init__(self, desk: Desk, marking: Marking, sounding: Sounding) -> None:
+        """Prepare to answer.
+
+        Args:
+            desk: knows who drives.
+            marking: knows the recordings.
+            sounding: told of what the page plays.
+        """
+        self._desk = desk
+        self._marking = marking
+        self._sounding = sounding
+
+    def routes(self) -> list[BaseRoute]:
+        """Its addresses."""
+        return [
+            Route("/api/recordings/{file}", self.recording),
+            Route("/api/mark", self.mark, methods=["POST"]),
+            Route("/api/sounding", self.sounds, methods=["POST"]),
+        ]
+
+    async def recording(self, request: Request) -> Response:
+        """GET /api/recordings/FILE: the sound of an utterance of this run."""
+        path = self._marking.path(request.path_params["file"])
+        try:
+            sound = await asyncio.to_thread(path.read_bytes) if path else None
+        except OSError:
+            sound = None
+        if sound is None:
+            return refused(HTTPStatus.NOT_FOUND, "that recording is not there any more")
+        return Response(sound, media_type="audio/flac")
+
+    async def mark(self, request: Request) -> Response:
+        """POST /api/mark: what was really said in a recording."""
+        mark = await decoded_body(request, Mark)
+        if mark is None:
+            return refused(HTTPStatus.BAD_REQUEST, "send JSON with page, file and said")
+        if not self._desk.driven_by(mark.page):
+            return refused(HTTPStatus.CONFLICT, NOT_DRIVING)
+        try:
+            record = await self._marking.mark(mark.file, mark.said)
+        except ConfigError as error:
+            return refused(HTTPStatus.BAD_REQUEST, str(error))
+        except AudioError as error:
+            return refused(HTTPStatus.SERVICE_UNAVAILABLE, str(error))
+        self._desk.tell(record)
+        return JSONResponse(record)
+
+    async def sounds(self, request: Request) -> Response:
+        """POST /api/sounding: the page plays something; once this is answered it may begin."""
+        sounds = await decoded_body(request, Sounds)
+        if sounds is None:
+            return refused(HTTPStatus.BAD_REQUEST, "send JSON with page and seconds")
+        if not self._desk.driven_by(sounds.page):
+            return refused(HTTPStatus.CONFLICT, NOT_DRIVING)
+        self._sounding.begin(sounds.seconds)
+        return JSONResponse({"seconds": sounds.seconds})

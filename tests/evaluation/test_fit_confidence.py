@@ -22,6 +22,7 @@ from voz.evaluation.fit_confidence import (
     fit,
     fit_models,
     with_alarms,
+    with_costs,
 )
 from voz.recognition.confidence import (
     ONE_EAR,
@@ -149,6 +150,21 @@ def test_acceptance_counts_by_set_kind_condition_and_outcome() -> None:
     }
 
 
+def test_what_a_rate_costs_counts_all_commands_also_those_of_which_nothing_was_heard() -> None:
+    model = replace(MODEL, alarms=1.0, alarms_fall=1.0)  # a rate of 0.5 needs two thirds
+    commands = [clip(number) for number in range(4)]
+    some = [
+        example(commands[0], {}, True),
+        example(commands[1], {}, True),
+        example(commands[2], {}, True),
+        example(commands[2], {}, False),
+        example(clip(9, "talk"), {}, False),
+    ]
+    costs = with_costs(model, some, [0.7, 0.6, 0.9, 0.8, 0.9], commands).costs
+    missed = {cost.alarms: cost.missed for cost in costs}
+    assert (missed[0.1], missed[0.5], missed[1.0]) == (1.0, 0.75, 0.5)
+
+
 def test_examples_of_one_kind_alone_are_refused() -> None:
     with pytest.raises(ConfigError, match="both commands"):
         fit([e for e in examples() if e.right], [], NAMES)
@@ -162,8 +178,12 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     assert any(not e.right for e in found)
     assert all(set(e.values) == {*ONE_EAR, *TWO_EARS, VOICES_AROUND} for e in found)
     talk = [dataclasses.replace(e, clip=replace(e.clip, kind="talk")) for e in found if not e.right]
-    models, likely = fit_models([*found, *talk], [description(clips, "audio_fixtures")], hours=1.0)
+    commands = [clip for c in collected for clip in c.commands]
+    assert len(commands) == sum(clip.kind == "command" for clip in clips)
+    fitted_on = [description(clips, "audio_fixtures")]
+    models, likely = fit_models([*found, *talk], fitted_on, 1.0, commands)
     assert "command" in models.two_ears.fitted_on[0]
+    assert len(models.two_ears.costs) == len(models.one_ear.costs) == 6
     assert len(likely) == len(found) + len(talk)
     save_models(models, tmp_path / "models.json")
     assert load_models(str(tmp_path / "models.json")) == models

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from recordings import Recording
+from recordings import FIXTURES, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
@@ -85,6 +85,23 @@ def test_the_threshold_decides_what_is_accepted(
     assert (lenient.text, lenient.confidence) == (strict.text, strict.confidence)
     assert lenient.accepted
     assert not strict.accepted
+
+
+def test_how_many_false_alarms_there_may_be_changes_while_it_listens_and_for_later_commands(
+    language: LanguageFiles,
+) -> None:
+    recognizer = Recognizer(language, Recognition())
+    stream = recognizer.stream("")
+    blocks = list(read_blocks(FIXTURES / "near_misses" / "flite_slt__fold_your_arms.flac"))
+    sound = np.concatenate([*blocks, pause(1.0)])
+    (refused,) = [u for u in stream.feed(sound) if isinstance(u, Utterance)]
+    recognizer.accept_by(5.0)
+    (accepted,) = [u for u in stream.feed(sound) if isinstance(u, Utterance)]
+    assert (refused.accepted, accepted.accepted) == (False, True)
+    asked = Recognizer(language, Recognition(false_alarms_per_hour=5.0)).needed("fold arm")
+    assert recognizer.needed("fold arm") == asked
+    recognizer.reload()
+    assert recognizer.needed("fold arm") == asked
 
 
 def test_words_of_the_trigram_model_that_are_no_command_are_not_accepted(

@@ -162,7 +162,9 @@ def fit_confidence(
     found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
     fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
-    models, likely = fitting.fit_models(examples, fitted_on, sum(f.talk for f in found) / 3600)
+    hours = sum(of_recording.talk for of_recording in found) / 3600
+    commands = [clip for of_recording in found for clip in of_recording.commands]
+    models, likely = fitting.fit_models(examples, fitted_on, hours, commands)
     threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"

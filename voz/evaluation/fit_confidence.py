@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import NamedTuple
@@ -31,6 +31,8 @@ from voz.recognition.confidence import (
     load_models,
     probability,
 )
+from voz.recognition.costs import Cost, rates_around
+from voz.recognition.interpreter import thresholds
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.clips import Clip
 
@@ -60,10 +62,17 @@ Matrix = npt.NDArray[np.float64]
 
 
 class Collected(NamedTuple):
-    """The utterances of a recording, and how much talk it is, s; nothing if it cannot be read."""
+    """What is in a recording; nothing if it cannot be read.
+
+    Attributes:
+        examples: its utterances.
+        talk: how much talk it is, s.
+        commands: those that are said in it.
+    """
 
     examples: list[Example]
     talk: float
+    commands: list[Clip]
 
 
 @dataclass(frozen=True)
@@ -111,7 +120,7 @@ def description(clips: Iterable[Clip], name: str) -> str:
 
 
 def fit_models(
-    examples: Sequence[Example], fitted_on: list[str], hours: float
+    examples: Sequence[Example], fitted_on: list[str], hours: float, commands: Collection[Clip]
 ) -> tuple[Models, list[float]]:
     """Fit the models of one ear and of both.
 
@@ -119,6 +128,7 @@ def fit_models(
         examples: utterances, some of them right, some of them in talk.
         fitted_on: what to write into the models about them.
         hours: how long the talk is.
+        commands: what was said.
 
     Returns:
         The models, and how likely each example is by both ears, by models that never heard its
@@ -135,7 +145,11 @@ def fit_models(
     # What voices in the room are worth to one ear, recordings of one command do not tell.
     voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
     alone = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
-    return Models(both, alone), likely[TWO_EARS]
+    models = Models(
+        with_costs(both, examples, likely[TWO_EARS], commands),
+        with_costs(alone, examples, likely[ONE_EAR], commands),
+    )
+    return models, likely[TWO_EARS]
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:
@@ -208,6 +222,33 @@ def with_alarms(
     # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
     alarms = (LIKELIEST + 1) / hours * math.exp(fall * tail)
     return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
+
+
+def with_costs(
+    model: Model,
+    examples: Sequence[Example],
+    probabilities: Sequence[float],
+    commands: Collection[Clip],
+) -> Model:
+    """Add to a model how many commands are missed at several rates of false alarms.
+
+    Args:
+        model: what `with_alarms` gave.
+        examples: utterances of the commands, and others.
+        probabilities: how likely each is right, by models that did not hear its speaker.
+        commands: all that were said, also those of which nothing was heard.
+    """
+    costs = []
+    for alarms in rates_around(model.usual_alarms):
+        settings = Recognition(false_alarms_per_hour=alarms)
+        least = thresholds(model, settings, {example.text for example in examples})
+        pairs = zip(examples, probabilities, strict=True)
+        obeyed = [example for example, likely in pairs if likely >= least[example.text]]
+        right = {example.clip for example in obeyed if example.right}
+        right -= {example.clip for example in obeyed if not example.right}
+        missed = len(set(commands) - right) / len(set(commands))
+        costs.append(Cost(alarms, round(missed, 4)))
+    return replace(model, costs=tuple(costs))
 
 
 def cross_validated(examples: Sequence[Example], names: Sequence[str]) -> list[float]:
@@ -302,7 +343,7 @@ def _examples(task: Task, lm: str | None) -> Collected:
     try:
         blocks = list(read_blocks(first.path))
     except AudioError:
-        return Collected([], 0.0)
+        return Collected([], 0.0, [])
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
     parts, rest = shared_out(list(_recognizer(lm).candidates(blocks)), stretches)
@@ -313,7 +354,7 @@ def _examples(task: Task, lm: str | None) -> Collected:
         for o in part
     ]
     talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
-    return Collected(examples, talk)
+    return Collected(examples, talk, [clip for clip in task.clips if clip.kind == "command"])
 
 
 def _is_in(command: str, talk: Clip) -> bool:

@@ -12,10 +12,8 @@ from voz.evaluation.results import Result, Understood
 from voz.evaluation.scores import alarms_in
 from voz.evaluation.statistics import AlarmRate
 from voz.recognition.confidence import Model
+from voz.recognition.costs import rates_around
 from voz.recognition.interpreter import thresholds
-
-RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
-"""False alarms in an hour of talk."""
 
 
 class OperatingPoint(msgspec.Struct, frozen=True):
@@ -49,7 +47,7 @@ def operating_points(
     """
     clean = [r for r in results if r.snr is None and r.error is None]
     found = []
-    for alarms in RATES:
+    for alarms in rates_around(model.usual_alarms):
         asked = replace(settings, threshold=None, false_alarms_per_hour=alarms)
         needed = thresholds(model, asked, commands)
         judged = [replace(r, heard=tuple(_judged(u, needed) for u in r.heard)) for r in clean]

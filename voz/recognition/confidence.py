@@ -15,6 +15,7 @@ from voz.errors import ConfigError
 from voz.events import RefusedBy
 from voz.files import FEW_BYTES, read_json, replaced, shown_path, told
 from voz.language.phone_distances import read_distances
+from voz.recognition.costs import Cost
 from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
 
 MODEL = Path(__file__).with_name("confidence.json")
@@ -93,6 +94,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             is accepted.
         alarms_fall: the power of the odds with which they become fewer.
         usual_alarms: how many of them there may be in an hour, if nobody says otherwise.
+        costs: the commands missed at several rates of them, which rise; empty if that is unknown.
     """
 
     fitted_on: list[str]
@@ -101,6 +103,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     alarms: Positive
     alarms_fall: Positive
     usual_alarms: Positive = 0.5
+    costs: tuple[Cost, ...] = ()
 
 
 class Models(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

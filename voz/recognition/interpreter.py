@@ -114,6 +114,10 @@ class Interpreter:
         self._never_missed = frozenset(settings.never_missed)
         self._voice = voice_detector()
 
+    def accept_by(self, settings: Recognition) -> None:
+        """Accept by other settings from now on; any thread may ask for it."""
+        self._needed = needed(self.model, settings)
+
     def understand(self, segment: Segment, learnt: StartVector | None = None) -> Hypothesis:
         """Find the sentence of a segment, and how likely it is that it was said.
 

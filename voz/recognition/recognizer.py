@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy.typing as npt
+from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.arrays import converted
@@ -105,6 +106,15 @@ class Recognizer:
         check(renewed.commands)
         renewed.learnt = self._interpreter.learnt
         self._interpreter = renewed
+        renewed.accept_by(self._settings)  # another thread may have set them meanwhile
+
+    def accept_by(self, alarms: float) -> None:
+        """Let there be so many false alarms in an hour of talk, from the next decision on.
+
+        Any thread may ask for it, also while a stream is followed.
+        """
+        self._settings = replace(self._settings, false_alarms_per_hour=alarms)
+        self._interpreter.accept_by(self._settings)
 
     @property
     def model(self) -> Model:

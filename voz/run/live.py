@@ -64,7 +64,7 @@ class Shown(NamedTuple):
         drive: what obeys.
         hearing: what listens.
         mixer: what the robot speaks by, if it does.
-        needed: how sure a command must be to be accepted.
+        recognizer: what understands.
         settings: of the run.
         recorder: keeps what is heard, if anything does.
     """
@@ -72,7 +72,7 @@ class Shown(NamedTuple):
     drive: Controller
     hearing: Hearing
     mixer: PlayedSound | None
-    needed: Callable[[str], float | None]
+    recognizer: Recognizer
     settings: Config
     recorder: Recorder | None
 
@@ -164,7 +164,7 @@ def run_live(
             seat.tell(_ready(hearing.device, seat))
         ears: Ears = hearing
         if page:
-            shown = Shown(drive, hearing, mixer, recognizer.needed, settings, recorder)
+            shown = Shown(drive, hearing, mixer, recognizer, settings, recorder)
             ears = parts.enter_context(page.serving(shown))
             robots = {**robots, PAGE: partial(_trouble, page, drive)}
         drive_by_clock(drive, inbox, clock, robots, ears)

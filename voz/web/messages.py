@@ -28,6 +28,13 @@ class Mark(msgspec.Struct, frozen=True):
     said: Short | None
 
 
+class Alarms(msgspec.Struct, frozen=True):
+    """POST /api/alarms: how many there may be in an hour of talk; by the page that drives."""
+
+    page: Short
+    alarms: Annotated[float, msgspec.Meta(gt=0, le=1e4)]
+
+
 class Sounds(msgspec.Struct, frozen=True):
     """POST /api/sounding: for how long the page that drives plays something from now on, s."""
 

@@ -20,6 +20,7 @@ from voz.web.asking import Asking
 from voz.web.board import Board, Record
 from voz.web.browser_microphone import BROWSER, BrowserMicrophone, opened
 from voz.web.desk import Desk
+from voz.web.dial import Dial
 from voz.web.feed import Feed
 from voz.web.guard import Guard
 from voz.web.marking import Marking
@@ -102,34 +103,36 @@ class OperatorPage:
         asking = Asking(self._inbox, self._clock.now, self._commands)
         desk = Desk(
             asking,
-            Board(parts.needed),
+            Board(parts.recognizer.needed),
             self._wheel,
             self._warn,
             self._microphone,
             partial(setattr, parts.drive, "rehearsing"),
         )
         marking = Marking(parts.recorder, self._commands)
-        look = partial(self._look, parts, ears, marking)
-        about = partial(self._about, parts, marking)
+        dial = Dial(parts.recognizer, parts.settings.recognition, self._warn)
+        look = partial(self._look, parts, ears, marking, dial)
+        about = partial(self._about, parts, marking, dial)
         api = Api(desk, self._site.doors, look, about, parts.settings)
-        tuning = TuningApi(desk, marking, self._sounding)
+        tuning = TuningApi(desk, marking, dial, self._sounding)
         routes = [*api.routes(), *tuning.routes()]
         app = Guard(application(routes, self._site.authority), self._site.doors)
         work = partial(telling, desk, self._feed, look, marking.news, self._site.renew)
         with serving(app, self._site.at, self._site.tls, work, self._warn):
             yield ears
 
-    def _about(self, parts: Shown, marking: Marking) -> Record:
+    def _about(self, parts: Shown, marking: Marking, dial: Dial) -> Record:
         """What a page that is opened has to know besides what it is told as it happens."""
         room = self._picture.about()
         return {
             "commands": _buttons(self._commands()),
             "room": room or None,
             "recordings": marking.known,
+            "tuning": dial.about(),
             "microphone": "browser" if self._microphone else parts.hearing.device,
         }
 
-    def _look(self, parts: Shown, ears: _Watched, marking: Marking) -> Record:
+    def _look(self, parts: Shown, ears: _Watched, marking: Marking, dial: Dial) -> Record:
         """How things are now; on the server's thread."""
         linear, angular = parts.drive.velocities
         busy_until = max(
@@ -141,6 +144,7 @@ class OperatorPage:
             "rehearsing": parts.drive.rehearsing,
             "speaking": busy_until > time.monotonic(),
             "recording": marking.note,
+            "alarms": dial.alarms,
             "deaf": ears.problem,
             "talking": bool(self._microphone and self._microphone.expected),
             "linear": linear,

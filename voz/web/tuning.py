@@ -1,4 +1,4 @@
-"""The addresses by which the page that drives listens to utterances and tells what they were."""
+"""The addresses by which the page that drives tells what was said, and how sure voz is to be."""
 
 from __future__ import annotations
 
@@ -12,26 +12,29 @@ from starlette.routing import BaseRoute, Route
 from voz.errors import AudioError, ConfigError
 from voz.web.answers import decoded_body, refused
 from voz.web.desk import Desk
+from voz.web.dial import Dial
 from voz.web.marking import Marking
-from voz.web.messages import Mark, Sounds
+from voz.web.messages import Alarms, Mark, Sounds
 from voz.web.sounding import Sounding
 
 NOT_DRIVING = "only the page that drives may do that: take the wheel first"
 
 
 class TuningApi:
-    """Answers what is asked about recordings."""
+    """Answers what is asked about recordings and false alarms."""
 
-    def __init__(self, desk: Desk, marking: Marking, sounding: Sounding) -> None:
+    def __init__(self, desk: Desk, marking: Marking, dial: Dial, sounding: Sounding) -> None:
         """Prepare to answer.
 
         Args:
             desk: knows who drives.
             marking: knows the recordings.
+            dial: sets how many false alarms there may be.
             sounding: told of what the page plays.
         """
         self._desk = desk
         self._marking = marking
+        self._dial = dial
         self._sounding = sounding
 
     def routes(self) -> list[BaseRoute]:
@@ -39,6 +42,7 @@ class TuningApi:
         return [
             Route("/api/recordings/{file}", self.recording),
             Route("/api/mark", self.mark, methods=["POST"]),
+            Route("/api/alarms", self.alarms, methods=["POST"]),
             Route("/api/sounding", self.sounds, methods=["POST"]),
         ]
 
@@ -68,6 +72,19 @@ class TuningApi:
             return refused(HTTPStatus.SERVICE_UNAVAILABLE, str(error))
         self._desk.tell(record)
         return JSONResponse(record)
+
+    async def alarms(self, request: Request) -> Response:
+        """POST /api/alarms: how many false alarms there may be in an hour, for the run."""
+        alarms = await decoded_body(request, Alarms)
+        if alarms is None:
+            return refused(HTTPStatus.BAD_REQUEST, "send JSON with page and alarms")
+        if not self._desk.driven_by(alarms.page):
+            return refused(HTTPStatus.CONFLICT, NOT_DRIVING)
+        try:
+            self._dial.turn(alarms.alarms)
+        except ConfigError as error:
+            return refused(HTTPStatus.BAD_REQUEST, str(error))
+        return JSONResponse({"alarms": self._dial.alarms})
 
     async def sounds(self, request: Request) -> Response:
         """POST /api/sounding: the page plays something; once this is answered it may begin."""

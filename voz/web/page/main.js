@@ -1,5 +1,6 @@
 // Puts the parts of the page together.
 import { Connection } from "./connection.js";
+import { Dial } from "./dial.js";
 import { Log } from "./log.js";
 import { Marking } from "./marking.js";
 import { Microphone } from "./microphone.js";
@@ -14,6 +15,7 @@ const at = (id) => document.getElementById(id);
 const connection = new Connection(told, lost);
 const ask = (address, more) => connection.ask(address, more);
 const marking = new Marking(ask, (text) => put(at("marking-note"), text));
+const dial = new Dial(at, ask);
 const log = new Log(at("log"), (event) => marking.tools(event));
 const microphone = new Microphone((text) => put(at("voice-note"), text));
 let about = null; // what does not change, and which page this is
@@ -54,6 +56,7 @@ function welcome(record) {
   allWell();
   room = new Room(at("room"), record.room);
   marking.fill(record.recordings, record.commands);
+  dial.fill(record.tuning);
   log.fill(record.events);
   at("voice").hidden = record.microphone !== "browser";
   put(at("voice-note"), record.microphone === "browser" ? "" : `The robot listens by its own microphone, ${record.microphone}.`);
@@ -75,6 +78,7 @@ function show(now) {
   put(at("arm"), words.arm(now.selected));
   put(at("place"), words.place(now.pose));
   put(at("recording"), words.recording(now.recording));
+  dial.show(now.alarms);
   showLevel(now);
   showWheel(now);
   if (drove && !driving()) lostWheel();
@@ -99,6 +103,7 @@ function showWheel(now) {
   at("rehearse").checked = now.rehearsing;
   for (const button of at("commands").children) button.disabled = !mine;
   marking.allow(mine);
+  dial.allow(mine);
   at("microphone").disabled = at("talk").disabled = at("hands-free").disabled = !mine;
 }
 
@@ -120,6 +125,7 @@ function lost(reason) {
   alarm(reason || "No connection to the robot. It stops if this page drove it.");
   quiet();
   marking.allow(false);
+  dial.allow(false);
   microphone.disconnect();
   state = null;
   for (const button of at("commands").children) button.disabled = true;

@@ -1,6 +1,6 @@
 // What is shown, in words: pure.
 
-export const percent = (share) => `${Math.round(share * 100)} %`;
+export const percent = (share, decimals = 0) => `${(share * 100).toFixed(decimals)} %`;
 
 // Two decimals with a real minus sign, and never "-0.00".
 export function velocity(value) {

@@ -25,6 +25,7 @@ from voz.cli.serve import serve
 from voz.cli.service import service
 from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
+from voz.cli.view import view
 from voz.errors import CommandsError, RobotMistake, VozError
 from voz.process.signals import BY_SIGNAL
 
@@ -66,6 +67,7 @@ app.command("merge")(merge)
 app.command("eval")(evaluate)
 app.command("fit-confidence")(fit_confidence)
 app.command("run")(run)
+app.command("view")(view)
 app.command("serve")(serve)
 app.command("calibrate")(calibrate)
 app.command("devices")(devices)

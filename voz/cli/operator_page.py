@@ -51,6 +51,19 @@ def chosen_microphone(options: Running) -> str | None:
         raise
 
 
+def check_installed() -> None:
+    """Refuse to go on without what a page needs.
+
+    Raises:
+        ConfigError: a part of voz is not installed.
+    """
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        from voz.extras import how_to_install
+
+        raise ConfigError(f"{missing[0]} is not installed; {how_to_install('web')}")
+
+
 @contextmanager
 def page_site(options: Running) -> Iterator[Site]:
     """Take the page's address for a `with` block, and tell it.
@@ -58,11 +71,7 @@ def page_site(options: Running) -> Iterator[Site]:
     Raises:
         ConfigError: it cannot be had, or a part of voz is not installed.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if missing:
-        from voz.extras import how_to_install
-
-        raise ConfigError(f"{missing[0]} is not installed; {how_to_install('web')}")
+    check_installed()
     from voz.web.addresses import qr_code
     from voz.web.site import open_site
 

@@ -16,6 +16,8 @@ from voz.robot.kinds import ROBOTS
 LOCAL = "127.0.0.1"
 """Only this computer reaches the page there."""
 
+WebPortOption = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page.")]
+
 
 @dataclass
 class Running(Recognising):
@@ -87,9 +89,7 @@ class Running(Recognising):
             metavar="ADDRESS", help="Where others reach the page, 0.0.0.0 for all; with a token."
         ),
     ] = LOCAL
-    web_port: Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page.")] = (
-        8737
-    )
+    web_port: WebPortOption = 8737
     https: Annotated[
         bool, typer.Option("--https", help="Encrypt the page: for a phone's microphone.")
     ] = False

@@ -20,6 +20,7 @@ from voz.extras import how_to_install
 from voz.recordings.bag_files import open_bag
 
 if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
     from rosbags.typesys.store import Typestore
 
 
@@ -27,6 +28,9 @@ ENDINGS = (".mcap", ".db3", ".bag", "")
 HEARD = "/recognizer/output"
 STRING, INT16 = "std_msgs/msg/String", "std_msgs/msg/Int16"
 TWIST, VECTOR = "geometry_msgs/msg/Twist", "geometry_msgs/msg/Vector3"
+BAG = "bag"
+"""The source of a sentence in a bag: only its text is there."""
+
 TOPICS = {"/cmd_vel": TWIST, "/selected_object": INT16, HEARD: STRING}
 
 SAVED_EVERY, SAVED_PART = 5.0, 0.002
@@ -113,22 +117,14 @@ def read_sayings(path: Path) -> Sayings:
     Raises:
         ConfigError: there is no such bag, it cannot be read, holds no such topic, or no end.
     """
-    _check_installed()
-    if not path.exists():
-        raise ConfigError(f"{path}: there is no such bag")
-    from rosbags.highlevel import AnyReader
-
-    try:
-        with AnyReader([path], default_typestore=_types(path)) as bag:
-            heard = [c for c in bag.connections if c.topic.endswith(HEARD) and c.msgtype == STRING]
-            topics = sorted({c.topic for c in bag.connections})
-            said = [
-                Saying(_seconds(t - bag.start_time), _text(bag.deserialize(data, STRING)))
-                for _, t, data in (bag.messages(heard) if heard else ())
-            ]
-            seconds = _seconds(bag.end_time - bag.start_time)
-    except Exception as error:  # a broken bag makes its readers fail in any way
-        raise ConfigError(f"{path}: is no bag that can be read ({error})") from error
+    with _opened(path) as bag:
+        heard = [c for c in bag.connections if c.topic.endswith(HEARD) and c.msgtype == STRING]
+        topics = sorted({c.topic for c in bag.connections})
+        said = [
+            Saying(_seconds(t - bag.start_time), _text(bag.deserialize(data, STRING)))
+            for _, t, data in (bag.messages(heard) if heard else ())
+        ]
+        seconds = _seconds(bag.end_time - bag.start_time)
     if not heard:
         has = ", ".join(topics) or "nothing"
         raise ConfigError(f"{path}: has no strings on {HEARD[1:]}; it has {has}")
@@ -139,6 +135,56 @@ def read_sayings(path: Path) -> Sayings:
             "damaged; name another bag"
         )
     return Sayings(said, seconds)
+
+
+def is_bag(path: Path) -> bool:
+    """Tell by the name whether something is a bag; what is no folder and has no ending is none."""
+    return path.is_dir() or path.suffix in (".mcap", ".db3", ".bag")
+
+
+def read_events(path: Path) -> list[Event]:
+    """Read the velocities, the objects and the sentences of a bag, in any namespace.
+
+    Args:
+        path: a bag of ROS 1 or 2; times are from its begin on.
+
+    Raises:
+        ConfigError: as in `read_sayings`, but that it may have any of the topics.
+    """
+    with _opened(path) as bag:
+        known = [c for c in bag.connections if _is_known(c.topic, c.msgtype)]
+        return [
+            _event(c.msgtype, _seconds(t - bag.start_time), bag.deserialize(data, c.msgtype))
+            for c, t, data in (bag.messages(known) if known else ())
+        ]
+
+
+def _is_known(topic: str, kind: str) -> bool:
+    return any(topic.endswith(name) and kind == of for name, of in TOPICS.items())
+
+
+def _event(kind: str, t: float, message: Any) -> Event:
+    """What was published with a message."""
+    if kind == TWIST:
+        return Twist(t, message.linear.x, message.angular.z)
+    if kind == INT16:
+        return SelectedObject(t, message.data)
+    return Utterance(t, _text(message), 1.0, True, t, t, BAG, obeyed=True)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[AnyReader]:
+    """Read a bag in a `with` block; raises ConfigError if that fails."""
+    _check_installed()
+    if not path.exists():
+        raise ConfigError(f"{path}: there is no such bag")
+    from rosbags.highlevel import AnyReader
+
+    try:
+        with AnyReader([path], default_typestore=_types(path)) as bag:
+            yield bag
+    except Exception as error:  # a broken bag makes its readers fail in any way
+        raise ConfigError(f"{path}: is no bag that can be read ({error})") from error
 
 
 class _Bag:

@@ -27,7 +27,7 @@ function gauge(event) {
 }
 
 function spoken(event) {
-  return event.source !== "page" && event.source !== "text";
+  return !["page", "text", "bag"].includes(event.source);
 }
 
 function item(event, tools) {

@@ -75,6 +75,12 @@ export class Room {
     if (!this.room) this.lookAt(x, y);
   }
 
+  // Show another way than the one that was seen: it leads to where the robot is now.
+  trace(places) {
+    this.places = places.slice(-MOST_PLACES);
+    this.way.setAttribute("points", this.places.map((place) => place.join(",")).join(" "));
+  }
+
   lookAt(x, y) {
     this.svg.setAttribute("viewBox", `${x - AROUND} ${-y - AROUND} ${2 * AROUND} ${2 * AROUND}`);
     let lines = "";

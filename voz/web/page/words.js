@@ -38,7 +38,7 @@ export function recording(note) {
 export function utterance(event) {
   const typed = event.source === "page" || event.source === "text";
   const sure = `${percent(event.confidence)} sure` + (event.needed ? `, needs ${percent(event.needed)}` : "");
-  const from = typed ? "tapped or typed" : sure;
+  const from = event.source === "bag" ? "" : typed ? "tapped or typed" : sure; // a bag has texts alone
   const details = [from, ears(event)].filter(Boolean).join(" · ");
   if (event.obeyed) return ["obeyed", event.text, details];
   const what = event.accepted || typed ? event.text : event.text ? `perhaps “${event.text}”` : "something else";

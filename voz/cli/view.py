@@ -1,0 +1,40 @@
+"""`voz view`: shows a session that was kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from voz.cli.operator_page import check_installed
+from voz.cli.run_options import LOCAL, WebPortOption
+from voz.cli.terminal import tell
+
+
+def view(
+    session: Annotated[
+        Path,
+        typer.Argument(metavar="SESSION", help="What `voz run --events` wrote, or a bag."),
+    ],
+    web_port: WebPortOption = 8737,
+) -> None:
+    """Show a session that was kept in a browser, at any time of it: a slider moves through it.
+
+    A bag has what was obeyed and the velocities; what `voz run --events FILE` wrote has all that
+    was heard, said and warned of. Where the robot was is reckoned from its velocities. Nothing is
+    driven, and the page is for this computer alone.
+
+    Example: voz view drive.jsonl
+    """
+    check_installed()
+    from voz.files import shown_path
+    from voz.recordings.sessions import read_session
+    from voz.web.kept_page import show_session
+    from voz.web.session import session_record
+    from voz.web.site import open_site
+
+    record = session_record(str(shown_path(session)), read_session(session))
+    with open_site(LOCAL, web_port, None) as site:
+        tell(f"the session is at {site.link}")
+        show_session(site, record)

@@ -84,6 +84,10 @@ class Desk:
         """The last that was heard, said and warned of."""
         return self._board.remembered
 
+    def has_said(self, text: str) -> bool:
+        """Whether the robot said something just now."""
+        return any(r["type"] == "reply" and r["text"] == text for r in self.remembered)
+
     @property
     def recent(self) -> list[str]:
         """All events of the last minutes, as JSON."""

@@ -114,7 +114,7 @@ class OperatorPage:
         look = partial(self._look, parts, ears, marking, dial)
         about = partial(self._about, parts, marking, dial)
         api = Api(desk, self._site.doors, look, about, parts.settings)
-        tuning = TuningApi(desk, marking, dial, self._sounding)
+        tuning = TuningApi(desk, marking, dial, self._sounding, parts.settings.speech.voice)
         routes = [*api.routes(), *tuning.routes()]
         app = Guard(application(routes, self._site.authority), self._site.doors)
         work = partial(telling, desk, self._feed, look, marking.news, self._site.renew)

@@ -1,4 +1,4 @@
-"""The addresses by which the page that drives tells what was said, and how sure voz is to be."""
+"""The addresses for what is played, for what was really said, and for how sure voz is to be."""
 
 from __future__ import annotations
 
@@ -9,21 +9,24 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from voz.errors import AudioError, ConfigError
+from voz.errors import AudioError, ConfigError, SpeechError
 from voz.web.answers import decoded_body, refused
 from voz.web.desk import Desk
 from voz.web.dial import Dial
 from voz.web.marking import Marking
 from voz.web.messages import Alarms, Mark, Sounds
+from voz.web.replies import spoken
 from voz.web.sounding import Sounding
 
 NOT_DRIVING = "only the page that drives may do that: take the wheel first"
 
 
 class TuningApi:
-    """Answers what is asked about recordings and false alarms."""
+    """Answers what is asked about recordings, replies and false alarms."""
 
-    def __init__(self, desk: Desk, marking: Marking, dial: Dial, sounding: Sounding) -> None:
+    def __init__(
+        self, desk: Desk, marking: Marking, dial: Dial, sounding: Sounding, voice: str
+    ) -> None:
         """Prepare to answer.
 
         Args:
@@ -31,16 +34,19 @@ class TuningApi:
             marking: knows the recordings.
             dial: sets how many false alarms there may be.
             sounding: told of what the page plays.
+            voice: of the replies.
         """
         self._desk = desk
         self._marking = marking
         self._dial = dial
         self._sounding = sounding
+        self._voice = voice
 
     def routes(self) -> list[BaseRoute]:
         """Its addresses."""
         return [
             Route("/api/recordings/{file}", self.recording),
+            Route("/api/reply", self.reply),
             Route("/api/mark", self.mark, methods=["POST"]),
             Route("/api/alarms", self.alarms, methods=["POST"]),
             Route("/api/sounding", self.sounds, methods=["POST"]),
@@ -56,6 +62,17 @@ class TuningApi:
         if sound is None:
             return refused(HTTPStatus.NOT_FOUND, "that recording is not there any more")
         return Response(sound, media_type="audio/flac")
+
+    async def reply(self, request: Request) -> Response:
+        """GET /api/reply?text=TEXT: the sound of what the robot said a moment ago."""
+        text = request.query_params.get("text", "")
+        if not self._desk.has_said(text):  # nobody lets it render anything else
+            return refused(HTTPStatus.NOT_FOUND, "the robot has not said that just now")
+        try:
+            sound = await spoken(text, self._voice)
+        except SpeechError as error:
+            return refused(HTTPStatus.SERVICE_UNAVAILABLE, str(error))
+        return Response(sound, media_type="audio/wav")
 
     async def mark(self, request: Request) -> Response:
         """POST /api/mark: what was really said in a recording."""

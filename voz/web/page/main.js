@@ -4,6 +4,7 @@ import { Dial } from "./dial.js";
 import { Log } from "./log.js";
 import { Marking } from "./marking.js";
 import { Microphone } from "./microphone.js";
+import { Player } from "./player.js";
 import { Room } from "./room.js";
 import * as words from "./words.js";
 
@@ -14,7 +15,8 @@ const STOPPED_FOR = 2000; // ms that the button says so
 const at = (id) => document.getElementById(id);
 const connection = new Connection(told, lost);
 const ask = (address, more) => connection.ask(address, more);
-const marking = new Marking(ask, (text) => put(at("marking-note"), text));
+const player = new Player(ask);
+const marking = new Marking(ask, player, (text) => put(at("marking-note"), text));
 const dial = new Dial(at, ask);
 const log = new Log(at("log"), (event) => marking.tools(event));
 const microphone = new Microphone((text) => put(at("voice-note"), text));
@@ -49,6 +51,12 @@ function told(record) {
   else if (record.type === "drive") drove(record);
   else if (record.type === "recording") marking.add(record);
   else if (["utterance", "reply", "warning"].includes(record.type)) log.add(record);
+  if (record.type === "reply" && at("replies").checked && driving()) say(record.text);
+}
+
+function say(text) {
+  const playing = player.play(`/api/reply?text=${encodeURIComponent(text)}`);
+  playing.catch((error) => put(at("voice-note"), error.message));
 }
 
 function welcome(record) {
@@ -102,9 +110,14 @@ function showWheel(now) {
   at("rehearse").disabled = !mine;
   at("rehearse").checked = now.rehearsing;
   for (const button of at("commands").children) button.disabled = !mine;
-  marking.allow(mine);
-  dial.allow(mine);
+  allow(mine);
   at("microphone").disabled = at("talk").disabled = at("hands-free").disabled = !mine;
+}
+
+// What only the page that drives may do besides commands.
+function allow(mine) {
+  for (const part of [player, marking, dial]) part.allow(mine);
+  at("replies").disabled = !mine;
 }
 
 function drove(record) {
@@ -124,8 +137,7 @@ function lost(reason) {
   put(at("status"), "no connection");
   alarm(reason || "No connection to the robot. It stops if this page drove it.");
   quiet();
-  marking.allow(false);
-  dial.allow(false);
+  allow(false);
   microphone.disconnect();
   state = null;
   for (const button of at("commands").children) button.disabled = true;

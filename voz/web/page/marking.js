@@ -21,10 +21,10 @@ function told(said, event) {
 
 export class Marking {
   // `ask` sends something to an address as the page that drives, `failed` gets lines for people.
-  constructor(ask, failed) {
+  constructor(ask, player, failed) {
     this.ask = ask;
+    this.player = player;
     this.failed = failed;
-    this.audio = new Audio();
     this.recordings = new Map(); // by where their utterances begin
     this.shown = new Map(); // the tools of utterances, by the same
     this.allowed = false;
@@ -46,7 +46,6 @@ export class Marking {
   allow(on) {
     if (this.allowed === on) return;
     this.allowed = on;
-    if (!on) this.audio.pause();
     for (const tools of this.shown.values()) tools.allow();
   }
 
@@ -96,26 +95,10 @@ export class Marking {
     return this.ask("/api/mark", { file, said }).then(() => this.failed(""), (error) => this.failed(error.message));
   }
 
-  // It sounds only once the robot has said that it hears nothing but stop: a microphone may be near.
-  async play(event) {
+  play(event) {
     const { file } = this.recordings.get(event.start);
-    try {
-      await this.load(`/api/recordings/${encodeURIComponent(file)}`);
-      await this.ask("/api/sounding", { seconds: this.audio.duration });
-      if (this.allowed) await this.audio.play();
-      this.failed("");
-    } catch (error) {
-      this.failed(error.message);
-    }
-  }
-
-  load(address) {
-    this.audio.pause();
-    return new Promise((resolve, reject) => {
-      this.audio.oncanplaythrough = resolve;
-      this.audio.onerror = () => reject(new Error("That recording cannot be played: it may be gone."));
-      this.audio.src = address;
-    });
+    const playing = this.player.play(`/api/recordings/${encodeURIComponent(file)}`);
+    return playing.then(() => this.failed(""), (error) => this.failed(error.message));
   }
 }
 

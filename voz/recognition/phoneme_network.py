@@ -77,7 +77,7 @@ class Linear(NamedTuple):
     bias: Floats
 
 
-class Block(NamedTuple):
+class ConformerBlock(NamedTuple):
     """A Conformer block: its layers, and the scale and shift of the normalisations before them."""
 
     norms: Mapping[str, Linear]
@@ -145,7 +145,7 @@ class PhonemeNetwork:
         return logarithms
 
 
-def _through(block: Block, x: Floats) -> Floats:
+def _through(block: ConformerBlock, x: Floats) -> Floats:
     """Half a feed-forward layer, attention, convolution, and the other half."""
     half = np.float32(0.5)
     x = x + half * _feed_forward(block, "ffn1", x)
@@ -155,12 +155,12 @@ def _through(block: Block, x: Floats) -> Floats:
     return _normalised(x, block.norms["norm"])
 
 
-def _feed_forward(block: Block, name: str, x: Floats) -> Floats:
+def _feed_forward(block: ConformerBlock, name: str, x: Floats) -> Floats:
     inner = _applied(block.layers[f"{name}.fc1"], _normalised(x, block.norms[f"{name}.norm"]))
     return _applied(block.layers[f"{name}.fc2"], inner * _sigmoid(inner))
 
 
-def _attention(block: Block, x: Floats) -> Floats:
+def _attention(block: ConformerBlock, x: Floats) -> Floats:
     """Every moment asks all the others, in each head; there is no notion of their places."""
     moments, width = x.shape
     size = width // HEADS
@@ -173,7 +173,7 @@ def _attention(block: Block, x: Floats) -> Floats:
     return _applied(block.layers["attn.out_proj"], mixed)
 
 
-def _convolution(block: Block, x: Floats) -> Floats:
+def _convolution(block: ConformerBlock, x: Floats) -> Floats:
     """Channels one by one over time, between two that mix them; half of the first are gates."""
     moments, width = x.shape
     found = _applied(block.layers["conv.pointwise1"], _normalised(x, block.norms["conv.norm"]))
@@ -223,7 +223,7 @@ def _gelu(x: Floats) -> Floats:
     return found
 
 
-def _block(found: Mapping[str, Floats], number: int) -> Block:
+def _block(found: Mapping[str, Floats], number: int) -> ConformerBlock:
     """Collect a block; its matrices have lost their names, but stand in its order."""
     name = f"{MODEL}.blocks.{number}"
     # A block's six products are numbered 829, 830, 831, 835, 836, 837, and 9 on for the next.
@@ -251,7 +251,7 @@ def _block(found: Mapping[str, Floats], number: int) -> Block:
         part: Linear(found[f"{name}.{part}.weight"], found[f"{name}.{part}.bias"])
         for part in ("ffn1.norm", "attn_norm", "conv.norm", "ffn2.norm", "norm")
     }
-    return Block(norms, layers)
+    return ConformerBlock(norms, layers)
 
 
 def _pointwise(found: Mapping[str, Floats], name: str) -> Linear:

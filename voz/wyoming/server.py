@@ -62,7 +62,7 @@ def info(commands: Sequence[str]) -> Info:
     return Info(asr=[program])
 
 
-class Ears:
+class SharedRecognizer:
     """One recogniser for all who ask: one of them is heard at a time."""
 
     def __init__(self, recognizer: Recognizer) -> None:
@@ -108,7 +108,7 @@ class Handler(AsyncEventHandler):
 
     def __init__(
         self,
-        ears: Ears,
+        ears: SharedRecognizer,
         about: Info,
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
@@ -188,7 +188,7 @@ def serve(
 
     async def work() -> None:
         server = AsyncServer.from_uri(uri)
-        await server.start(partial(Handler, Ears(recognizer), info(commands)))
+        await server.start(partial(Handler, SharedRecognizer(recognizer), info(commands)))
         ready()
         await asyncio.Event().wait()
 

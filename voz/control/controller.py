@@ -37,7 +37,7 @@ class Command(NamedTuple):
     t: float = 0.0
 
 
-class Asked(msgspec.Struct, frozen=True):
+class PendingCommand(msgspec.Struct, frozen=True):
     """A command that waits for a yes: what it would do, and until when, s."""
 
     name: str
@@ -63,7 +63,7 @@ class State(msgspec.Struct, frozen=True):
     commands: str = USUAL
     bound: Bound | None = None
     to_do: Steps = ()
-    asked: Asked | None = None
+    asked: PendingCommand | None = None
     last_moved: Steps = ()
 
     @property
@@ -230,7 +230,7 @@ def _ask(state: State, command: Command, steps: Steps) -> Outcome:
     question = steps[0].confirm
     said = question if isinstance(question, str) else f"{command.name}?"
     sure = (replace(steps[0], confirm=False), *steps[1:])
-    asked = Asked(command.name, sure, command.t + ANSWER_TIME)
+    asked = PendingCommand(command.name, sure, command.t + ANSWER_TIME)
     return Outcome(replace(state, asked=asked), (Reply(command.t, said),))
 
 

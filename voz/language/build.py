@@ -28,7 +28,7 @@ from voz.language.letter_to_sound import guess
 from voz.language.lexicon import (
     GUESS,
     PRONUNCIATIONS,
-    Entry,
+    LexiconEntry,
     parse_pronunciations,
     pronounce,
     read_cmudict,
@@ -80,7 +80,7 @@ class Given(NamedTuple):
 
     name: str
     commands: Commands
-    entries: dict[str, Entry]
+    entries: dict[str, LexiconEntry]
     places: Mapping[str, str]
     warnings: tuple[str, ...]
     compiled: Compiled | None = None
@@ -211,7 +211,7 @@ def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> Non
 
 def generate(
     sentences: Sequence[str],
-    entries: Mapping[str, Entry],
+    entries: Mapping[str, LexiconEntry],
     grammar: str | None = None,
     templates: str | None = None,
     spoken: str | None = None,
@@ -267,7 +267,7 @@ def _as_json(spoken: Spoken, out: Path) -> str:
     return f"{msgspec.json.encode(spoken).decode()}\n"
 
 
-def _dictionary(entries: Mapping[str, Entry]) -> list[str]:
+def _dictionary(entries: Mapping[str, LexiconEntry]) -> list[str]:
     """Write the dictionary's lines; the second pronunciation of a word is called `word(2)`."""
     return [
         f"{word if number == 1 else f'{word}({number})'}\t{phones}"
@@ -282,7 +282,7 @@ def _lines(lines: Sequence[str]) -> str:
 
 def _pronounced(
     commands: Path, places: Mapping[str, str], language: OtherLanguage | None
-) -> dict[str, Entry]:
+) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced."""
     own = commands.parent / PRONUNCIATIONS
     phones = language.spoken.phones if language else None
@@ -293,7 +293,7 @@ def _pronounced(
     return pronounce(places, user, read_cmudict(), guess)
 
 
-def _phones(entries: Mapping[str, Entry]) -> dict[str, tuple[str, ...]]:
+def _phones(entries: Mapping[str, LexiconEntry]) -> dict[str, tuple[str, ...]]:
     return {word: entry.phones for word, entry in entries.items()}
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_text, shown_path
 from voz.language.commands import normalise
-from voz.language.lexicon import PRONUNCIATIONS, Entry
+from voz.language.lexicon import PRONUNCIATIONS, LexiconEntry
 
 ADVICE = "give a dictionary in CMUSphinx's format: a word and its phones a line"
 RULES_ADVICE = "give rules: letters, a tab and their phones a line"
@@ -137,7 +137,7 @@ def pronounce_by(
     user: Mapping[str, tuple[str, ...]],
     dictionary: Mapping[str, tuple[str, ...]],
     rules: Rules | None,
-) -> dict[str, Entry]:
+) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced; the first that knows one decides.
 
     Args:
@@ -152,14 +152,14 @@ def pronounce_by(
     Raises:
         CommandsError: a word cannot be pronounced.
     """
-    entries: dict[str, Entry] = {}
+    entries: dict[str, LexiconEntry] = {}
     for word in places:
         if word in user:
-            entries[word] = Entry(user[word], PRONUNCIATIONS)
+            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS)
         elif word in dictionary:
-            entries[word] = Entry(dictionary[word], "dictionary")
+            entries[word] = LexiconEntry(dictionary[word], "dictionary")
         elif rules and (said := by_rules(word, rules)):
-            entries[word] = Entry((" ".join(said),), BY_RULE)
+            entries[word] = LexiconEntry((" ".join(said),), BY_RULE)
         else:
             raise _unknown(word, places[word], letters_of(dictionary), rules)
     return dict(sorted(entries.items()))

@@ -34,7 +34,7 @@ Guesser = Callable[[Sequence[str]], dict[str, str]]
 
 
 @dataclass(frozen=True)
-class Entry:
+class LexiconEntry:
     """How a word is pronounced.
 
     Attributes:
@@ -144,7 +144,7 @@ def pronounce(
     user: Mapping[str, tuple[str, ...]],
     cmudict: bytes,
     guess: Guesser,
-) -> dict[str, Entry]:
+) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced; the first of the four sources that knows one decides.
 
     Args:
@@ -163,14 +163,14 @@ def pronounce(
     def known(word: str) -> tuple[str, ...]:
         return user.get(word) or look_up(cmudict, word)
 
-    entries: dict[str, Entry] = {}
+    entries: dict[str, LexiconEntry] = {}
     for word in places:
         if word in user:
-            entries[word] = Entry(user[word], PRONUNCIATIONS)
+            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS)
         elif phones := look_up(cmudict, word) or find_anywhere(cmudict, word):
-            entries[word] = Entry(phones, "cmudict")
+            entries[word] = LexiconEntry(phones, "cmudict")
         elif parts := split_compound(word, known):
-            entries[word] = Entry(_join(parts, known), f"compound {'+'.join(parts)}")
+            entries[word] = LexiconEntry(_join(parts, known), f"compound {'+'.join(parts)}")
     unknown = [word for word in places if word not in entries]
     entries.update(_guess_all(unknown, places, guess))
     return dict(sorted(entries.items()))
@@ -207,7 +207,9 @@ def _join(parts: Sequence[str], known: Callable[[str], tuple[str, ...]]) -> tupl
     return tuple(dict.fromkeys(" ".join(phones) for phones in product(*map(known, parts))))
 
 
-def _guess_all(words: Sequence[str], places: Mapping[str, str], guess: Guesser) -> dict[str, Entry]:
+def _guess_all(
+    words: Sequence[str], places: Mapping[str, str], guess: Guesser
+) -> dict[str, LexiconEntry]:
     """Guess the pronunciations of words that stand nowhere; refuse the first without any."""
     if not words:
         return {}
@@ -224,4 +226,4 @@ def _guess_all(words: Sequence[str], places: Mapping[str, str], guess: Guesser) 
                 f'{places[word]}: nothing knows how to pronounce "{word}"; '
                 f"use another word or add it to {PRONUNCIATIONS}"
             )
-    return {word: Entry((guesses[word],), GUESS) for word in words}
+    return {word: LexiconEntry((guesses[word],), GUESS) for word in words}

@@ -27,7 +27,7 @@ CONSOLE, SIMULATOR = "console", "simulator"
 
 
 @dataclass(frozen=True)
-class Plan:
+class RobotPlan:
     """Which robots a run has, and what is to be seen of them.
 
     Attributes:
@@ -80,7 +80,9 @@ class Robots(NamedTuple):
 
 
 @contextmanager
-def robots_of(plan: Plan, settings: Config, take: Callable[[Warning], None]) -> Iterator[Robots]:
+def robots_of(
+    plan: RobotPlan, settings: Config, take: Callable[[Warning], None]
+) -> Iterator[Robots]:
     """Open the robots for a `with` block; at its end draw what the simulated one did.
 
     Args:
@@ -118,7 +120,7 @@ def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
     return place
 
 
-def _above_the_drawing(plan: Plan) -> TextIO:
+def _above_the_drawing(plan: RobotPlan) -> TextIO:
     """Where lines go to; above the simulated room, if that is drawn while it is driven through."""
     if not (plan.terminal and plan.clocked and SIMULATOR in plan.names):
         return plan.stream
@@ -144,7 +146,9 @@ def _opened(
 
 
 @contextmanager
-def _drawn(robots: Mapping[str, Robot], plan: Plan, settings: Config) -> Iterator[RoomView | None]:
+def _drawn(
+    robots: Mapping[str, Robot], plan: RobotPlan, settings: Config
+) -> Iterator[RoomView | None]:
     """Draw the simulated room, if there is one, while it is driven through or after that."""
     from voz.robot.simulator import SimulatedRobot
 
@@ -165,7 +169,7 @@ def _drawn(robots: Mapping[str, Robot], plan: Plan, settings: Config) -> Iterato
         _draw(simulated, plan)
 
 
-def _draw(simulated: SimulatedRobot, plan: Plan) -> None:
+def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
     simulated.come_to_rest()
     trip = simulated.trip()
     if plan.terminal and not plan.clocked:

@@ -13,7 +13,7 @@ import typer
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.operator_page import chosen_microphone, page_of, page_site
 from voz.cli.options import with_options
-from voz.cli.robots import Plan, Robots, robots_of
+from voz.cli.robots import RobotPlan, Robots, robots_of
 from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, tell, warn
 
@@ -80,13 +80,13 @@ def _has_a_clock(options: Running, settings: Config) -> bool:
     return options.live or options.realtime or have_a_clock(robot_names(settings.robot))
 
 
-def _plan(options: Running, settings: Config) -> Plan:
+def _plan(options: Running, settings: Config) -> RobotPlan:
     """Which robots there are; refuses, before the run, what cannot be written after it."""
     from voz.recordings.bags import check_bag
     from voz.robot.robots import robot_names
 
     stream = sys.stderr if options.events == "-" else sys.stdout
-    plan = Plan(
+    plan = RobotPlan(
         robot_names(settings.robot),
         options.live,
         _has_a_clock(options, settings),
@@ -104,7 +104,7 @@ def _plan(options: Running, settings: Config) -> Plan:
 
 
 def _run_live(
-    options: Running, settings: Config, plan: Plan, language: LanguageFiles, parts: ExitStack
+    options: Running, settings: Config, plan: RobotPlan, language: LanguageFiles, parts: ExitStack
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
     from voz.run.inbox import Inbox
@@ -130,7 +130,7 @@ def _run_live(
     run_live(robots.receivers, robots.troubles, settings, recognizer, inbox, seat)
 
 
-def _run_by_files(options: Running, settings: Config, plan: Plan, played: Played) -> None:
+def _run_by_files(options: Running, settings: Config, plan: RobotPlan, played: Played) -> None:
     """Drive by recordings, a text or a bag."""
     from voz.run.offline import run_at_its_pace, run_at_once
 
@@ -168,7 +168,7 @@ def _played(
 
 @contextmanager
 def _receivers(
-    options: Running, settings: Config, plan: Plan, tell: Callable[[Any], None]
+    options: Running, settings: Config, plan: RobotPlan, tell: Callable[[Any], None]
 ) -> Iterator[Robots]:
     """Open the robots, and what else gets the events; by the clock they do not wait for that."""
     from voz.cli.event_log import event_log

@@ -11,7 +11,7 @@ import pytest
 
 from voz.config import Config
 from voz.errors import RobotError, SpeechError
-from voz.robot.kinds import Setup
+from voz.robot.kinds import RobotSetup
 from voz.robot.mistakes import mistakes_told
 from voz.robot.robots import make_robots, opened
 
@@ -30,7 +30,7 @@ def used(
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     for module in ("my_arm", "my_helper", "my_typo"):
         monkeypatch.delitem(sys.modules, module, raising=False)
-    setup = Setup(Config(), io.StringIO(), lambda _: None)
+    setup = RobotSetup(Config(), io.StringIO(), lambda _: None)
     with pytest.raises(RobotError) as raised, opened(make_robots([name], setup)):
         pass
     return str(raised.value)

@@ -16,7 +16,7 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.console import ConsoleRobot
-from voz.robot.kinds import ROBOTS, Setup
+from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.robots import (
     have_a_clock,
     mailboxes,
@@ -27,8 +27,8 @@ from voz.robot.robots import (
 from voz.robot.simulator import SimulatedRobot
 
 
-def setup() -> Setup:
-    return Setup(Config(), io.StringIO(), lambda _: None)
+def setup() -> RobotSetup:
+    return RobotSetup(Config(), io.StringIO(), lambda _: None)
 
 
 def test_names_are_given_one_by_one_or_with_commas_and_count_once() -> None:
@@ -117,7 +117,7 @@ def test_a_robot_of_the_users_own_has_settings_like_the_others(
     (wheels / "voz.toml").write_text("[own.own_wheels]\nbaud = 115200\n[own.others]\na = 1\n")
     printed = io.StringIO()
     settings = load_config(wheels / "voz.toml")
-    robots = make_robots(["own_wheels:Wheels"], Setup(settings, printed, print, watchdog))
+    robots = make_robots(["own_wheels:Wheels"], RobotSetup(settings, printed, print, watchdog))
     with mailboxes(robots, print):
         wait_until(lambda: "/dev/ttyUSB0 115200" in printed.getvalue() + capfd.readouterr().out)
 

@@ -90,7 +90,7 @@ def robots_of(
         settings: each robot has its own table there.
         take: takes the warnings of the robots.
     """
-    from voz.robot.kinds import Setup
+    from voz.robot.kinds import RobotSetup
     from voz.robot.robots import make_robots
 
     displayed = plan.live and plan.terminal is not None
@@ -100,7 +100,7 @@ def robots_of(
     with ExitStack() as stack:
         stream = _above_the_drawing(plan)
         watchdog = plan.clocked and plan.watchdog
-        robots = make_robots(names, Setup(settings, stream, take, watchdog, plan.verbose))
+        robots = make_robots(names, RobotSetup(settings, stream, take, watchdog, plan.verbose))
         view = stack.enter_context(_drawn(robots, plan, settings))
         receivers, troubles = stack.enter_context(_opened(robots, plan.clocked))
         if view:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from voz.robot.process import RobotSpec
 
 
-class Setup(NamedTuple):
+class RobotSetup(NamedTuple):
     """What robots are made from.
 
     Attributes:
@@ -45,7 +45,7 @@ class Kind(NamedTuple):
     """
 
     does: str
-    make: Callable[[Setup], Robot]
+    make: Callable[[RobotSetup], Robot]
     make_watchdog: Callable[[RobotSpec], Robot] | None = None
 
     @property
@@ -54,19 +54,19 @@ class Kind(NamedTuple):
         return self.make_watchdog is not None
 
 
-def _console(setup: Setup) -> Robot:
+def _console(setup: RobotSetup) -> Robot:
     from voz.robot.console import ConsoleRobot
 
     return ConsoleRobot(setup.stream, setup.verbose)
 
 
-def _simulator(setup: Setup) -> Robot:
+def _simulator(setup: RobotSetup) -> Robot:
     from voz.robot.simulator import SimulatedRobot
 
     return SimulatedRobot(setup.settings.simulator, setup.warn)
 
 
-def _ros1(setup: Setup) -> Robot:
+def _ros1(setup: RobotSetup) -> Robot:
     from voz.ros1.robot import Ros1Robot
 
     return Ros1Robot(setup.settings.ros1, table=setup.settings.table)
@@ -78,7 +78,7 @@ def _ros1_watchdog(order: RobotSpec) -> Robot:
     return Ros1Watchdog(order)
 
 
-def _ros2(setup: Setup) -> Robot:
+def _ros2(setup: RobotSetup) -> Robot:
     from voz.ros2 import Ros2Robot
 
     return Ros2Robot(setup.settings.ros2, setup.warn, setup.settings.table)

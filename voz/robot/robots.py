@@ -10,7 +10,7 @@ from typing import Any
 
 from voz.errors import ConfigError, RobotError
 from voz.robot.base import Robot
-from voz.robot.kinds import ROBOTS, Setup
+from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.mailbox import Mailbox
 from voz.robot.mistakes import mistakes_told
 from voz.robot.own_code import imported
@@ -45,7 +45,7 @@ def robot_names(wanted: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def make_robots(names: Sequence[str], setup: Setup) -> dict[str, Robot]:
+def make_robots(names: Sequence[str], setup: RobotSetup) -> dict[str, Robot]:
     """Make robots by their names.
 
     Args:
@@ -161,7 +161,7 @@ def mailboxes(
                 tell(f"the robot {name} did not take its last velocity in time")
 
 
-def _apart(setup: Setup, name: str, only_zero: bool = False) -> RobotProcess:
+def _apart(setup: RobotSetup, name: str, only_zero: bool = False) -> RobotProcess:
     """A robot in a process of its own, which prints where the others do."""
 
     def show(line: str) -> None:

@@ -13,7 +13,7 @@ from voz.language.alike import differing, words_that_differ
 from voz.language.confusion import UNLIKE, AlikePair
 from voz.language.phone_distances import Distances
 from voz.language.templates.commands import Commands
-from voz.language.templates.distances import Sound
+from voz.language.templates.distances import WordDistances
 from voz.language.templates.neighbours import Near, nearest
 
 LOOKED_AT = 60
@@ -43,7 +43,7 @@ def pairs_of_many(
         How alike they are hangs on the words that differ, and not on the length of the rest.
     """
     spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
-    sound = Sound(spellings, distances)
+    sound = WordDistances(spellings, distances)
     found: dict[frozenset[str], AlikePair] = {}
     for sentence in commands.sample(LOOKED_AT):
         for near in nearest(commands.network, sentence.split(), sound, NEIGHBOURS):
@@ -56,7 +56,7 @@ def pairs_of_many(
     return sorted(found.values(), key=lambda pair: -pair.alike)
 
 
-def _phones(sentence: str, near: Near, sound: Sound) -> tuple[str, str]:
+def _phones(sentence: str, near: Near, sound: WordDistances) -> tuple[str, str]:
     """The phones of the words that differ."""
     one, other = differing(sentence, near.sentence)
     return sound.phones(one), sound.phones(other)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import NamedTuple
 
 from voz.audio import Samples
-from voz.language.templates.distances import Sound
+from voz.language.templates.distances import WordDistances
 from voz.recognition.accents import spellings
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
@@ -147,7 +147,7 @@ class Comparison:
                 wbeam=UNPRUNED,
             )
         self._commands = language.commands
-        self._sound = Sound(spellings(language.pronunciations), language.spoken.distances)
+        self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
         self._never_missed = self._commands.named(never_missed, MOST_NEVER_MISSED)
         if self.finds_alone:
             self._search_for(self._commands.listed)

@@ -12,7 +12,7 @@ from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
 from voz.language.templates.commands import Commands, plain_commands
-from voz.language.templates.distances import Letters, Sound
+from voz.language.templates.distances import Letters, WordDistances
 from voz.language.templates.fsg import as_fsg
 from voz.language.templates.grammar import structured_jsgf
 from voz.language.templates.neighbours import nearest
@@ -94,7 +94,7 @@ def test_what_is_no_sentence_has_no_parse(text: str) -> None:
 def test_neighbours_are_other_sentences(text: str, number: int) -> None:
     commands = commands_or_none(text)
     if commands:
-        sound = Sound({word: [["S", "T", "AA", "P"]] for word in commands.vocabulary})
+        sound = WordDistances({word: [["S", "T", "AA", "P"]] for word in commands.vocabulary})
         sentence = commands.sample(1)[0]
         near = commands.neighbours(sentence, number, sound)
         assert len(set(near)) == len(near) <= number
@@ -199,7 +199,7 @@ def test_a_plain_list_keeps_its_order_and_names_its_commands() -> None:
 
 def test_the_nearest_in_sound_come_first() -> None:
     commands = plain_commands(["bring the red cup", "bring the bed cup", "bring the green cup"])
-    sound = Sound(
+    sound = WordDistances(
         {
             "bring": [["B", "R", "IH", "NG"]],
             "the": [["DH", "AH"]],

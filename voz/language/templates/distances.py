@@ -20,7 +20,7 @@ MOST_SPELLINGS = 2
 """Ways to say a word that are compared."""
 
 
-class Sound:
+class WordDistances:
     """How far apart words sound, in nats that the recogniser would lose."""
 
     def __init__(

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import Config, Safety, usual_commands
-from voz.control.controller import Command, Outcome, State, go_on
+from voz.control.controller import Command, State, Transition, go_on
 from voz.control.controller import obey as obeyed
 from voz.control.motion import Mode, Motion
 from voz.control.steps import Step
@@ -24,7 +24,7 @@ MOVING = State(listening=True, motion=Motion(linear=100))
 commands = st.lists(st.sampled_from([*COMMANDS, "open the door"]), max_size=60)
 
 
-def obey(state: State, command: str) -> Outcome:
+def obey(state: State, command: str) -> Transition:
     return obeyed(state, Command(command), TABLE, BARE)
 
 
@@ -189,7 +189,7 @@ LAMPS = Config(
 LISTENING = State(listening=True)
 
 
-def say(state: State, name: str, t: float = 0.0, **slots: str | float) -> Outcome:
+def say(state: State, name: str, t: float = 0.0, **slots: str | float) -> Transition:
     return obeyed(state, Command(name, slots, t), LAMPS, Safety())
 
 
@@ -208,10 +208,10 @@ def test_a_program_and_a_function_get_the_slots() -> None:
 
 
 def test_a_slot_that_was_not_said_is_a_warning_and_nothing_is_done() -> None:
-    outcome = say(LISTENING, "tea")
-    assert not outcome.obeyed
-    assert outcome.state == LISTENING
-    assert outcome.events == (Warning(0, '"tea" cannot be done: nothing was said for {cups}'),)
+    transition = say(LISTENING, "tea")
+    assert not transition.obeyed
+    assert transition.state == LISTENING
+    assert transition.events == (Warning(0, '"tea" cannot be done: nothing was said for {cups}'),)
 
 
 def test_each_state_has_its_own_commands_and_what_stops_is_in_all() -> None:

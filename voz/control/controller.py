@@ -72,7 +72,7 @@ class State(msgspec.Struct, frozen=True):
         return self.motion.moving or bool(self.to_do)
 
 
-class Outcome(NamedTuple):
+class Transition(NamedTuple):
     """What a command or the time did.
 
     Attributes:
@@ -99,7 +99,7 @@ def obey(
     table: CommandTable,
     safety: Safety,
     place: Place | None = None,
-) -> Outcome:
+) -> Transition:
     """Apply one command.
 
     Args:
@@ -116,10 +116,10 @@ def obey(
     steps = table.steps(name, state.commands)
     if not state.listening and name not in table.starts:
         if safety.enabled and name in table.halts:  # S1, S2
-            return Outcome(at_rest(state))
-        return Outcome(state, obeyed=False, ignored="not_listening")
+            return Transition(at_rest(state))
+        return Transition(state, obeyed=False, ignored="not_listening")
     if steps is None and state.commands != USUAL:
-        return Outcome(state, obeyed=False, ignored="not_now")
+        return Transition(state, obeyed=False, ignored="not_now")
     try:
         steps = tuple(filled(step, command.slots) for step in steps or ())
     except ValueError as error:
@@ -129,7 +129,7 @@ def obey(
     return _do(state, command, steps, safety, place)
 
 
-def go_on(state: State, t: float, safety: Safety, place: Place | None = None) -> Outcome:
+def go_on(state: State, t: float, safety: Safety, place: Place | None = None) -> Transition:
     """Let time pass: a bounded motion ends, what follows begins, a question expires.
 
     Args:
@@ -140,19 +140,19 @@ def go_on(state: State, t: float, safety: Safety, place: Place | None = None) ->
     """
     if state.asked and t > state.asked.until:
         told = Warning(t, f'no answer: "{state.asked.name}" is not done')
-        return Outcome(replace(state, asked=None), (told,))
+        return Transition(replace(state, asked=None), (told,))
     if state.bound is None:
-        return Outcome(state)
+        return Transition(state)
     bound = gone_on(state.bound, state.motion, t, place)
     if not reached(bound, state.motion):
-        return Outcome(replace(state, bound=bound))
+        return Transition(replace(state, bound=bound))
     rested = replace(state, motion=halt(state.motion), bound=None, to_do=())
     return _take(rested, state.to_do, t, safety, place)
 
 
 def _do(
     state: State, command: Command, steps: Steps, safety: Safety, place: Place | None
-) -> Outcome:
+) -> Transition:
     """Take the steps of a command that is obeyed."""
     first = steps[0] if steps else None
     if first and first.answer is not None:
@@ -176,7 +176,7 @@ def _without_bound(state: State) -> State:
     return replace(state, motion=halt(state.motion), bound=None, to_do=())
 
 
-def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | None) -> Outcome:
+def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | None) -> Transition:
     """Take steps one after the other, up to a motion that ends by itself."""
     events: list[Event] = []
     for number, step in enumerate(steps):
@@ -189,8 +189,10 @@ def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | N
             events += _events(step, t)
         if step.bounded:
             left = steps[number + 1 :]
-            return Outcome(replace(state, bound=begun(step, t, place), to_do=left), tuple(events))
-    return Outcome(state, tuple(events))
+            return Transition(
+                replace(state, bound=begun(step, t, place), to_do=left), tuple(events)
+            )
+    return Transition(state, tuple(events))
 
 
 def _changed(step: Step) -> dict[str, object]:
@@ -225,30 +227,30 @@ def _events(step: Step, t: float) -> list[Event]:
     return events
 
 
-def _ask(state: State, command: Command, steps: Steps) -> Outcome:
+def _ask(state: State, command: Command, steps: Steps) -> Transition:
     """Ask before anything is done; another command before the answer takes it back."""
     question = steps[0].confirm
     said = question if isinstance(question, str) else f"{command.name}?"
     sure = (replace(steps[0], confirm=False), *steps[1:])
     asked = PendingCommand(command.name, sure, command.t + ANSWER_TIME)
-    return Outcome(replace(state, asked=asked), (Reply(command.t, said),))
+    return Transition(replace(state, asked=asked), (Reply(command.t, said),))
 
 
 def _answer(
     state: State, command: Command, answer: Step, safety: Safety, place: Place | None
-) -> Outcome:
+) -> Transition:
     """Do what was asked, or leave it."""
     asked = state.asked
     if asked is None or command.t > asked.until:
-        return Outcome(replace(state, asked=None), obeyed=False, ignored="nothing_asked")
+        return Transition(replace(state, asked=None), obeyed=False, ignored="nothing_asked")
     state = replace(state, asked=None)
     said = _events(answer, command.t)
     if not answer.answer:
-        return Outcome(state, tuple(said))
+        return Transition(state, tuple(said))
     done = _do(state, Command(asked.name, NO_SLOTS, command.t), asked.steps, safety, place)
     return done._replace(events=(*said, *done.events))
 
 
-def _refused(state: State, command: Command, why: str) -> Outcome:
+def _refused(state: State, command: Command, why: str) -> Transition:
     told = Warning(command.t, f'"{command.name}" cannot be done: {why}')
-    return Outcome(state, (told,), obeyed=False)
+    return Transition(state, (told,), obeyed=False)

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from voz.config import Safety, usual_commands
 from voz.control.bound import Place
-from voz.control.controller import Command, Outcome, State, at_rest, go_on, obey
+from voz.control.controller import Command, State, Transition, at_rest, go_on, obey
 from voz.control.safety import motion_has_expired
 from voz.control.table import CommandTable
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
@@ -133,7 +133,7 @@ class Controller:
         for receive in self._receivers:
             receive(event)
 
-    def _try(self, event: Utterance | Partial) -> Outcome:
+    def _try(self, event: Utterance | Partial) -> Transition:
         """What a command would do."""
         slots = event.slots if isinstance(event, Utterance) else {}
         command = Command(event.name, slots, event.t)
@@ -141,30 +141,30 @@ class Controller:
 
     def _obey(self, utterance: Utterance) -> None:
         """Obey an accepted utterance, unless it is to be ignored."""
-        outcome = self._try(utterance)
-        if utterance.ignored and not self._harmless(utterance, outcome):
+        transition = self._try(utterance)
+        if utterance.ignored and not self._harmless(utterance, transition):
             self.emit(replace(utterance, obeyed=False))
-        elif not outcome.obeyed:
-            self.emit(replace(utterance, obeyed=False, ignored=outcome.ignored))
-            self._follow(outcome)
+        elif not transition.obeyed:
+            self.emit(replace(utterance, obeyed=False, ignored=transition.ignored))
+            self._follow(transition)
         else:
             self.emit(replace(utterance, obeyed=True, ignored=None))
             self._last_command = utterance.t
-            self._follow(outcome)
+            self._follow(transition)
 
-    def _follow(self, outcome: Outcome) -> None:
+    def _follow(self, transition: Transition) -> None:
         """Take over what a command or the time did."""
-        self._state = outcome.state
-        for event in outcome.events:
+        self._state = transition.state
+        for event in transition.events:
             self.emit(event)
 
-    def _harmless(self, utterance: Utterance, outcome: Outcome) -> bool:
+    def _harmless(self, utterance: Utterance, transition: Transition) -> bool:
         """Whether a command may be obeyed though it is to be ignored.
 
         Over its own voice the robot hears nothing else well enough than what stops it. What comes
         too late may still end the motion, and begin or end the listening.
         """
         if utterance.ignored == "too_late":
-            silent = all(isinstance(event, Reply) for event in outcome.events)
-            return silent and not outcome.state.moving and outcome.state.asked is None
+            silent = all(isinstance(event, Reply) for event in transition.events)
+            return silent and not transition.state.moving and transition.state.asked is None
         return utterance.name in self.table.stops

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec.structs import replace
 
-from voz.control.steps import Command
+from voz.control.steps import CommandDefinition
 from voz.control.table import CommandTable, command_table
 from voz.errors import ConfigError
 from voz.files import FEW_BYTES, read_text
@@ -263,8 +263,8 @@ class Config(Section, frozen=True, kw_only=True):
     ros1: Ros1 = Ros1()
     ros2: Ros2 = Ros2()
     own: dict[str, dict[str, Any]] = {}
-    commands: dict[str, Command] = {}
-    states: dict[str, dict[str, Command]] = {}
+    commands: dict[str, CommandDefinition] = {}
+    states: dict[str, dict[str, CommandDefinition]] = {}
 
     @property
     def table(self) -> CommandTable:
@@ -287,7 +287,7 @@ def usual_commands() -> CommandTable:
 
 
 @cache
-def _brought() -> dict[str, Command]:
+def _brought() -> dict[str, CommandDefinition]:
     return load_config(USUAL_COMMANDS).commands
 
 
@@ -337,7 +337,7 @@ def _check_commands(settings: dict[str, Any], text: str, path: Path) -> None:
     for table, commands in tables.items():
         for name, command in commands.items() if isinstance(commands, dict) else ():
             try:
-                msgspec.convert(command, Command)
+                msgspec.convert(command, CommandDefinition)
             except msgspec.ValidationError as error:
                 why = str(error).partition(" - at `$`")[0]
                 where = f"{path}{_line_of(name, text)}"

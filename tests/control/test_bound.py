@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from voz.config import Config, Safety
 from voz.control.bound import Place
-from voz.control.controller import Command, State, go_on, obey
-from voz.control.steps import Command as Written
-from voz.control.steps import Step
+from voz.control.controller import GivenCommand, State, go_on, obey
+from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
 
 SAFE = Safety()
@@ -30,7 +29,7 @@ TABLE = Config(
 
 
 def say(state: State, name: str, t: float = 0.0, place: Place | None = None) -> State:
-    return obey(state, Command(name, {}, t), TABLE, SAFE, place).state
+    return obey(state, GivenCommand(name, {}, t), TABLE, SAFE, place).state
 
 
 def until_rest(
@@ -97,7 +96,9 @@ def test_what_stops_leaves_nothing_to_do(name: str) -> None:
 
 def test_by_the_bare_rules_too_a_bounded_motion_ends_though_nobody_listens_any_more() -> None:
     bare = Safety(enabled=False)
-    state = obey(say(LISTENING, "one metre"), Command("stop speech", {}, 1.0), TABLE, bare).state
+    state = obey(
+        say(LISTENING, "one metre"), GivenCommand("stop speech", {}, 1.0), TABLE, bare
+    ).state
     assert state.moving
     t, _ = until_rest(state, begin=0.0)
     assert t == pytest.approx(4.0, abs=0.06)
@@ -147,7 +148,9 @@ steps = st.one_of(
     st.builds(Step, confirm=st.just(True), drive=st.floats(0.05, 2)),
     st.builds(Step, again=st.just(True)),
 )
-written: st.SearchStrategy[Written] = st.one_of(steps, st.tuples(steps), st.tuples(steps, steps))
+written: st.SearchStrategy[CommandDefinition] = st.one_of(
+    steps, st.tuples(steps), st.tuples(steps, steps)
+)
 
 
 @given(st.data())
@@ -166,9 +169,9 @@ def test_no_table_makes_a_state_from_which_stop_does_not_stop(data: st.DataObjec
     for name in data.draw(st.lists(st.sampled_from(known), max_size=20)):
         t += data.draw(st.floats(0, 30))
         state = go_on(state, t, SAFE).state
-        state = obey(state, Command(name, {}, t), table, SAFE).state
+        state = obey(state, GivenCommand(name, {}, t), table, SAFE).state
     for stop in ("stop", "stop speech"):
-        rested = obey(state, Command(stop, {}, t), table, SAFE).state
+        rested = obey(state, GivenCommand(stop, {}, t), table, SAFE).state
         assert not rested.moving
         for later in range(1, 100):
             rested = go_on(rested, t + later, SAFE).state

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import Config, Safety, usual_commands
-from voz.control.controller import Command, State, Transition, go_on
+from voz.control.controller import GivenCommand, State, Transition, go_on
 from voz.control.controller import obey as obeyed
 from voz.control.motion import Mode, Motion
 from voz.control.steps import Step
@@ -25,7 +25,7 @@ commands = st.lists(st.sampled_from([*COMMANDS, "open the door"]), max_size=60)
 
 
 def obey(state: State, command: str) -> Transition:
-    return obeyed(state, Command(command), TABLE, BARE)
+    return obeyed(state, GivenCommand(command), TABLE, BARE)
 
 
 def drive(*spoken: str) -> State:
@@ -190,7 +190,7 @@ LISTENING = State(listening=True)
 
 
 def say(state: State, name: str, t: float = 0.0, **slots: str | float) -> Transition:
-    return obeyed(state, Command(name, slots, t), LAMPS, Safety())
+    return obeyed(state, GivenCommand(name, slots, t), LAMPS, Safety())
 
 
 def test_a_step_publishes_and_speaks() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import Safety, usual_commands
-from voz.control.controller import Command, State, obey
+from voz.control.controller import GivenCommand, State, obey
 from voz.control.motion import Mode, Motion, moved
 from voz.control.safety import (
     ends_goals,
@@ -31,7 +31,7 @@ motions = st.builds(Motion, thousandths, thousandths, st.sampled_from(Mode))
 
 
 def after(state: State, command: str, safety: Safety = SAFE) -> State:
-    return obey(state, Command(command), TABLE, safety).state
+    return obey(state, GivenCommand(command), TABLE, safety).state
 
 
 def run(spoken: list[str]) -> State:

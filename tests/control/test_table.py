@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from voz.config import Config, usual_commands
-from voz.control.steps import Command, Step
+from voz.control.steps import CommandDefinition, Step
 from voz.control.table import check_commands
 from voz.errors import ConfigError
 
 YES, NO = Step(answer=True), Step(answer=False)
 
 
-def table(commands: dict[str, Command], **states: dict[str, Command]):  # type: ignore[no-untyped-def]
+def table(commands: dict[str, CommandDefinition], **states: dict[str, CommandDefinition]):  # type: ignore[no-untyped-def]
     return Config(commands=commands, states=states).table
 
 
@@ -67,7 +67,9 @@ def test_another_word_does_the_same() -> None:
         ),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(commands: dict[str, Command], why: str) -> None:
+def test_what_cannot_be_is_refused_by_name(
+    commands: dict[str, CommandDefinition], why: str
+) -> None:
     with pytest.raises(ConfigError) as caught:
         table(commands)
     assert str(caught.value).startswith("[commands] ")

@@ -29,7 +29,7 @@ Slots: TypeAlias = Mapping[str, str | float]
 NO_SLOTS: Slots = MappingProxyType({})
 
 
-class Command(NamedTuple):
+class GivenCommand(NamedTuple):
     """What was said: the command's name, what its slots hold, and when, s."""
 
     name: str
@@ -95,7 +95,7 @@ def at_rest(state: State) -> State:
 
 def obey(
     state: State,
-    command: Command,
+    command: GivenCommand,
     table: CommandTable,
     safety: Safety,
     place: Place | None = None,
@@ -151,7 +151,7 @@ def go_on(state: State, t: float, safety: Safety, place: Place | None = None) ->
 
 
 def _do(
-    state: State, command: Command, steps: Steps, safety: Safety, place: Place | None
+    state: State, command: GivenCommand, steps: Steps, safety: Safety, place: Place | None
 ) -> Transition:
     """Take the steps of a command that is obeyed."""
     first = steps[0] if steps else None
@@ -227,7 +227,7 @@ def _events(step: Step, t: float) -> list[Event]:
     return events
 
 
-def _ask(state: State, command: Command, steps: Steps) -> Transition:
+def _ask(state: State, command: GivenCommand, steps: Steps) -> Transition:
     """Ask before anything is done; another command before the answer takes it back."""
     question = steps[0].confirm
     said = question if isinstance(question, str) else f"{command.name}?"
@@ -237,7 +237,7 @@ def _ask(state: State, command: Command, steps: Steps) -> Transition:
 
 
 def _answer(
-    state: State, command: Command, answer: Step, safety: Safety, place: Place | None
+    state: State, command: GivenCommand, answer: Step, safety: Safety, place: Place | None
 ) -> Transition:
     """Do what was asked, or leave it."""
     asked = state.asked
@@ -247,10 +247,10 @@ def _answer(
     said = _events(answer, command.t)
     if not answer.answer:
         return Transition(state, tuple(said))
-    done = _do(state, Command(asked.name, NO_SLOTS, command.t), asked.steps, safety, place)
+    done = _do(state, GivenCommand(asked.name, NO_SLOTS, command.t), asked.steps, safety, place)
     return done._replace(events=(*said, *done.events))
 
 
-def _refused(state: State, command: Command, why: str) -> Transition:
+def _refused(state: State, command: GivenCommand, why: str) -> Transition:
     told = Warning(command.t, f'"{command.name}" cannot be done: {why}')
     return Transition(state, (told,), obeyed=False)

@@ -211,4 +211,4 @@ def _number(text: str, slots: Mapping[str, str | float]) -> float:
         raise ValueError(f'{text} is "{value}", and no number') from None
 
 
-Command: TypeAlias = str | Step | tuple[Step, ...]
+CommandDefinition: TypeAlias = str | Step | tuple[Step, ...]

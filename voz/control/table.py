@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations
 from typing import NamedTuple, TypeAlias
 
-from voz.control.steps import Command, Step
+from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
 
 Steps: TypeAlias = tuple[Step, ...]
-Commands: TypeAlias = Mapping[str, Command]
+Commands: TypeAlias = Mapping[str, CommandDefinition]
 
 USUAL = ""
 """The set of commands that a run begins with."""

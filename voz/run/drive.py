@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from voz.config import Safety, usual_commands
 from voz.control.bound import Place
-from voz.control.controller import Command, State, Transition, at_rest, go_on, obey
+from voz.control.controller import GivenCommand, State, Transition, at_rest, go_on, obey
 from voz.control.safety import motion_has_expired
 from voz.control.table import CommandTable
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
@@ -136,7 +136,7 @@ class Controller:
     def _try(self, event: Utterance | Partial) -> Transition:
         """What a command would do."""
         slots = event.slots if isinstance(event, Utterance) else {}
-        command = Command(event.name, slots, event.t)
+        command = GivenCommand(event.name, slots, event.t)
         return obey(self._state, command, self.table, self._safety, self._odometry(event.t))
 
     def _obey(self, utterance: Utterance) -> None:

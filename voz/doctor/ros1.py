@@ -10,7 +10,7 @@ from importlib.util import find_spec
 
 from voz.config import Ros1
 from voz.doctor.finding import Finding, not_well
-from voz.doctor.stopping import Motion, told_motion
+from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.errors import ConfigError, RobotError
 from voz.ros1.master import ask, check_namespace, master_uri
 from voz.ros1.node import Node
@@ -92,7 +92,7 @@ class Ros1Base:
         """Send a velocity once, m/s and rad/s."""
         self._velocity.publish(velocity(linear, angular))
 
-    def motion(self) -> Motion | None:
+    def motion(self) -> MeasuredMotion | None:
         """The newest odometry."""
         return told_motion(self._odometry.newest())
 

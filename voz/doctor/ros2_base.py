@@ -9,7 +9,7 @@ from typing import NamedTuple
 from cyclonedds.builtin import BuiltinTopicDcpsPublication
 
 from voz.config import Ros2
-from voz.doctor.stopping import Motion, told_motion
+from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.listeners import Endpoints, Listeners
@@ -60,7 +60,7 @@ class Ros2Base:
         """Send a velocity once, m/s and rad/s."""
         self._velocities.publish(Twist(0.0, linear, angular))
 
-    def motion(self) -> Motion | None:
+    def motion(self) -> MeasuredMotion | None:
         """The newest odometry."""
         return told_motion(self._odometry.newest())
 

@@ -45,7 +45,7 @@ LAST_ZEROS = 5
 """So often zero is sent at the end: a message may be lost."""
 
 
-class Motion(NamedTuple):
+class MeasuredMotion(NamedTuple):
     """What an odometry told: when it came, by the monotonic clock, s; m/s; rad/s."""
 
     when: float
@@ -58,13 +58,13 @@ class Motion(NamedTuple):
         return abs(self.angular) < STILL and abs(self.linear) < STILL_LINEAR
 
 
-def told_motion(newest: tuple[float, Any] | None) -> Motion | None:
+def told_motion(newest: tuple[float, Any] | None) -> MeasuredMotion | None:
     """Take from a `nav_msgs/Odometry`, and when it came, how the base moves; None if none came."""
     if newest is None:
         return None
     when, odometry = newest
     speed = odometry.twist.twist
-    return Motion(when, speed.linear.x, speed.angular.z)
+    return MeasuredMotion(when, speed.linear.x, speed.angular.z)
 
 
 class Base(Protocol):
@@ -73,7 +73,7 @@ class Base(Protocol):
     def send(self, linear: float, angular: float) -> None:
         """Send a velocity once, m/s and rad/s."""
 
-    def motion(self) -> Motion | None:
+    def motion(self) -> MeasuredMotion | None:
         """The newest odometry; None if there was none yet."""
 
     def obstacle(self) -> str | None:
@@ -139,10 +139,10 @@ def _turns(base: Base, send: Callable[[float], None], pause: Callable[[float], N
     return moved
 
 
-def _silent(base: Base, pause: Callable[[float], None]) -> tuple[float, list[Motion]]:
+def _silent(base: Base, pause: Callable[[float], None]) -> tuple[float, list[MeasuredMotion]]:
     """Send nothing; gives when that began, and all odometry from then on."""
     begun = time.monotonic()
-    told: list[Motion] = []
+    told: list[MeasuredMotion] = []
     while time.monotonic() - begun < SILENCE:
         pause(BEAT / 5)
         motion = base.motion()
@@ -151,7 +151,7 @@ def _silent(base: Base, pause: Callable[[float], None]) -> tuple[float, list[Mot
     return begun, told
 
 
-def _judged(begun: float, told: list[Motion]) -> Finding:
+def _judged(begun: float, told: list[MeasuredMotion]) -> Finding:
     """Tell from a silence whether the base stopped in it."""
     if not told or told[-1].when < begun + SILENCE - FRESH:
         return _bad(

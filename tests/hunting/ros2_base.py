@@ -7,10 +7,10 @@ import time
 
 from voz.config import Ros2
 from voz.ros2.messages import Twist
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 observer = os.open(os.environ["HUNT_OBSERVER"], os.O_WRONLY)
-reader = Node(Ros2()).reader("cmd_vel", Twist)
+reader = Ros2Node(Ros2()).reader("cmd_vel", Twist)
 while True:
     for twist in reader.take(100):
         if isinstance(twist, Twist):  # else it tells that a writer is gone

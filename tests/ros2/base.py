@@ -20,10 +20,10 @@ from voz.ros2.messages import (
     TwistWithCovariance,
     velocity,
 )
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 patience = json.loads(sys.argv[1])["patience"]
-node = Node(Ros2())
+node = Ros2Node(Ros2())
 wheels, odom = node.reader("cmd_vel", Twist), node.writer("odom", Odometry)
 here = PoseWithCovariance(Pose(Point(), Quaternion()))
 asked, came = velocity(0, 0), time.monotonic()

@@ -17,7 +17,7 @@ from cyclonedds.idl.types import sequence, uint8
 
 from voz.config import Ros2
 from voz.ros2.messages import TYPE_HASHES, String, Twist
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Bytes(IdlStruct, typename="std_msgs::msg::dds_::String_"):
 
 
 TYPE_HASHES[Bytes] = TYPE_HASHES[String]
-node = Node(Ros2())
+node = Ros2Node(Ros2())
 base = node.reader("cmd_vel", Twist)
 output = node.writer("recognizer/output", Bytes)
 print(json.dumps({"ready": True}), flush=True)

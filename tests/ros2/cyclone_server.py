@@ -20,7 +20,7 @@ from cyclonedds.topic import Topic
 
 from voz.config import Ros2
 from voz.ros2.messages import TYPE_HASHES, CancelAllGoals, Time
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 
 @dataclass
@@ -45,7 +45,7 @@ class Request(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_")
 
 
 TYPE_HASHES[Request] = TYPE_HASHES[CancelAllGoals]
-node = Node(Ros2())
+node = Ros2Node(Ros2())
 topic = Topic(node.participant, f"rq/{json.loads(sys.argv[1])['service']}Request", Request)
 reader = DataReader(node.participant, topic, node._qos(Request))
 print(json.dumps({"ready": True}), flush=True)

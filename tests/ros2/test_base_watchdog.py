@@ -14,7 +14,7 @@ from ros2.conftest import RCLPY
 
 from voz.config import Ros2
 from voz.ros2.messages import Twist, Vector3
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +23,7 @@ class Base:
     """A base behind the watchdog, and who drives it."""
 
     def __init__(self) -> None:
-        node = Node(Ros2())
+        node = Ros2Node(Ros2())
         self.driver: DataWriter[Twist] = node.writer("cmd_vel", Twist)
         self.wheels = node.reader("base_cmd_vel", Twist)
 

@@ -19,7 +19,7 @@ from programs import Program, wait_until
 from voz.config import Ros2
 from voz.doctor.ros2_base import Ros2Base
 from voz.ros2 import messages
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 pytestmark = [pytest.mark.usefixtures("domain"), pytest.mark.slow]
 
@@ -84,7 +84,7 @@ def test_a_base_that_another_program_drives_is_left_alone(
     start: Callable[[float], Program],
 ) -> None:
     base = start(0.5)
-    other = Node(Ros2()).writer("cmd_vel", messages.Twist)
+    other = Ros2Node(Ros2()).writer("cmd_vel", messages.Twist)
     found = findings(*DRIVE)[BASE]
     assert found["told"] == "another program sends velocities on /cmd_vel too"
     assert base._lines.empty()
@@ -104,7 +104,7 @@ def test_ctrl_c_while_it_drives_ends_it_with_zero(start: Callable[[float], Progr
 
 
 def test_an_odometry_that_promises_nothing_is_read_too() -> None:
-    node = Node(Ros2())
+    node = Ros2Node(Ros2())
     qos = node._qos(messages.Odometry, reliability=Policy.Reliability.BestEffort)
     odom = DataWriter(node.participant, node._topic("odom", messages.Odometry), qos)
     base = Ros2Base(Ros2(), "odom", lambda: 5.0)

@@ -18,7 +18,7 @@ from voz.config import Ros2
 from voz.events import Partial, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot
 from voz.ros2.messages import CycloneCancelAllGoals
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 pytestmark = pytest.mark.usefixtures("domain")
 
@@ -113,7 +113,7 @@ def test_names_stand_in_the_namespace_and_the_list_may_be_empty() -> None:
 
 def serve(settings: Ros2, action: str = "navigate_to_pose") -> DataReader[Any]:
     """Read what is asked of an action's server on Cyclone."""
-    node = Node(settings)
+    node = Ros2Node(settings)
     name = node.request_topic(f"{action}/_action/cancel_goal")
     topic = Topic(node.participant, name, CycloneCancelAllGoals)
     return DataReader(node.participant, topic, node._qos(CycloneCancelAllGoals))

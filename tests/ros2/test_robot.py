@@ -20,7 +20,7 @@ from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.extras import how_to_install
 from voz.ros2 import HEARD_ON_ROS, Ros2Robot, messages
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 from voz.simulation.base import Pose
 from voz.simulation.world import WorldState
 
@@ -42,7 +42,7 @@ def opened(settings: Ros2 = NOW) -> Iterator[tuple[Ros2Robot, list[Warning]]]:
 
 
 def reader(topic: str, message: type[Any], *policies: Any, domain: int | None = None) -> Any:
-    return Node(Ros2(domain=domain)).reader(topic, message, *policies)
+    return Ros2Node(Ros2(domain=domain)).reader(topic, message, *policies)
 
 
 def heard(reader: DataReader[Any]) -> list[Any]:

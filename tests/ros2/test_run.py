@@ -12,11 +12,11 @@ from programs import Program, wait_until
 
 from voz.config import Ros2
 from voz.ros2 import messages
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
-    node = Node(Ros2())
+    node = Ros2Node(Ros2())
     base, odom = node.reader("cmd_vel", messages.Twist), node.reader("odom", messages.Odometry)
     run = voz("simulator,ros2")
 
@@ -54,7 +54,7 @@ def last_velocity(base: DataReader[Any]) -> Callable[[], float | None]:
 
 def driving(voz: Callable[..., Program], *more: str) -> tuple[Program, Callable[[], float | None]]:
     """A run that drives a base, and the last velocity that came to that."""
-    velocity = last_velocity(Node(Ros2()).reader("cmd_vel", messages.Twist))
+    velocity = last_velocity(Ros2Node(Ros2()).reader("cmd_vel", messages.Twist))
     run = voz("ros2", *more)
 
     def drives() -> bool:

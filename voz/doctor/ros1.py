@@ -13,7 +13,7 @@ from voz.doctor.finding import Finding, not_well
 from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.errors import ConfigError, RobotError
 from voz.ros1.master import ask, check_namespace, master_uri
-from voz.ros1.node import Node
+from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import OdometryListener
 from voz.ros1.robot import velocity, velocity_topic
 
@@ -75,7 +75,7 @@ def _listeners(topic: str, subscribers: dict[str, list[str]], needed: bool) -> F
 class Ros1Base:
     """The base that listens to the topic of the velocities."""
 
-    def __init__(self, node: Node, settings: Ros1, odometry: str) -> None:
+    def __init__(self, node: Ros1Node, settings: Ros1, odometry: str) -> None:
         """Offer velocities, and listen to an odometry.
 
         Args:
@@ -122,7 +122,7 @@ def ros1_base(settings: Ros1, odometry: str) -> Iterator[Ros1Base]:
         RobotError: ROS 1 is not there.
         ConfigError: the namespace cannot be.
     """
-    with Node("voz_doctor") as node:
+    with Ros1Node("voz_doctor") as node:
         yield Ros1Base(node, settings, odometry)
         if node.over:
             raise RobotError("somebody ended the node; call it again")

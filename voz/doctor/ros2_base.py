@@ -13,7 +13,7 @@ from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.listeners import Endpoints, Listeners
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 from voz.ros2.odometry import OdometryListener
 from voz.ros2.velocity import VelocityTopic
 
@@ -29,7 +29,7 @@ class Listening(NamedTuple):
 
 def listeners(settings: Ros2) -> Listening:
     """Find out who listens to the velocities; raises VozError if the domain cannot be joined."""
-    node = Node(settings)
+    node = Ros2Node(settings)
     velocities = VelocityTopic(node, settings)
     velocities.wait_for_listener(settings.wait)
     there = Listeners(Endpoints(node), velocities.writer)
@@ -50,7 +50,7 @@ class Ros2Base:
             odometry: its topic.
             clock: tells when one came, s.
         """
-        node = Node(settings)
+        node = Ros2Node(settings)
         self._name = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
         self._writers = Endpoints(node, BuiltinTopicDcpsPublication)

@@ -12,7 +12,7 @@ from voz.language.commands import normalise
 from voz.language.files import find_language, read_commands
 from voz.language.templates.commands import Commands, plain_commands
 from voz.ros1.driving import drive
-from voz.ros1.node import Node
+from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
 from voz.ros1.replies import replies
@@ -96,7 +96,7 @@ def plain(table: CommandTable) -> Commands:
     return plain_commands(sorted({name for names in table.sets.values() for name in names}))
 
 
-def control(node: Node) -> None:
+def control(node: Ros1Node) -> None:
     """Drive until the node is ended."""
     settings = read_settings()
     table = settings.table

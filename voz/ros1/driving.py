@@ -16,7 +16,7 @@ from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.process import RobotProcess, RobotSpec
 from voz.robot.robots import mailboxes
-from voz.ros1.node import Node, load_rospy
+from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.assembly import Ears, drive_by_clock, starting
@@ -39,7 +39,7 @@ class KnowingEars(Ears, Protocol):
 
 
 def drive(
-    node: Node,
+    node: Ros1Node,
     settings: Config,
     inbox: Inbox,
     clock: Clock,
@@ -88,7 +88,7 @@ def _log(event: Event) -> None:
         load_rospy().loginfo(printable(" ".join(in_words(event).split())))
 
 
-def _order(node: Node, settings: Config) -> RobotSpec:
+def _order(node: Ros1Node, settings: Config) -> RobotSpec:
     """The watchdog of a node: a node beside it, with its remappings but a name of its own."""
     name = node.name.rpartition("/")[2]
     remapped = [a for a in sys.argv[1:] if a.startswith(KEPT) or not a.startswith("_")]

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 from voz.ros1.driving import drive
 from voz.ros1.microphone import make_hearing
-from voz.ros1.node import Node
+from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
 from voz.ros1.replies import replies
@@ -16,7 +16,7 @@ from voz.run.commands import check_list
 from voz.run.inbox import Inbox
 
 
-def listen_and_drive(node: Node) -> None:
+def listen_and_drive(node: Ros1Node) -> None:
     """Drive by the microphone until the node is ended."""
     settings = read_settings()
     table = settings.table

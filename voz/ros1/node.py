@@ -17,7 +17,7 @@ ON_THE_WIRE = 0.2
 """For the last messages to leave, s: rospy sends them on threads that nobody can wait for."""
 
 
-class Node:
+class Ros1Node:
     """A ROS node for the length of a `with` block; there is one in a process.
 
     Attributes:
@@ -56,7 +56,7 @@ class Node:
         self._watch = threading.Thread(target=self._look, name="voz-ros-master", daemon=True)
         self._watch.start()
 
-    def __enter__(self) -> Node:
+    def __enter__(self) -> Ros1Node:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -13,14 +13,14 @@ from voz.process import signals
 from voz.process.ending import end_by_force, lingering
 from voz.process.quiet_libraries import quiet_libraries
 from voz.process.setup import set_up
-from voz.ros1.node import Node
+from voz.ros1.node import Ros1Node
 from voz.run.unblocked import unblocked_output
 
 WRONG_CALL = 2
 """Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
 
 
-def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
+def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
     """Run a node until a signal or `rosnode kill` ends it, both of which are a good end.
 
     Args:
@@ -30,7 +30,7 @@ def run_node(name: str, work: Callable[[Node], None]) -> NoReturn:
     signals.install(as_in_shells=False)
     set_up()
     try:
-        with quiet_libraries(), unblocked_output(), Node(name, sys.argv[1:]) as node:
+        with quiet_libraries(), unblocked_output(), Ros1Node(name, sys.argv[1:]) as node:
             work(node)
         code = 0
     except VozError as error:

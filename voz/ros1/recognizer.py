@@ -13,7 +13,7 @@ from voz.hearing.microphone_thread import SILENT, Hearing
 from voz.process.signals import let_signals_wake
 from voz.ros1.driving import logged
 from voz.ros1.microphone import make_hearing
-from voz.ros1.node import Node
+from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
 from voz.run.assembly import raise_if_any
@@ -56,7 +56,7 @@ class _Ears:
         return hearing.trouble(moving=True) or "" if hearing else STOPPED
 
 
-def recognise(node: Node) -> None:
+def recognise(node: Ros1Node) -> None:
     """Publish what is understood until the node is ended."""
     import rospy
     from std_msgs.msg import String

@@ -13,7 +13,7 @@ from voz.control.table import CommandTable
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
-from voz.ros1.node import Node
+from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import OdometryListener, OdometryPublisher
 
 
@@ -28,7 +28,7 @@ class Ros1Robot(Robot):
     def __init__(
         self,
         settings: Ros1,
-        node: Node | None = None,
+        node: Ros1Node | None = None,
         arguments: Sequence[str] = (),
         says_heard: bool = True,
         table: CommandTable | None = None,
@@ -60,7 +60,7 @@ class Ros1Robot(Robot):
 
     def open(self) -> None:
         """Join ROS and tell it what will be published; raises RobotError if there is no master."""
-        self._node = self._node or Node(self._settings.node, self._arguments)
+        self._node = self._node or Ros1Node(self._settings.node, self._arguments)
         from actionlib_msgs.msg import GoalID
         from rospy import Publisher
         from std_msgs.msg import Int16, String
@@ -139,7 +139,7 @@ class Ros1Watchdog(Robot):
 
     def open(self) -> None:
         """Join ROS; raises RobotError if there is no master."""
-        self._node = Node(f"{self._settings.node}_watchdog", self._arguments)
+        self._node = Ros1Node(f"{self._settings.node}_watchdog", self._arguments)
         self._topic = velocity_topic(self._settings)
 
     def receive(self, event: Event) -> None:

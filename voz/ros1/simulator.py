@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 from voz.events import SelectedObject, Twist
 from voz.robot.simulator import SimulatedRobot
-from voz.ros1.node import Node, load_rospy
+from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.odometry import OdometryPublisher
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import clock_from_now, run_node
@@ -17,7 +17,7 @@ PERIOD = 0.05
 """How often `odom` and `tf` go out, s."""
 
 
-def simulate(node: Node) -> None:
+def simulate(node: Ros1Node) -> None:
     """Follow `cmd_vel` and `selected_object`, and tell where the robot is, until the end."""
     from geometry_msgs.msg import Twist as Velocity
     from rospy import Subscriber

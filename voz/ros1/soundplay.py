@@ -6,7 +6,7 @@ import threading
 from typing import Any, NoReturn
 
 from voz.errors import VozError
-from voz.ros1.node import Node, load_rospy
+from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.program import run_node
 from voz.ros1.sound_request import (
     ALL,
@@ -60,7 +60,7 @@ def obey(client: SoundClient, request: Any) -> None:
         play(sound, volume)
 
 
-def soundplay(node: Node) -> None:
+def soundplay(node: Ros1Node) -> None:
     """Play what is asked for on `robotsound` until the node is ended."""
     from rospy import Subscriber
 

@@ -11,7 +11,7 @@ from cyclonedds.pub import DataWriter
 
 from voz.ros2.listeners import Endpoints
 from voz.ros2.messages import CancelAllGoals, CycloneCancelAllGoals
-from voz.ros2.node import LAST_WORD, Node, answered, write
+from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 
 AT_A_TIME = 32
 """So many of those that came are looked at in a beat: the thread that does sends velocities too."""
@@ -23,7 +23,7 @@ CYCLONE = bytes([1, 16])
 class Goals:
     """The goals of some actions; who serves them may come and go."""
 
-    def __init__(self, node: Node, actions: Sequence[str]) -> None:
+    def __init__(self, node: Ros2Node, actions: Sequence[str]) -> None:
         """Prepare to look who serves the actions.
 
         Args:

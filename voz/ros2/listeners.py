@@ -8,7 +8,7 @@ from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsSubscription
 from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 from cyclonedds.pub import DataWriter
 
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 MOST = 10_000
 """So many readers in the domain are looked at; a large robot has some hundred."""
@@ -20,7 +20,7 @@ SERVICE = "/describe_parametersRequest"
 class Endpoints:
     """All readers in the domain, those that this process makes too; or all writers."""
 
-    def __init__(self, node: Node, kind: Any = BuiltinTopicDcpsSubscription) -> None:
+    def __init__(self, node: Ros2Node, kind: Any = BuiltinTopicDcpsSubscription) -> None:
         self._endpoints = BuiltinDataReader(node.participant, kind)
         any_sample = ViewState.Any | SampleState.Any
         self._there = ReadCondition(self._endpoints, any_sample | InstanceState.Alive)

@@ -52,7 +52,7 @@ def _domain(number: int) -> Domain:
     return Domain(number, configuration)
 
 
-class Node:
+class Ros2Node:
     """Makes writers and readers of topics; lives until nobody uses them."""
 
     def __init__(self, settings: Ros2) -> None:

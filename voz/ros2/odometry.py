@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from voz.control.bound import Place
 from voz.ros2 import messages
-from voz.ros2.node import Node, write
+from voz.ros2.node import Ros2Node, write
 from voz.simulation.world import WorldState
 
 ODOM = "odom"
@@ -24,7 +24,7 @@ LATELY = 0.5
 class OdometryPublisher:
     """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
 
-    def __init__(self, node: Node, base: str) -> None:
+    def __init__(self, node: Ros2Node, base: str) -> None:
         """Offer the topics.
 
         Args:
@@ -69,7 +69,9 @@ def _rotation(state: WorldState) -> messages.Quaternion:
 class OdometryListener:
     """Knows where a base says that it is, as long as it says so, and how fast it is."""
 
-    def __init__(self, node: Node, topic: str, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, node: Ros2Node, topic: str, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Read the topic of its `nav_msgs/Odometry`, whatever quality of service it offers.
 
         Args:

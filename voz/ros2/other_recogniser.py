@@ -20,7 +20,7 @@ from cyclonedds.util import duration
 
 from voz.config import Ros2
 from voz.ros2.messages import String
-from voz.ros2.node import Node
+from voz.ros2.node import Ros2Node
 
 HEARD_ON_ROS = "ros2"
 """The source of such an utterance. It is not published again, or two programs would never end."""
@@ -38,7 +38,7 @@ def heard_on_ros(settings: Ros2, heard: Callable[[str], None]) -> Iterator[None]
         ConfigError: the environment says what cannot be.
         RobotError: the domain cannot be joined.
     """
-    node = Node(settings)
+    node = Ros2Node(settings)
     reader = node.reader(settings.output, String, Policy.IgnoreLocal.Process)
     end = GuardCondition(node.participant)
     thread = Thread(target=_listen, args=(node, reader, end, heard), name="ros2", daemon=True)
@@ -51,7 +51,7 @@ def heard_on_ros(settings: Ros2, heard: Callable[[str], None]) -> Iterator[None]
 
 
 def _listen(
-    node: Node, reader: DataReader[String], end: GuardCondition, heard: Callable[[str], None]
+    node: Ros2Node, reader: DataReader[String], end: GuardCondition, heard: Callable[[str], None]
 ) -> None:
     something = WaitSet(node.participant)
     arrived = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)

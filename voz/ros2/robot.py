@@ -16,7 +16,7 @@ from voz.ros2.audience import Audience
 from voz.ros2.diagnostics import Diagnosis
 from voz.ros2.goals import Goals
 from voz.ros2.listeners import Endpoints, Listeners
-from voz.ros2.node import LAST_WORD, Node, answered, write
+from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 from voz.ros2.odometry import OdometryListener, OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
 from voz.ros2.velocity import VelocityTopic
@@ -60,7 +60,7 @@ class Ros2Robot(Robot):
             RobotError: the domain cannot be joined.
         """
         settings = self._settings
-        self._node = node = Node(settings)
+        self._node = node = Ros2Node(settings)
         self._topic = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
         self._selected_object = node.writer(settings.selected_object, messages.Int16)

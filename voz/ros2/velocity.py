@@ -13,7 +13,7 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
 from voz.ros2 import messages
-from voz.ros2.node import LAST_WORD, Node, answered, write
+from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 
 DEADLINE = 200_000_000
 """Between two velocities there is promised to be no more, ns: two beats."""
@@ -36,7 +36,7 @@ class VelocityTopic:
         writer: of the topic.
     """
 
-    def __init__(self, node: Node, settings: Ros2) -> None:
+    def __init__(self, node: Ros2Node, settings: Ros2) -> None:
         """Offer the topic.
 
         Args:
@@ -83,7 +83,7 @@ class Ros2Watchdog(Robot):
 
         What is sent before that is lost, so a run must not drive before.
         """
-        self._node = Node(self._settings)  # it ends with the last reference to it
+        self._node = Ros2Node(self._settings)  # it ends with the last reference to it
         self._topic = VelocityTopic(self._node, self._settings)
         self._topic.wait_for_listener(min(self._settings.wait, FOUND))
 

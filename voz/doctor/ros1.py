@@ -14,7 +14,7 @@ from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.errors import ConfigError, RobotError
 from voz.ros1.master import ask, check_namespace, master_uri
 from voz.ros1.node import Ros1Node
-from voz.ros1.odometry import OdometryListener
+from voz.ros1.odometry import Ros1OdometryListener
 from voz.ros1.robot import velocity, velocity_topic
 
 CALLER = "/voz_doctor"
@@ -86,7 +86,7 @@ class Ros1Base:
         self._node = node
         self._name = full_name(settings.cmd_vel)
         self._velocity = velocity_topic(settings)
-        self._odometry = OdometryListener(odometry)
+        self._odometry = Ros1OdometryListener(odometry)
 
     def send(self, linear: float, angular: float) -> None:
         """Send a velocity once, m/s and rad/s."""

@@ -14,7 +14,7 @@ from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import Ros2Node
-from voz.ros2.odometry import OdometryListener
+from voz.ros2.odometry import Ros2OdometryListener
 from voz.ros2.velocity import VelocityTopic
 
 
@@ -54,7 +54,7 @@ class Ros2Base:
         self._name = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
         self._writers = Endpoints(node, BuiltinTopicDcpsPublication)
-        self._odometry = OdometryListener(node, odometry, clock)
+        self._odometry = Ros2OdometryListener(node, odometry, clock)
 
     def send(self, linear: float, angular: float) -> None:
         """Send a velocity once, m/s and rad/s."""

@@ -16,7 +16,7 @@ LATELY = 0.5
 """Odometry that is older is none, s."""
 
 
-class OdometryPublisher:
+class Ros1OdometryPublisher:
     """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
 
     def __init__(self) -> None:
@@ -63,7 +63,7 @@ def _transform(state: WorldState, now: Any) -> Any:
     return message
 
 
-class OdometryListener:
+class Ros1OdometryListener:
     """Knows where a base says that it is, as long as it says so, and how fast it is."""
 
     def __init__(self, topic: str) -> None:

@@ -14,7 +14,7 @@ from voz.events import Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
 from voz.ros1.node import Ros1Node
-from voz.ros1.odometry import OdometryListener, OdometryPublisher
+from voz.ros1.odometry import Ros1OdometryListener, Ros1OdometryPublisher
 
 
 class Ros1Robot(Robot):
@@ -54,8 +54,8 @@ class Ros1Robot(Robot):
         self._velocity: Any = None
         self._selected: Any = None
         self._heard: Any = None
-        self._odometry: OdometryPublisher | None = None
-        self._base: OdometryListener | None = None
+        self._odometry: Ros1OdometryPublisher | None = None
+        self._base: Ros1OdometryListener | None = None
         self._goals: list[Any] = []
 
     def open(self) -> None:
@@ -74,9 +74,9 @@ class Ros1Robot(Robot):
             self._others[topic] = Publisher(topic, _message(kind), queue_size=10)
         self._goals = [Publisher(f"{name}/cancel", GoalID, queue_size=1) for name in names.cancel]
         if self.where:
-            self._odometry = OdometryPublisher()
+            self._odometry = Ros1OdometryPublisher()
         else:
-            self._base = OdometryListener(names.odom)
+            self._base = Ros1OdometryListener(names.odom)
         self._node.before_the_end(self._stop)
 
     def receive(self, event: Event) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 from voz.events import SelectedObject, Twist
 from voz.robot.simulator import SimulatedRobot
 from voz.ros1.node import Ros1Node, load_rospy
-from voz.ros1.odometry import OdometryPublisher
+from voz.ros1.odometry import Ros1OdometryPublisher
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import clock_from_now, run_node
 
@@ -37,7 +37,7 @@ def simulate(node: Ros1Node) -> None:
         Int16,
         lambda message: inbox.put(SelectedObject(clock(), message.data)),
     )
-    odometry = OdometryPublisher()
+    odometry = Ros1OdometryPublisher()
     due = 0.0
     while not node.over:
         due = max(due + PERIOD, clock())  # what was missed is left out

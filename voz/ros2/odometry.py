@@ -21,7 +21,7 @@ LATELY = 0.5
 """Odometry that is older is none, s."""
 
 
-class OdometryPublisher:
+class Ros2OdometryPublisher:
     """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
 
     def __init__(self, node: Ros2Node, base: str) -> None:
@@ -66,7 +66,7 @@ def _rotation(state: WorldState) -> messages.Quaternion:
     return messages.Quaternion(z=z, w=w)
 
 
-class OdometryListener:
+class Ros2OdometryListener:
     """Knows where a base says that it is, as long as it says so, and how fast it is."""
 
     def __init__(

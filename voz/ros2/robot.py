@@ -17,7 +17,7 @@ from voz.ros2.diagnostics import Diagnosis
 from voz.ros2.goals import Goals
 from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
-from voz.ros2.odometry import OdometryListener, OdometryPublisher
+from voz.ros2.odometry import Ros2OdometryListener, Ros2OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
 from voz.ros2.velocity import VelocityTopic
 
@@ -49,8 +49,8 @@ class Ros2Robot(Robot):
         self._names: dict[int, str] = {}
         self._obstacle: str | None = None
         self._diagnosed = -DIAGNOSED
-        self._odometry: OdometryPublisher | None = None
-        self._base: OdometryListener | None = None
+        self._odometry: Ros2OdometryPublisher | None = None
+        self._base: Ros2OdometryListener | None = None
 
     def open(self) -> None:
         """Join the domain, and give a base the time to be found: until then no command counts.
@@ -72,9 +72,9 @@ class Ros2Robot(Robot):
         self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
         self._goals = Goals(node, settings.cancel)
         if self.where:
-            self._odometry = OdometryPublisher(node, settings.frame_id)
+            self._odometry = Ros2OdometryPublisher(node, settings.frame_id)
         else:
-            self._base = OdometryListener(node, settings.odom)
+            self._base = Ros2OdometryListener(node, settings.odom)
         self._listeners = Listeners(Endpoints(node), self._velocities.writer)
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)

@@ -21,7 +21,7 @@ from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, 
 from voz.extras import how_to_install
 from voz.ros2 import HEARD_ON_ROS, Ros2Robot, messages
 from voz.ros2.node import Ros2Node
-from voz.simulation.base import Pose
+from voz.simulation.base import Pose2D
 from voz.simulation.world import WorldState
 
 pytestmark = pytest.mark.usefixtures("domain")
@@ -89,7 +89,7 @@ def test_the_arm_gets_its_objects() -> None:
 
 def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:
     robot = Ros2Robot(Ros2(wait=0, namespace="robot1", frame_id="base"))
-    robot.where = lambda t: WorldState(t, Pose(t, -0.5, pi / 2), 0.1, -0.2)
+    robot.where = lambda t: WorldState(t, Pose2D(t, -0.5, pi / 2), 0.1, -0.2)
     robot.open()
     odom = reader("/robot1/odom", messages.Odometry)
     tf = reader("/tf", messages.TFMessage)
@@ -317,7 +317,7 @@ def test_without_cyclonedds_one_line_says_what_to_install() -> None:
 
 def test_it_knows_where_the_base_says_that_it_is(domain: int) -> None:
     robot, base = Ros2Robot(Ros2(wait=0)), Ros2Robot(Ros2(wait=0))
-    base.where = lambda t: WorldState(t, Pose(1 / 3, -0.5, 3.0), 0.1, -0.2)
+    base.where = lambda t: WorldState(t, Pose2D(1 / 3, -0.5, 3.0), 0.1, -0.2)
     robot.open()
     base.open()
     assert robot.place(0) is None

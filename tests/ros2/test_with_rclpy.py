@@ -20,7 +20,7 @@ from voz.config import Config, Ros2
 from voz.control.steps import Step
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot, heard_on_ros
-from voz.simulation.base import Pose
+from voz.simulation.base import Pose2D
 from voz.simulation.world import WorldState
 
 pytestmark = pytest.mark.slow
@@ -192,7 +192,7 @@ def test_rclpy_reads_where_a_simulated_robot_is(base: Base) -> None:
 
     node = base()
     robot = Ros2Robot(Ros2(wait=30))
-    robot.where = lambda t: WorldState(t, Pose(1 / 3, -0.5, pi), 0.1, -0.2)
+    robot.where = lambda t: WorldState(t, Pose2D(1 / 3, -0.5, pi), 0.1, -0.2)
     robot.open()
     publisher = robot._odometry
     assert publisher

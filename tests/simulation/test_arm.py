@@ -7,9 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from voz.simulation.arm import FOLDED, LINK, SHOULDER_HEIGHT, Joints, moved, pointing, points
-from voz.simulation.base import Pose, wrapped
+from voz.simulation.base import Pose2D, wrapped
 
-poses = st.builds(Pose, st.floats(0, 5), st.floats(0, 5), st.floats(-pi, pi))
+poses = st.builds(Pose2D, st.floats(0, 5), st.floats(0, 5), st.floats(-pi, pi))
 places = st.tuples(st.floats(0, 5), st.floats(0, 5), st.floats(0, 2))
 angles = st.floats(-pi, pi - 1e-6)
 joints = st.builds(Joints, angles, angles, angles)
@@ -17,7 +17,7 @@ joints = st.builds(Joints, angles, angles, angles)
 
 @given(poses, places)
 def test_the_line_from_shoulder_to_hand_goes_through_the_target(
-    pose: Pose, target: tuple[float, float, float]
+    pose: Pose2D, target: tuple[float, float, float]
 ) -> None:
     shoulder, elbow, hand = points(pose, pointing(pose, target))
     away = dist(shoulder, target)
@@ -28,7 +28,7 @@ def test_the_line_from_shoulder_to_hand_goes_through_the_target(
 
 
 @given(poses, joints)
-def test_the_links_keep_their_length_and_the_shoulder_its_place(pose: Pose, arm: Joints) -> None:
+def test_the_links_keep_their_length_and_the_shoulder_its_place(pose: Pose2D, arm: Joints) -> None:
     shoulder, elbow, hand = points(pose, arm)
     assert shoulder == (pose.x, pose.y, SHOULDER_HEIGHT)
     assert dist(shoulder, elbow) == pytest.approx(LINK)
@@ -36,13 +36,13 @@ def test_the_links_keep_their_length_and_the_shoulder_its_place(pose: Pose, arm:
 
 
 def test_what_is_to_the_left_and_above_needs_a_pan_to_the_left_and_a_tilt_up() -> None:
-    arm = pointing(Pose(1.0, 1.0, 0.0), (1.0, 2.0, SHOULDER_HEIGHT + 1.0))
+    arm = pointing(Pose2D(1.0, 1.0, 0.0), (1.0, 2.0, SHOULDER_HEIGHT + 1.0))
     assert arm == pytest.approx((pi / 2, pi / 4, 0.0))
-    assert pointing(Pose(1.0, 1.0, pi / 2), (1.0, 2.0, SHOULDER_HEIGHT)).pan == pytest.approx(0)
+    assert pointing(Pose2D(1.0, 1.0, pi / 2), (1.0, 2.0, SHOULDER_HEIGHT)).pan == pytest.approx(0)
 
 
 @given(poses)
-def test_a_folded_arm_is_above_its_base(pose: Pose) -> None:
+def test_a_folded_arm_is_above_its_base(pose: Pose2D) -> None:
     for x, y, height in points(pose, FOLDED):
         assert hypot(x - pose.x, y - pose.y) < 0.17
         assert height >= SHOULDER_HEIGHT

@@ -5,20 +5,20 @@ from math import exp, hypot, isclose, pi
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.simulation.base import SETTLED, Pose, along_arc, respond, wrapped
+from voz.simulation.base import SETTLED, Pose2D, along_arc, respond, wrapped
 
 velocities = st.floats(-2, 2)
-poses = st.builds(Pose, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi - 1e-6))
+poses = st.builds(Pose2D, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi - 1e-6))
 
 
-def apart(one: Pose, other: Pose) -> float:
+def apart(one: Pose2D, other: Pose2D) -> float:
     """Distance (m) and difference of heading (rad), whichever is more."""
     return max(hypot(one.x - other.x, one.y - other.y), abs(wrapped(one.heading - other.heading)))
 
 
 @given(poses, velocities, st.floats(-3, 3), st.floats(0.1, 3), st.integers(2, 300))
 def test_an_arc_is_as_many_small_arcs(
-    pose: Pose, linear: float, angular: float, seconds: float, parts: int
+    pose: Pose2D, linear: float, angular: float, seconds: float, parts: int
 ) -> None:
     at_once = along_arc(pose, linear * seconds, angular * seconds)
     for _ in range(parts):
@@ -28,7 +28,7 @@ def test_an_arc_is_as_many_small_arcs(
 
 @given(poses, velocities, st.floats(-3, 3))
 def test_an_arc_is_what_many_tiny_straight_steps_come_to(
-    pose: Pose, linear: float, angular: float
+    pose: Pose2D, linear: float, angular: float
 ) -> None:
     at_once, tiny = along_arc(pose, linear, angular), 1e-3
     for _ in range(1000):
@@ -38,7 +38,7 @@ def test_an_arc_is_what_many_tiny_straight_steps_come_to(
 
 
 @given(poses, velocities, st.floats(0.05, 3) | st.floats(-3, -0.05))
-def test_a_full_circle_closes(pose: Pose, linear: float, angular: float) -> None:
+def test_a_full_circle_closes(pose: Pose2D, linear: float, angular: float) -> None:
     steps, end = 1000, pose
     for _ in range(steps):
         end = along_arc(end, linear * 2 * pi / abs(angular) / steps, 2 * pi / steps)
@@ -46,11 +46,11 @@ def test_a_full_circle_closes(pose: Pose, linear: float, angular: float) -> None
 
 
 def test_half_a_circle_to_the_left_ends_on_the_left_and_looks_back() -> None:
-    assert apart(along_arc(Pose(1.0, 1.0, 0.0), pi * 0.5, pi), Pose(1.0, 2.0, pi)) < 1e-12
+    assert apart(along_arc(Pose2D(1.0, 1.0, 0.0), pi * 0.5, pi), Pose2D(1.0, 2.0, pi)) < 1e-12
 
 
 @given(poses)
-def test_no_velocity_is_no_motion_at_all(pose: Pose) -> None:
+def test_no_velocity_is_no_motion_at_all(pose: Pose2D) -> None:
     assert along_arc(pose, 0.0, 0.0) == pose
 
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from voz.config import Simulator
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, pointing
-from voz.simulation.base import Pose
+from voz.simulation.base import Pose2D
 from voz.simulation.world import AWAY, FOLD, WorldState, gap, place_of, start, step
 
 ROOM = Simulator()
@@ -123,7 +123,7 @@ def test_it_drives_along_a_wall_without_hitting_it() -> None:
 
 
 def test_the_table_is_in_the_way() -> None:
-    state = replace(start(ROOM), pose=Pose(2.2, 1.0, pi / 2))
+    state = replace(start(ROOM), pose=Pose2D(2.2, 1.0, pi / 2))
     hit = gap(drive(state, 0.5, 0.0, 5.0, ROOM).pose, ROOM)
     assert hit.to == "the table"
     assert 0 <= hit.size < 0.001

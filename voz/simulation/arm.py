@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import atan2, copysign, cos, hypot, sin
 from typing import NamedTuple, TypeAlias
 
-from voz.simulation.base import Pose, wrapped
+from voz.simulation.base import Pose2D, wrapped
 
 SHOULDER_HEIGHT = 0.35
 """Of the shoulder above the floor, m."""
@@ -33,7 +33,7 @@ FOLDED = Joints(0.0, 2.3, -2.8)
 """The upper arm up and back, the forearm down to the front: all of it above the base."""
 
 
-def pointing(pose: Pose, target: Point) -> Joints:
+def pointing(pose: Pose2D, target: Point) -> Joints:
     """Stretch the arm towards a place.
 
     Args:
@@ -63,7 +63,7 @@ def moved(joints: Joints, wanted: Joints, most: float) -> Joints:
     )
 
 
-def points(pose: Pose, joints: Joints) -> tuple[Point, Point, Point]:
+def points(pose: Pose2D, joints: Joints) -> tuple[Point, Point, Point]:
     """Where shoulder, elbow and hand are in the room.
 
     Args:

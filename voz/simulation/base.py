@@ -9,7 +9,7 @@ SETTLED = 0.001
 """A velocity this near (m/s, rad/s) to the one asked for takes it: an exponential never arrives."""
 
 
-class Pose(NamedTuple):
+class Pose2D(NamedTuple):
     """Where the robot's centre is (m) and where it looks (rad, to the left of the x axis)."""
 
     x: float
@@ -43,7 +43,7 @@ def respond(
     return velocity + max(-most, min(change, most))
 
 
-def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
+def along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
     """Drive along an arc, or along a line if it turns by 0, exactly.
 
     Args:
@@ -55,7 +55,7 @@ def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
     half = turn / 2
     chord = distance * (sin(half) / half if half else 1.0)
     direction = pose.heading + half
-    return Pose(
+    return Pose2D(
         pose.x + chord * cos(direction),
         pose.y + chord * sin(direction),
         wrapped(pose.heading + turn) if turn else pose.heading,

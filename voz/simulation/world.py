@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from voz.config import Simulator
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, Joints, Point, moved, pointing
-from voz.simulation.base import Pose, along_arc, respond
+from voz.simulation.base import Pose2D, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
 OBJECTS = {"beer": 1, "cocacola": 2}
@@ -50,7 +50,7 @@ class WorldState(msgspec.Struct, frozen=True):
     """
 
     t: float
-    pose: Pose
+    pose: Pose2D
     linear: float = 0.0
     angular: float = 0.0
     arm: Joints = FOLDED
@@ -67,7 +67,7 @@ class Gap(NamedTuple):
 
 def start(settings: Simulator) -> WorldState:
     """Where everything begins: the base at rest, the arm folded."""
-    return WorldState(0.0, Pose(*settings.start))
+    return WorldState(0.0, Pose2D(*settings.start))
 
 
 def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> WorldState:
@@ -96,7 +96,7 @@ def place_of(selected: int, settings: Simulator) -> Point | None:
     return None
 
 
-def gap(pose: Pose, settings: Simulator) -> Gap:
+def gap(pose: Pose2D, settings: Simulator) -> Gap:
     """How far the base is from a wall or the table, whichever is nearer."""
     to_walls = gap_to_walls(pose.x, pose.y, settings.radius, settings.room)
     to_table = gap_to_table(pose.x, pose.y, settings.radius, Tabletop(*settings.table))
@@ -133,7 +133,7 @@ def _driven(
     return replace(state, pose=pose, linear=linear, angular=angular, collided=collided)
 
 
-def _up_to_touch(pose: Pose, distance: float, turn: float, settings: Simulator) -> Pose:
+def _up_to_touch(pose: Pose2D, distance: float, turn: float, settings: Simulator) -> Pose2D:
     """Where along an arc the base first touches something; it begins where it is free."""
     free, blocked = 0.0, 1.0
     for _ in range(HALVINGS):

@@ -11,7 +11,7 @@ import msgspec
 from voz.config import Simulator
 from voz.events import Event, SelectedObject, Twist
 from voz.simulation.arm import points
-from voz.simulation.base import Pose, along_arc
+from voz.simulation.base import Pose2D, along_arc
 from voz.simulation.world import WorldState
 from voz.web.board import Record
 
@@ -62,7 +62,7 @@ class ReckonedPicture:
     """Where a robot would be that does exactly what it is asked for: no sensor tells."""
 
     def __init__(self) -> None:
-        self._pose = Pose(0.0, 0.0, 0.0)
+        self._pose = Pose2D(0.0, 0.0, 0.0)
         self._last = Twist(0.0, 0.0, 0.0)
         self._selected: deque[int] = deque(maxlen=1)
 
@@ -87,5 +87,5 @@ class ReckonedPicture:
             self._selected.append(event.value)
 
 
-def _rounded(pose: Pose) -> list[float]:
+def _rounded(pose: Pose2D) -> list[float]:
     return [round(pose.x, 3), round(pose.y, 3), round(pose.heading, 3)]

@@ -12,7 +12,7 @@ from voz.config import Simulator
 from voz.robot.drawing.terminal import ARM, BODY, RAY, WALL, WAY, draw_in_text
 from voz.robot.simulator import Trip
 from voz.simulation.arm import Joints
-from voz.simulation.base import Pose
+from voz.simulation.base import Pose2D
 from voz.simulation.world import WorldState, start
 
 ROOM = Simulator()
@@ -50,14 +50,14 @@ def test_a_small_room_looks_like_this() -> None:
 
 
 @given(
-    st.builds(Pose, coordinates, coordinates, st.floats(-3.2, 3.2)),
+    st.builds(Pose2D, coordinates, coordinates, st.floats(-3.2, 3.2)),
     st.builds(Joints, st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3)),
     st.sampled_from((1, 2, 100, 7)),
     st.integers(1, 120),
     st.integers(1, 50),
 )
 def test_it_is_as_large_as_it_is_asked_to_be(
-    pose: Pose, arm: Joints, selected: int, width: int, height: int
+    pose: Pose2D, arm: Joints, selected: int, width: int, height: int
 ) -> None:
     state = WorldState(0.0, pose, arm=arm, selected=selected)
     lines = draw_in_text(ROOM, state, [state], width, height).plain.split("\n")
@@ -66,8 +66,8 @@ def test_it_is_as_large_as_it_is_asked_to_be(
 
 
 def test_the_robot_is_where_it_is_and_the_way_behind_it() -> None:
-    state = replace(start(ROOM), pose=Pose(1.3, 0.9, 0.0))
-    way = [replace(state, pose=Pose(x / 100, 0.9, 0.0)) for x in range(30, 130)]
+    state = replace(start(ROOM), pose=Pose2D(1.3, 0.9, 0.0))
+    way = [replace(state, pose=Pose2D(x / 100, 0.9, 0.0)) for x in range(30, 130)]
     body = cells_of(BODY, state, way, 53, 18)
     # 40 dots for a metre: 20 characters across, 10 down.
     columns, rows = {column for column, _ in body}, {row for _, row in body}

@@ -14,7 +14,7 @@ from matplotlib.ticker import MultipleLocator
 from voz.config import Simulator
 from voz.robot.simulator import Mark
 from voz.simulation.arm import points
-from voz.simulation.base import Pose
+from voz.simulation.base import Pose2D
 from voz.simulation.world import WorldState, place_of
 
 WAY, BODY, ARM, SAID, HIT = "#1f4e79", "#cfe0f3", "#c4560a", "#1d7044", "#b3001b"
@@ -69,13 +69,13 @@ def draw_room(axes: Axes, settings: Simulator) -> list[Artist]:
     return things
 
 
-def draw_outline(axes: Axes, pose: Pose, settings: Simulator) -> Artist:
+def draw_outline(axes: Axes, pose: Pose2D, settings: Simulator) -> Artist:
     """Draw where the base was, as a dashed circle."""
     look: Any = {"edgecolor": FAINT, "ls": (0, (3, 2)), "lw": 1.2, "zorder": 2.5}
     return axes.add_patch(Circle((pose.x, pose.y), settings.radius, fill=False, **look))
 
 
-def draw_robot(axes: Axes, pose: Pose, settings: Simulator) -> list[Artist]:
+def draw_robot(axes: Axes, pose: Pose2D, settings: Simulator) -> list[Artist]:
     """Draw the base, and by an arrow where it looks."""
     radius, (x, y, heading) = settings.radius, pose
     body = Circle((x, y), radius, facecolor=BODY, edgecolor=WAY, lw=2, zorder=4)

@@ -6,7 +6,7 @@ import threading
 from typing import TypeAlias
 
 from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.mixing import Source, Wave
+from voz.audio.playback.mixing import PlayingSound, Wave
 from voz.errors import VozError
 
 Key: TypeAlias = tuple[str, ...]
@@ -26,7 +26,7 @@ class Order:
         self.repeats = repeats
         self.error: VozError | None = None
         self.decided = threading.Event()  # it has begun, or never will
-        self.source: Source | None = None
+        self.source: PlayingSound | None = None
 
     @property
     def over(self) -> bool:

@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from voz.audio.playback.mixing import AUDIBLE, FADE, RATE, Source, Wave, from_first_audible, mix
+from voz.audio.playback.mixing import (
+    AUDIBLE,
+    FADE,
+    RATE,
+    PlayingSound,
+    Wave,
+    from_first_audible,
+    mix,
+)
 
 QUIET = st.floats(-0.25, 0.25, width=32)
 waves = arrays.arrays(np.float32, st.integers(1, 700), elements=QUIET)
@@ -19,7 +27,7 @@ loud_waves = arrays.arrays(np.float32, st.integers(1, 700), elements=st.floats(-
 frames = st.integers(1, 600)
 
 
-def taken(source: Source, sizes: list[int]) -> Wave:
+def taken(source: PlayingSound, sizes: list[int]) -> Wave:
     return np.concatenate([source.take(size) for size in sizes])
 
 
@@ -31,7 +39,7 @@ def tone(seconds: float, frequency: float = 440.0) -> Wave:
 
 @given(waves, st.lists(frames, min_size=1, max_size=6))
 def test_a_sound_comes_out_sample_by_sample_then_silence(wave: Wave, sizes: list[int]) -> None:
-    source = Source(wave)
+    source = PlayingSound(wave)
     heard = taken(source, sizes)
     expected = np.concatenate([wave, np.zeros(sum(sizes), np.float32)])[: sum(sizes)]
     assert np.array_equal(heard, expected)
@@ -40,7 +48,7 @@ def test_a_sound_comes_out_sample_by_sample_then_silence(wave: Wave, sizes: list
 
 @given(waves, st.lists(frames, min_size=1, max_size=6))
 def test_what_repeats_follows_itself_without_a_gap(wave: Wave, sizes: list[int]) -> None:
-    source = Source(wave, repeats=True)
+    source = PlayingSound(wave, repeats=True)
     heard = taken(source, sizes)
     assert np.array_equal(heard, np.resize(wave, sum(sizes)))
     assert not source.over
@@ -48,14 +56,14 @@ def test_what_repeats_follows_itself_without_a_gap(wave: Wave, sizes: list[int])
 
 @given(waves, st.floats(0, 1), frames)
 def test_volume_is_a_factor(wave: Wave, volume: float, size: int) -> None:
-    heard = Source(wave, volume).take(size)
-    assert np.allclose(heard, Source(wave).take(size) * volume, atol=1e-7)
+    heard = PlayingSound(wave, volume).take(size)
+    assert np.allclose(heard, PlayingSound(wave).take(size) * volume, atol=1e-7)
 
 
 @pytest.mark.parametrize("before", [1, 100, 480, 481])
 @pytest.mark.parametrize("size", [1, 100, 480])
 def test_a_stopped_sound_fades_out_in_5_ms_with_no_step(before: int, size: int) -> None:
-    source = Source(np.full(10_000, 0.5, np.float32), repeats=True)
+    source = PlayingSound(np.full(10_000, 0.5, np.float32), repeats=True)
     heard = [source.take(before)]
     source.stop()
     while not source.over:
@@ -68,13 +76,13 @@ def test_a_stopped_sound_fades_out_in_5_ms_with_no_step(before: int, size: int) 
 
 
 def test_a_sound_that_is_stopped_before_it_began_is_over() -> None:
-    source = Source(tone(1))
+    source = PlayingSound(tone(1))
     source.stop()
     assert source.over
 
 
 def test_stopping_twice_does_not_begin_the_fade_anew() -> None:
-    source = Source(tone(1))
+    source = PlayingSound(tone(1))
     source.take(480)
     source.stop()
     source.take(FADE // 2)
@@ -85,28 +93,28 @@ def test_stopping_twice_does_not_begin_the_fade_anew() -> None:
 
 def test_how_long_a_sound_is_audible_is_known() -> None:
     wave = np.concatenate([tone(0.1), np.zeros(1000, np.float32)])
-    source = Source(wave)
+    source = PlayingSound(wave)
     assert len(tone(0.1)) - 5 < source.audible_left <= len(tone(0.1))
     source.take(100)
     assert source.audible_left <= len(tone(0.1)) - 100
     source.stop()
     assert source.audible_left == FADE
-    assert Source(wave, repeats=True).audible_left == math.inf
-    assert Source(np.zeros(100, np.float32), repeats=True).audible_left == 0
-    assert Source(wave, volume=AUDIBLE).audible_left == 0
+    assert PlayingSound(wave, repeats=True).audible_left == math.inf
+    assert PlayingSound(np.zeros(100, np.float32), repeats=True).audible_left == 0
+    assert PlayingSound(wave, volume=AUDIBLE).audible_left == 0
 
 
 @given(st.lists(waves, max_size=4), frames)
 def test_quiet_sounds_are_added(several: list[Wave], size: int) -> None:
-    block, gain = mix([Source(wave) for wave in several], size)
-    expected = sum((Source(wave).take(size) for wave in several), np.zeros(size, np.float32))
+    block, gain = mix([PlayingSound(wave) for wave in several], size)
+    expected = sum((PlayingSound(wave).take(size) for wave in several), np.zeros(size, np.float32))
     assert np.allclose(block, expected, atol=1e-6)
     assert gain == 1.0
 
 
 @given(st.lists(loud_waves, max_size=4), st.lists(frames, min_size=1, max_size=5))
 def test_no_sum_is_beyond_full_scale(several: list[Wave], sizes: list[int]) -> None:
-    sources = [Source(wave, repeats=True) for wave in several]
+    sources = [PlayingSound(wave, repeats=True) for wave in several]
     gain = 1.0
     for size in sizes:
         block, gain = mix(sources, size, gain)
@@ -116,7 +124,7 @@ def test_no_sum_is_beyond_full_scale(several: list[Wave], sizes: list[int]) -> N
 
 
 def test_two_loud_sounds_are_turned_down_and_keep_their_shape() -> None:
-    sources = [Source(2 * tone(1)), Source(2 * tone(1))]
+    sources = [PlayingSound(2 * tone(1)), PlayingSound(2 * tone(1))]
     gain = 1.0
     blocks = []
     for _ in range(50):
@@ -128,7 +136,7 @@ def test_two_loud_sounds_are_turned_down_and_keep_their_shape() -> None:
 
 
 def test_after_a_loud_sound_the_gain_comes_back() -> None:
-    loud, quiet = Source(np.full(480, 4, np.float32)), Source(tone(2))
+    loud, quiet = PlayingSound(np.full(480, 4, np.float32)), PlayingSound(tone(2))
     _, gain = mix([loud, quiet], 480)
     assert gain < 0.3
     for _ in range(100):
@@ -155,14 +163,14 @@ class SoundsComeAndGo(RuleBasedStateMachine):
     def begin(self) -> None:
         self.line = np.zeros(200_000)
         self.now = 0
-        self.sources: list[Source] = []
+        self.sources: list[PlayingSound] = []
         self.ends: list[float] = []
         self.heard: list[Wave] = []
 
     @rule(wave=waves)
     def play(self, wave: Wave) -> None:
         if sum(not source.over for source in self.sources) < 4:  # never too loud
-            self.sources.append(Source(wave))
+            self.sources.append(PlayingSound(wave))
             self.line[self.now : self.now + len(wave)] += wave
             self.ends.append(self.now + len(wave))
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from voz.audio.playback.history import History, to_heard
 from voz.audio.playback.loudspeaker import LATENCY, Loudspeaker
-from voz.audio.playback.mixing import RATE, Source, Wave, mix
+from voz.audio.playback.mixing import RATE, PlayingSound, Wave, mix
 
 LATE = 2.0
 """A sound that could not begin for so long is left out, s: it would no longer belong there."""
@@ -32,7 +32,7 @@ class Mixer:
     def __init__(self, warn: Callable[[str], None]) -> None:
         self._warn = warn
         self._changed = threading.Condition()  # guards what follows
-        self._sources: dict[Source, float] = {}  # with when they were to begin
+        self._sources: dict[PlayingSound, float] = {}  # with when they were to begin
         self._history = History()
         self._gain = 1.0
         self._closed = False
@@ -42,7 +42,7 @@ class Mixer:
         """Load in the background what playing needs, so that the first sound need not wait."""
         self._loudspeaker.wake()
 
-    def play(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> Source:
+    def play(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> PlayingSound:
         """Let a sound begin now, beside what is heard already.
 
         Args:
@@ -53,7 +53,7 @@ class Mixer:
         Returns:
             The sound on its way, for `stop` and `wait`.
         """
-        source = Source(sound, volume, repeats)
+        source = PlayingSound(sound, volume, repeats)
         with self._changed:
             if self._closed:
                 source.drop()
@@ -62,13 +62,13 @@ class Mixer:
         self._loudspeaker.wake()
         return source
 
-    def stop(self, source: Source) -> None:
+    def stop(self, source: PlayingSound) -> None:
         """Let a sound fade out; it is over some 30 ms later."""
         with self._changed:
             source.stop()
             self._clear()
 
-    def wait(self, source: Source) -> None:
+    def wait(self, source: PlayingSound) -> None:
         """Wait until a sound has ended, was stopped, or was left out for want of a loudspeaker."""
         with self._changed:
             while not source.over:

@@ -25,7 +25,7 @@ RECOVERY = 1 / RATE
 """How fast the gain comes back after it was too loud, for each sample: from 0 to 1 in a second."""
 
 
-class Source:
+class PlayingSound:
     """A sound on its way out: where it is, how loud, and whether it begins again at its end."""
 
     def __init__(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> None:
@@ -93,7 +93,7 @@ class Source:
         return block
 
 
-def mix(sources: Sequence[Source], frames: int, gain: float = 1.0) -> tuple[Wave, float]:
+def mix(sources: Sequence[PlayingSound], frames: int, gain: float = 1.0) -> tuple[Wave, float]:
     """Add up the next samples of all sources, and turn the sum down where it is too loud.
 
     Args:

@@ -15,7 +15,7 @@ from voz.language.templates.measure import Size, plainest, size
 from voz.language.templates.notation import in_words
 from voz.language.templates.reader import MOST_ARCS, Reader, TooManyArcsError, reader
 from voz.language.templates.resolve import inside, resolve
-from voz.language.templates.source import Definition, Source, Template, shown
+from voz.language.templates.source import Definition, Template, TemplateSource, shown
 
 MOST_WORDS = 30
 """Of a sentence; a plain one of a list has at most 12."""
@@ -63,7 +63,7 @@ class Compiled(NamedTuple):
     costs: Sequence[Cost]
 
 
-def compiled(source: Source) -> Compiled:
+def compiled(source: TemplateSource) -> Compiled:
     """Compile templates.
 
     Args:
@@ -176,7 +176,7 @@ def _in_words(slots: Mapping[str, object]) -> str:
     return ", ".join(f"{name}={value}" for name, value in sorted(slots.items())) or "no slot"
 
 
-def _places(source: Source) -> dict[str, str]:
+def _places(source: TemplateSource) -> dict[str, str]:
     """Where each word stands first: what is in a rule or list stands there."""
     places: dict[str, str] = {}
     held: list[Definition | Template] = [*source.definitions.values(), *source.templates]
@@ -205,7 +205,7 @@ def _costs_of_templates(
         yield Cost(name, place, sentences.get(number, 0), states[number], 1)
 
 
-def _costs_of_names(source: Source, templates: Sequence[Template]) -> Iterator[Cost]:
+def _costs_of_names(source: TemplateSource, templates: Sequence[Template]) -> Iterator[Cost]:
     known: dict[int, Size] = {}
     holding: dict[tuple[str, str], int] = {}
     ways: dict[tuple[str, str], int] = {}

@@ -20,7 +20,7 @@ from voz.language.templates.expression import (
 )
 from voz.language.templates.notation import Notation, checked
 from voz.language.templates.resolve import renamed
-from voz.language.templates.source import Kind, Source, Template
+from voz.language.templates.source import Kind, Template, TemplateSource
 from voz.language.templates.yaml_text import Yaml
 
 if TYPE_CHECKING:
@@ -39,13 +39,13 @@ class Sentences(Notation):
     DIGITS = True
 
 
-def parse_hassil(text: Yaml) -> Source:
+def parse_hassil(text: Yaml) -> TemplateSource:
     """Parse a YAML file of hassil.
 
     Raises:
         CommandsError: it has something that cannot be.
     """
-    source = Source(text.name)
+    source = TemplateSource(text.name)
     parts = text.mapping(text.root, "intents, lists and expansion_rules")
     _definitions(text, source, parts, "")
     for name in ("wildcards", "skip_words"):
@@ -71,7 +71,7 @@ _WHY = {
 }
 
 
-def _block(text: Yaml, source: Source, intent: str | None, node: Node, scope: str) -> None:
+def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, scope: str) -> None:
     """Add the sentences of one intent, with what belongs to them alone."""
     from yaml import MappingNode
 
@@ -95,7 +95,7 @@ def _block(text: Yaml, source: Source, intent: str | None, node: Node, scope: st
 
 def _sentence(
     text: Yaml,
-    source: Source,
+    source: TemplateSource,
     intent: str | None,
     node: Node,
     constants: dict[str, Value],
@@ -107,7 +107,7 @@ def _sentence(
 
 
 def _definitions(
-    text: Yaml, source: Source, parts: dict[str, Node], scope: str
+    text: Yaml, source: TemplateSource, parts: dict[str, Node], scope: str
 ) -> dict[tuple[Kind, str], str]:
     """Add lists and rules; give the names by which those of one intent are known elsewhere."""
     lists = text.mapping(parts["lists"], "lists") if "lists" in parts else {}

@@ -25,7 +25,7 @@ from voz.language.templates.expression import (
 )
 from voz.language.templates.parser import Parser, Passage, Token
 from voz.language.templates.resolve import references
-from voz.language.templates.source import Source, Template
+from voz.language.templates.source import Template, TemplateSource
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _HEADER = re.compile(r"\s*(?:#JSGF[^;]*;)?\s*(?:grammar\s+([\w.]+)\s*;)?")
@@ -97,7 +97,7 @@ class Rule(Parser):
         return super().other(token)
 
 
-def parse_jsgf(data: bytes, name: str) -> Source:
+def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     """Parse a grammar.
 
     Args:
@@ -112,7 +112,7 @@ def parse_jsgf(data: bytes, name: str) -> Source:
     whole = Passage(name, 1, 0, text)
     header = _HEADER.match(text)
     at, grammar = (header.end(), header[1] or "") if header else (0, "")
-    source, public = Source(name), list[tuple[str, Expression, Place]]()
+    source, public = TemplateSource(name), list[tuple[str, Expression, Place]]()
     while text[at:].strip():
         at += len(text[at:]) - len(text[at:].lstrip())
         if _IMPORT.match(text, at):
@@ -145,7 +145,7 @@ def _slot(name: str, body: Expression, place: Place) -> Expression:
     return Slot(name, body, place) if tagged else body
 
 
-def _add_public(source: Source, public: list[tuple[str, Expression, Place]]) -> None:
+def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Place]]) -> None:
     """Make commands of the public rules, which are then no rules unless others name them."""
     bodies = [definition.expression for definition in source.definitions.values()]
     named = {found.name for body in bodies for found in references(body)}

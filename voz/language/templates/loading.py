@@ -11,7 +11,7 @@ from voz.files import read_bytes, shown_path
 from voz.language.commands import MAX_BYTES
 from voz.language.templates.expression import wrong
 from voz.language.templates.sentences import has_templates, parse_sentences
-from voz.language.templates.source import Source
+from voz.language.templates.source import TemplateSource
 
 MOST_FILES = 100
 """That import each other."""
@@ -27,7 +27,7 @@ def is_templates(path: Path, data: bytes) -> bool:
     return of_another_program(path) or has_templates(data)
 
 
-def read_templates(path: Path) -> tuple[Source, dict[Path, bytes]]:
+def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
     """Read a file of templates and those that it imports.
 
     Args:
@@ -44,7 +44,7 @@ def read_templates(path: Path) -> tuple[Source, dict[Path, bytes]]:
     return source, read
 
 
-def _read(path: Path, read: dict[Path, bytes]) -> Source:
+def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
     data = read[path] = read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
     parse = OTHERS.get(path.suffix.lower(), _sentences)
     source = parse(data, shown_path(path), path, read)
@@ -70,11 +70,11 @@ def _same(one: Path, other: Path) -> bool:
         return False
 
 
-def _sentences(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+def _sentences(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
     return parse_sentences(data, name)
 
 
-def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
     from voz.language.templates.rhasspy import parse_rhasspy
 
     def slots(named: str) -> tuple[str, bytes] | None:
@@ -87,7 +87,7 @@ def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Sou
     return parse_rhasspy(data, name, slots)
 
 
-def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
     from voz.language.templates.hassil import SECTIONS, parse_hassil
     from voz.language.templates.rhino import parse_rhino
     from voz.language.templates.yaml_text import Yaml
@@ -104,13 +104,13 @@ def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source
     return parse_hassil(text)
 
 
-def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Source:
+def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
     from voz.language.templates.jsgf import parse_jsgf
 
     return parse_jsgf(data, name)
 
 
-Parse: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], Source]
+Parse: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], TemplateSource]
 """Parses a file; the path and what was read are for those that name others."""
 
 OTHERS: Mapping[str, Parse] = {

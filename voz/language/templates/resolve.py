@@ -21,13 +21,13 @@ from voz.language.templates.expression import (
     Word,
     wrong,
 )
-from voz.language.templates.source import Kind, Source, Template, shown
+from voz.language.templates.source import Kind, Template, TemplateSource, shown
 
 DEEPEST = 30
 """Rules within rules; Python's own limit is not far above."""
 
 
-def resolve(source: Source) -> tuple[list[Template], tuple[str, ...]]:
+def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
     """Put what names stand for in their place.
 
     Args:
@@ -56,7 +56,7 @@ def resolve(source: Source) -> tuple[list[Template], tuple[str, ...]]:
 
 
 class _Resolver:
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: TemplateSource) -> None:
         self._source = source
         self._open: list[tuple[Kind, str]] = []
         self.known: dict[tuple[Kind, str], Named] = {}

@@ -27,7 +27,7 @@ from voz.language.templates.expression import (
 from voz.language.templates.notation import checked
 from voz.language.templates.parser import Parser, Passage, Token
 from voz.language.templates.resolve import references, renamed
-from voz.language.templates.source import Kind, Source, Template
+from voz.language.templates.source import Kind, Template, TemplateSource
 
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
 _RULE = re.compile(r"\s*([\w-]+)\s*=")
@@ -90,7 +90,7 @@ class Sentence(Parser):
         return super().other(token)
 
 
-def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> Source:
+def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSource:
     """Parse a `sentences.ini`.
 
     Args:
@@ -101,7 +101,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> Source:
     Raises:
         CommandsError: it has something that cannot be.
     """
-    source = Source(name)
+    source = TemplateSource(name)
     intent = ""
     own: dict[str, dict[tuple[Kind, str], str]] = {}
     for number, line in whole_lines(data, name):
@@ -120,7 +120,9 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> Source:
     return source
 
 
-def _add(source: Source, intent: str, line: Passage, own: dict[tuple[Kind, str], str]) -> None:
+def _add(
+    source: TemplateSource, intent: str, line: Passage, own: dict[tuple[Kind, str], str]
+) -> None:
     if match := _RULE.match(line.text):
         own["rule", match[1]] = f"{intent}.{match[1]}"
         body = Sentence(line.part(match.end())).parse()
@@ -133,7 +135,7 @@ def _add(source: Source, intent: str, line: Passage, own: dict[tuple[Kind, str],
     source.templates.append(Template(intent, expression, line.place(begin)))
 
 
-def _use_names(source: Source, own: dict[str, dict[tuple[Kind, str], str]]) -> None:
+def _use_names(source: TemplateSource, own: dict[str, dict[tuple[Kind, str], str]]) -> None:
     """Give the rules of an intent the names by which the others know them."""
     source.templates = [
         Template(t.command, renamed(t.expression, own.get(t.command or "", {})), t.place)
@@ -145,7 +147,7 @@ def _use_names(source: Source, own: dict[str, dict[tuple[Kind, str], str]]) -> N
         source.definitions[kind, name] = type(definition)(body, definition.place)
 
 
-def _add_lists(source: Source, read_slots: ReadSlots) -> None:
+def _add_lists(source: TemplateSource, read_slots: ReadSlots) -> None:
     """Read the lists that are named; a list may name others."""
     todo = [template.expression for template in source.templates]
     todo += [definition.expression for definition in source.definitions.values()]

@@ -20,7 +20,7 @@ from voz.language.templates.expression import (
 )
 from voz.language.templates.expression import Sequence as InARow
 from voz.language.templates.parser import Parser, Token
-from voz.language.templates.source import Kind, Source, Template
+from voz.language.templates.source import Kind, Template, TemplateSource
 from voz.language.templates.yaml_text import Yaml
 
 NUMBERS: Mapping[str, int] = {"SingleDigitInteger": 9, "TwoDigitInteger": 99, "Percent": 100}
@@ -63,13 +63,13 @@ class Expressions(Parser):
         return Numbers(Fraction(0), Fraction(NUMBERS[kind]), Fraction(1))
 
 
-def parse_rhino(text: Yaml) -> Source:
+def parse_rhino(text: Yaml) -> TemplateSource:
     """Parse a YAML context of Rhino.
 
     Raises:
         CommandsError: it has something that cannot be.
     """
-    source = Source(text.name)
+    source = TemplateSource(text.name)
     root = text.mapping(text.root, "the context")
     parts = text.mapping(root["context"], "expressions, slots and macros")
     if "expressions" not in parts:

@@ -8,7 +8,7 @@ from voz.language.commands import composed, whole_lines
 from voz.language.templates.expression import wrong
 from voz.language.templates.notation import NAME, Notation, list_body
 from voz.language.templates.parser import Passage
-from voz.language.templates.source import Source, Template
+from voz.language.templates.source import Template, TemplateSource
 
 _MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
 _IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
@@ -27,7 +27,7 @@ def _is_import(line: bytes) -> bool:
     return bool(_IMPORT.fullmatch(line.decode("utf-8", "replace").strip("\ufeff")))
 
 
-def parse_sentences(data: bytes, name: str) -> Source:
+def parse_sentences(data: bytes, name: str) -> TemplateSource:
     """Parse a file in voz's own notation.
 
     Args:
@@ -37,7 +37,7 @@ def parse_sentences(data: bytes, name: str) -> Source:
     Raises:
         CommandsError: a line cannot be used; the message says where and why.
     """
-    source = Source(name)
+    source = TemplateSource(name)
     for number, whole in whole_lines(data, name):
         text = whole.partition("#")[0].rstrip()
         if text.strip():
@@ -45,7 +45,7 @@ def parse_sentences(data: bytes, name: str) -> Source:
     return source
 
 
-def _add(source: Source, line: Passage) -> None:
+def _add(source: TemplateSource, line: Passage) -> None:
     place = line.place(len(line.text) - len(line.text.lstrip()))
     if match := _IMPORT.fullmatch(line.text):
         source.imports.append((match[1], line.place(match.start(1))))

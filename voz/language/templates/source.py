@@ -38,7 +38,7 @@ class Definition:
 
 
 @dataclass
-class Source:
+class TemplateSource:
     """What is in a file and those that it imports.
 
     Attributes:
@@ -65,7 +65,7 @@ class Source:
             )
         self.definitions[kind, name] = Definition(expression, place)
 
-    def add(self, other: Source) -> None:
+    def add(self, other: TemplateSource) -> None:
         """Add what an imported file holds; errors are those of `define`."""
         self.templates += other.templates
         for (kind, name), definition in other.definitions.items():

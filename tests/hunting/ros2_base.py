@@ -6,14 +6,14 @@ import os
 import time
 
 from voz.config import Ros2
-from voz.ros2.messages import Twist
+from voz.ros2.messages import TwistMessage
 from voz.ros2.node import Ros2Node
 
 observer = os.open(os.environ["HUNT_OBSERVER"], os.O_WRONLY)
-reader = Ros2Node(Ros2()).reader("cmd_vel", Twist)
+reader = Ros2Node(Ros2()).reader("cmd_vel", TwistMessage)
 while True:
     for twist in reader.take(100):
-        if isinstance(twist, Twist):  # else it tells that a writer is gone
+        if isinstance(twist, TwistMessage):  # else it tells that a writer is gone
             told = f"ros2 {time.monotonic()} {twist.linear.x} {twist.angular.z}\n"
             os.write(observer, told.encode())
     time.sleep(0.01)

@@ -16,7 +16,7 @@ from voz.ros2.messages import (
     PoseWithCovariance,
     Quaternion,
     Time,
-    Twist,
+    TwistMessage,
     TwistWithCovariance,
     velocity,
 )
@@ -24,13 +24,13 @@ from voz.ros2.node import Ros2Node
 
 patience = json.loads(sys.argv[1])["patience"]
 node = Ros2Node(Ros2())
-wheels, odom = node.reader("cmd_vel", Twist), node.writer("odom", Odometry)
+wheels, odom = node.reader("cmd_vel", TwistMessage), node.writer("odom", Odometry)
 here = PoseWithCovariance(Pose(Point(), Quaternion()))
 asked, came = velocity(0, 0), time.monotonic()
 print(json.dumps({"ready": True}), flush=True)
 while True:
     for twist in wheels.take(100):
-        if isinstance(twist, Twist):
+        if isinstance(twist, TwistMessage):
             asked, came = twist, time.monotonic()
             print(json.dumps({"linear": twist.linear.x, "angular": twist.angular.z}), flush=True)
     speed = asked if time.monotonic() - came < patience else velocity(0, 0)

@@ -16,7 +16,7 @@ from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import sequence, uint8
 
 from voz.config import Ros2
-from voz.ros2.messages import TYPE_HASHES, String, Twist
+from voz.ros2.messages import TYPE_HASHES, String, TwistMessage
 from voz.ros2.node import Ros2Node
 
 
@@ -30,7 +30,7 @@ class Bytes(IdlStruct, typename="std_msgs::msg::dds_::String_"):
 
 TYPE_HASHES[Bytes] = TYPE_HASHES[String]
 node = Ros2Node(Ros2())
-base = node.reader("cmd_vel", Twist)
+base = node.reader("cmd_vel", TwistMessage)
 output = node.writer("recognizer/output", Bytes)
 print(json.dumps({"ready": True}), flush=True)
 for line in sys.stdin:

@@ -13,7 +13,7 @@ from recordings import ROOT
 from ros2.conftest import RCLPY
 
 from voz.config import Ros2
-from voz.ros2.messages import Twist, Vector3
+from voz.ros2.messages import TwistMessage, Vector3
 from voz.ros2.node import Ros2Node
 
 pytestmark = pytest.mark.slow
@@ -24,14 +24,14 @@ class Base:
 
     def __init__(self) -> None:
         node = Ros2Node(Ros2())
-        self.driver: DataWriter[Twist] = node.writer("cmd_vel", Twist)
-        self.wheels = node.reader("base_cmd_vel", Twist)
+        self.driver: DataWriter[TwistMessage] = node.writer("cmd_vel", TwistMessage)
+        self.wheels = node.reader("base_cmd_vel", TwistMessage)
 
     def drive(self, linear: float) -> None:
         """Send a velocity again and again until it arrives."""
 
         def arrives() -> bool:
-            self.driver.write(Twist(Vector3(x=linear), Vector3()))
+            self.driver.write(TwistMessage(Vector3(x=linear), Vector3()))
             time.sleep(0.05)
             return linear in self.heard()
 

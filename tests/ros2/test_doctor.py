@@ -84,7 +84,7 @@ def test_a_base_that_another_program_drives_is_left_alone(
     start: Callable[[float], Program],
 ) -> None:
     base = start(0.5)
-    other = Ros2Node(Ros2()).writer("cmd_vel", messages.Twist)
+    other = Ros2Node(Ros2()).writer("cmd_vel", messages.TwistMessage)
     found = findings(*DRIVE)[BASE]
     assert found["told"] == "another program sends velocities on /cmd_vel too"
     assert base._lines.empty()

@@ -56,11 +56,11 @@ def said(text: str, accepted: bool = True, source: str = "microphone") -> Uttera
 def test_velocities_arrive_exactly() -> None:
     velocities = [(0.1, 0.0), (-0.15, 0.1), (0.0, -1.0), (0.0, 0.0)]
     with opened() as (robot, _):
-        base = reader("cmd_vel", messages.Twist)
+        base = reader("cmd_vel", messages.TwistMessage)
         for linear, angular in velocities:
             robot.receive(Twist(0.0, linear, angular))
     assert heard(base) == [
-        messages.Twist(messages.Vector3(linear, 0, 0), messages.Vector3(0, 0, angular))
+        messages.TwistMessage(messages.Vector3(linear, 0, 0), messages.Vector3(0, 0, angular))
         for linear, angular in velocities
     ]
 
@@ -139,7 +139,7 @@ def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
 def test_names_can_be_others_and_stand_in_a_namespace() -> None:
     settings = Ros2(wait=0, namespace="/robot1", cmd_vel="wheels/vel", output="/ears")
     with opened(settings) as (robot, _):
-        base = reader("/robot1/wheels/vel", messages.Twist)
+        base = reader("/robot1/wheels/vel", messages.TwistMessage)
         arm = reader("/robot1/selected_object", messages.Int16)
         others = reader("/ears", messages.String)
         for event in (Twist(0.0, 0.1, 0.0), SelectedObject(0.0, 1), said("stop")):
@@ -149,7 +149,9 @@ def test_names_can_be_others_and_stand_in_a_namespace() -> None:
 
 def test_the_domain_of_the_settings_is_another_one(domain: int) -> None:
     with opened(Ros2(wait=0, domain=domain + 100)) as (robot, _):
-        here, there = (reader("cmd_vel", messages.Twist, domain=d) for d in (None, domain + 100))
+        here, there = (
+            reader("cmd_vel", messages.TwistMessage, domain=d) for d in (None, domain + 100)
+        )
         robot.receive(Twist(0.0, 0.1, 0.0))
         assert [len(heard(here)), len(heard(there))] == [0, 1]
 
@@ -157,7 +159,7 @@ def test_the_domain_of_the_settings_is_another_one(domain: int) -> None:
 def test_diagnostics_come_once_a_second_and_tell_how_it_is() -> None:
     with opened() as (robot, _):
         monitor = reader("/diagnostics", messages.DiagnosticArray)
-        base = reader("cmd_vel", messages.Twist)
+        base = reader("cmd_vel", messages.TwistMessage)
         robot.receive(said("go forward"))
         robot.receive(said("go", accepted=False))
         for cycle in range(31):
@@ -185,7 +187,7 @@ def test_diagnostics_come_once_a_second_and_tell_how_it_is() -> None:
 
 def test_it_waits_for_somebody_to_listen() -> None:
     bases: list[Any] = []
-    later = Timer(0.3, lambda: bases.append(reader("cmd_vel", messages.Twist)))
+    later = Timer(0.3, lambda: bases.append(reader("cmd_vel", messages.TwistMessage)))
     later.start()
     with opened(Ros2(wait=30)) as (robot, told):
         assert robot.lost() is None
@@ -196,7 +198,7 @@ def test_it_waits_for_somebody_to_listen() -> None:
 def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
     with opened() as (robot, told):
         assert robot.lost() == "nobody listens to /cmd_vel"
-        base = reader("cmd_vel", messages.Twist)
+        base = reader("cmd_vel", messages.TwistMessage)
         assert robot.lost() is None
         robot.receive(Twist(1.5, 0.0, 0.0))
         del base
@@ -223,7 +225,7 @@ def test_a_listener_that_wants_the_other_type_is_told_of() -> None:
 
 def test_a_listener_that_asks_for_too_much_is_told_of() -> None:
     with opened() as (robot, _):
-        base = reader("cmd_vel", messages.Twist, Policy.Deadline(100_000_000))
+        base = reader("cmd_vel", messages.TwistMessage, Policy.Deadline(100_000_000))
         robot.receive(Twist(0.0, 0.0, 0.0))
         assert "quality of service that is not offered" in (robot.lost() or "")
         del base

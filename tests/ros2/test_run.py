@@ -17,7 +17,10 @@ from voz.ros2.node import Ros2Node
 
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
     node = Ros2Node(Ros2())
-    base, odom = node.reader("cmd_vel", messages.Twist), node.reader("odom", messages.Odometry)
+    base, odom = (
+        node.reader("cmd_vel", messages.TwistMessage),
+        node.reader("odom", messages.Odometry),
+    )
     run = voz("simulator,ros2")
 
     def arrived() -> bool:
@@ -45,7 +48,7 @@ def last_velocity(base: DataReader[Any]) -> Callable[[], float | None]:
     def look() -> float | None:
         nonlocal last
         for message in base.take(1000):
-            if isinstance(message, messages.Twist):
+            if isinstance(message, messages.TwistMessage):
                 last = message.linear.x
         return last
 
@@ -54,7 +57,7 @@ def last_velocity(base: DataReader[Any]) -> Callable[[], float | None]:
 
 def driving(voz: Callable[..., Program], *more: str) -> tuple[Program, Callable[[], float | None]]:
     """A run that drives a base, and the last velocity that came to that."""
-    velocity = last_velocity(Ros2Node(Ros2()).reader("cmd_vel", messages.Twist))
+    velocity = last_velocity(Ros2Node(Ros2()).reader("cmd_vel", messages.TwistMessage))
     run = voz("ros2", *more)
 
     def drives() -> bool:

@@ -100,8 +100,8 @@ class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
 
 @dataclass
 @final
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    """A velocity."""
+class TwistMessage(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    """A velocity: `geometry_msgs/Twist`, which voz sends where an event is a `Twist`."""
 
     linear: Vector3
     angular: Vector3
@@ -113,7 +113,7 @@ class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
     """A velocity with its time."""
 
     header: Header
-    twist: Twist
+    twist: TwistMessage
 
 
 @dataclass
@@ -121,7 +121,7 @@ class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
 class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
     """A velocity and how uncertain it is."""
 
-    twist: Twist
+    twist: TwistMessage
     covariance: Annotated[Sequence[float], array(float64, 36)] = EXACT
 
 
@@ -264,12 +264,12 @@ def header(frame_id: str) -> Header:
     return Header(Time(seconds, nanoseconds), frame_id)
 
 
-def velocity(linear: float, angular: float) -> Twist:
+def velocity(linear: float, angular: float) -> TwistMessage:
     """A velocity forward, m/s, and of turning to the left, rad/s."""
-    return Twist(Vector3(x=linear), Vector3(z=angular))
+    return TwistMessage(Vector3(x=linear), Vector3(z=angular))
 
 
-def stamped(twist: Twist, frame_id: str) -> TwistStamped:
+def stamped(twist: TwistMessage, frame_id: str) -> TwistStamped:
     """The same with the time of day, in the frame of the base."""
     return TwistStamped(header(frame_id), twist)
 
@@ -282,7 +282,7 @@ TYPE_HASHES: dict[type[Any], str] = {
     Bool: "RIHS01_feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
     Int32: "RIHS01_b6578ded3c58c626cfe8d1a6fb6e04f706f97e9f03d2727c9ff4e74b1cef0deb",
     Float64: "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
-    Twist: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+    TwistMessage: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     TwistStamped: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
     Odometry: "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
     TFMessage: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",

@@ -46,7 +46,7 @@ class VelocityTopic:
         self._settings = settings
         self.writer: DataWriter[Any] = node.writer(
             settings.cmd_vel,
-            messages.TwistStamped if settings.stamped else messages.Twist,
+            messages.TwistStamped if settings.stamped else messages.TwistMessage,
             Policy.Deadline(DEADLINE),
             # Asserted by each velocity: a program that hangs is noticed like one that is gone.
             Policy.Liveliness.ManualByTopic(LEASE),

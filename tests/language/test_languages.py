@@ -16,8 +16,8 @@ from voz.language.languages import (
     OtherLanguage,
     add_language,
     added_languages,
-    check_model,
-    check_same,
+    check_acoustic_model,
+    check_same_language,
     read_language,
     sources_of,
 )
@@ -102,7 +102,7 @@ def test_language_files_keep_the_model_and_phones_of_their_language(
     check_files(files)
     assert read_pronunciations(files)["gira"] == ("j", "i", "r", "a")
     assert read_spoken(files).phones == taken().spoken.phones
-    check_model(read_spoken(files), out)
+    check_acoustic_model(read_spoken(files), out)
     assert check(listed(tmp_path), out, read_list(listed(tmp_path), taken())) == []
 
 
@@ -126,7 +126,7 @@ def test_a_model_that_is_another_than_before_is_refused(given: Path, tmp_path: P
     means = taken().spoken.folder(out) / "means"
     means.write_bytes(means.read_bytes() + b"\0")
     with pytest.raises(LanguageError, match="another acoustic model"):
-        check_model(read_spoken(LanguageFiles(out)), out)
+        check_acoustic_model(read_spoken(LanguageFiles(out)), out)
 
 
 def test_language_files_of_another_language_than_the_settings_say_are_refused(
@@ -135,9 +135,9 @@ def test_language_files_of_another_language_than_the_settings_say_are_refused(
     add_language(given, "es")
     english = read_spoken(LanguageFiles(tmp_path))
     with pytest.raises(LanguageError, match=r"made for English, and \[language\] says es"):
-        check_same(english, SpokenLanguage(name="es"), tmp_path)
-    check_same(english, SpokenLanguage(), tmp_path)
-    check_same(taken().spoken, SpokenLanguage(name="es"), tmp_path)
+        check_same_language(english, SpokenLanguage(name="es"), tmp_path)
+    check_same_language(english, SpokenLanguage(), tmp_path)
+    check_same_language(taken().spoken, SpokenLanguage(name="es"), tmp_path)
 
 
 def test_a_model_beside_the_settings_may_move_with_them(
@@ -156,4 +156,4 @@ def test_a_model_beside_the_settings_may_move_with_them(
     moved = robot.rename(tmp_path / "another")
     files = LanguageFiles(moved / "lm")
     assert str(read_spoken(files).acoustic_model) == "../es/model_parameters/es"
-    check_model(read_spoken(files), files.folder)
+    check_acoustic_model(read_spoken(files), files.folder)

@@ -71,9 +71,9 @@ class Common:
         check_files(language)
         if settings.language != SpokenLanguage():
             from voz.language.files import read_spoken
-            from voz.language.languages import check_same
+            from voz.language.languages import check_same_language
 
-            check_same(read_spoken(language), settings.language, language.folder)
+            check_same_language(read_spoken(language), settings.language, language.folder)
         if self.verbose:
             tell(f"language files: {language.folder.resolve()}")
             tell(f"second ear: {_second_ear(settings, language)}")

@@ -205,7 +205,7 @@ def _folder_of(name: str) -> Path:
     return data_folder("languages") / name
 
 
-def check_same(spoken: Spoken, settings: SpokenLanguage, folder: Path) -> None:
+def check_same_language(spoken: Spoken, settings: SpokenLanguage, folder: Path) -> None:
     """Refuse language files of another language than the settings name.
 
     Raises:
@@ -224,7 +224,7 @@ def check_same(spoken: Spoken, settings: SpokenLanguage, folder: Path) -> None:
         )
 
 
-def check_model(spoken: Spoken, folder: Path) -> None:
+def check_acoustic_model(spoken: Spoken, folder: Path) -> None:
     """Check that the acoustic model of language files is there, and what it was.
 
     Args:

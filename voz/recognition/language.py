@@ -40,8 +40,10 @@ def load_language(files: LanguageFiles) -> Language:
     dictionary = read_pronunciations(files)
     spoken = read_spoken(files)
     if not spoken.is_usual:
-        from voz.language.languages import check_model  # numpy, which English needs for nothing
+        from voz.language.languages import (
+            check_acoustic_model,  # numpy, which English needs for nothing
+        )
 
-        check_model(spoken, files.folder)
+        check_acoustic_model(spoken, files.folder)
     said = with_accents(dictionary) if spoken.is_english else dictionary
     return Language(files, read_commands(files), dictionary, said, spoken)

@@ -24,7 +24,7 @@ OF_LMTOOL = (
 )
 
 
-def read_language(
+def find_or_make_language(
     settings_lm: str | None, folder: Path, spoken: SpokenLanguage | None = None
 ) -> tuple[LanguageFiles, tuple[str, ...]]:
     """Find the language files by the node's parameters, or make them.

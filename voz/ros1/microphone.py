@@ -13,7 +13,7 @@ from voz.config import Config
 from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
-from voz.ros1.language import read_language
+from voz.ros1.language import find_or_make_language
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
 from voz.run.inbox import Inbox
@@ -37,7 +37,7 @@ def make_hearing(
         VozError: the language files cannot be used.
     """
     with tempfile.TemporaryDirectory(prefix="voz-lm-") as folder:
-        language, warnings = read_language(settings.lm, Path(folder), settings.language)
+        language, warnings = find_or_make_language(settings.lm, Path(folder), settings.language)
         for warning in warnings:
             load_rospy().logwarn(warning)
         profile = text("profile")

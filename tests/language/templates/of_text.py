@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from voz.language.templates.commands import Commands
 from voz.language.templates.compiling import Compiled, compiled
-from voz.language.templates.sentences import parse_sentences
+from voz.language.templates.sentences import parse_templates
 
 
 def compile_text(text: str) -> Compiled:
-    return compiled(parse_sentences(text.encode(), "l.txt"))
+    return compiled(parse_templates(text.encode(), "l.txt"))
 
 
 def commands_of(text: str) -> Commands:

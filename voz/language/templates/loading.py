@@ -10,7 +10,7 @@ from voz.errors import CommandsError
 from voz.files import read_bytes, shown_path
 from voz.language.commands import MAX_BYTES
 from voz.language.templates.expression import wrong
-from voz.language.templates.sentences import has_templates, parse_sentences
+from voz.language.templates.sentences import has_templates, parse_templates
 from voz.language.templates.source import TemplateSource
 
 MOST_FILES = 100
@@ -71,7 +71,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def _sentences(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
-    return parse_sentences(data, name)
+    return parse_templates(data, name)
 
 
 def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:

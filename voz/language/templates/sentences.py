@@ -27,7 +27,7 @@ def _is_import(line: bytes) -> bool:
     return bool(_IMPORT.fullmatch(line.decode("utf-8", "replace").strip("\ufeff")))
 
 
-def parse_sentences(data: bytes, name: str) -> TemplateSource:
+def parse_templates(data: bytes, name: str) -> TemplateSource:
     """Parse a file in voz's own notation.
 
     Args:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from voz.simulation.arm import FOLDED, LINK, SHOULDER_HEIGHT, Joints, moved, pointing, points
+from voz.simulation.arm import FOLDED, LINK, SHOULDER_HEIGHT, Joints, pointing, points, turned
 from voz.simulation.base import Pose2D, wrapped
 
 poses = st.builds(Pose2D, st.floats(0, 5), st.floats(0, 5), st.floats(-pi, pi))
@@ -50,19 +50,19 @@ def test_a_folded_arm_is_above_its_base(pose: Pose2D) -> None:
 
 @given(joints, joints, st.floats(0.001, 1))
 def test_no_joint_turns_faster_than_its_limit(arm: Joints, wanted: Joints, most: float) -> None:
-    after = moved(arm, wanted, most)
-    turned = [wrapped(after.pan - arm.pan), after.tilt - arm.tilt, after.elbow - arm.elbow]
-    assert all(abs(angle) <= most + 1e-12 for angle in turned)
+    after = turned(arm, wanted, most)
+    angles = [wrapped(after.pan - arm.pan), after.tilt - arm.tilt, after.elbow - arm.elbow]
+    assert all(abs(angle) <= most + 1e-12 for angle in angles)
 
 
 @given(joints, joints)
 def test_an_arm_arrives_and_stays(arm: Joints, wanted: Joints) -> None:
     for _ in range(80):
-        arm = moved(arm, wanted, 0.1)
+        arm = turned(arm, wanted, 0.1)
     assert arm == pytest.approx(wanted)
-    assert moved(arm, wanted, 0.1) == arm
+    assert turned(arm, wanted, 0.1) == arm
 
 
 def test_the_pan_goes_the_short_way_round() -> None:
-    after = moved(Joints(3.0, 0.0, 0.0), Joints(-3.0, 0.0, 0.0), 0.1)
+    after = turned(Joints(3.0, 0.0, 0.0), Joints(-3.0, 0.0, 0.0), 0.1)
     assert after.pan == pytest.approx(3.1)

@@ -44,7 +44,7 @@ def pointing(pose: Pose2D, target: Point) -> Joints:
     return Joints(wrapped(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
 
 
-def moved(joints: Joints, wanted: Joints, most: float) -> Joints:
+def turned(joints: Joints, wanted: Joints, most: float) -> Joints:
     """Turn each joint towards the angle wanted, by no more than so many rad; the pan the short way.
 
     Args:

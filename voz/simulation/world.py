@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from voz.config import Simulator
 from voz.events import Twist
-from voz.simulation.arm import FOLDED, Joints, Point, moved, pointing
+from voz.simulation.arm import FOLDED, Joints, Point, pointing, turned
 from voz.simulation.base import Pose2D, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
@@ -85,7 +85,7 @@ def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> Wor
     state = _driven(state, *_obeyed(twist, state.t, settings), dt, settings)
     target = place_of(state.selected, settings)
     wanted = pointing(state.pose, target) if target else FOLDED
-    return replace(state, t=state.t + dt, arm=moved(state.arm, wanted, settings.arm_speed * dt))
+    return replace(state, t=state.t + dt, arm=turned(state.arm, wanted, settings.arm_speed * dt))
 
 
 def place_of(selected: int, settings: Simulator) -> Point | None:

@@ -35,7 +35,7 @@ class RobotSetup(NamedTuple):
     verbose: bool = False
 
 
-class Kind(NamedTuple):
+class RobotKind(NamedTuple):
     """A robot of voz's own.
 
     Attributes:
@@ -90,18 +90,18 @@ def _ros2_watchdog(order: RobotSpec) -> Robot:
     return Ros2Watchdog(order)
 
 
-ROBOTS: Mapping[str, Kind] = {
-    "console": Kind("says them in words; this is what you get if you name none", _console),
-    "simulator": Kind(
+ROBOTS: Mapping[str, RobotKind] = {
+    "console": RobotKind("says them in words; this is what you get if you name none", _console),
+    "simulator": RobotKind(
         "drives through a room with a table, a beer and a cocacola, and points an arm at them",
         _simulator,
     ),
-    "ros1": Kind(
+    "ros1": RobotKind(
         "publishes them for ROS 1, with `odom` and `tf` of a simulator beside it; in `.venv-ros1`",
         _ros1,
         _ros1_watchdog,
     ),
-    "ros2": Kind(
+    "ros2": RobotKind(
         "publishes them for ROS 2, with `odom` and `tf` of a simulator beside it",
         _ros2,
         _ros2_watchdog,

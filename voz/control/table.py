@@ -10,7 +10,7 @@ from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
 
 Steps: TypeAlias = tuple[Step, ...]
-Commands: TypeAlias = Mapping[str, CommandDefinition]
+CommandDefinitions: TypeAlias = Mapping[str, CommandDefinition]
 
 USUAL = ""
 """The set of commands that a run begins with."""
@@ -77,7 +77,9 @@ class CommandTable(NamedTuple):
         return tuple(dict.fromkeys(said))
 
 
-def command_table(commands: Commands, states: Mapping[str, Commands]) -> CommandTable:
+def command_table(
+    commands: CommandDefinitions, states: Mapping[str, CommandDefinitions]
+) -> CommandTable:
     """Make the table, and refuse one with which the robot might not stop.
 
     Args:
@@ -143,7 +145,7 @@ def check_commands(
         )
 
 
-def _resolved(name: str, commands: Commands, state: str) -> Steps:
+def _resolved(name: str, commands: CommandDefinitions, state: str) -> Steps:
     """Follow a command that is another word for one, to its steps."""
     seen = [name]
     while isinstance(command := commands[seen[-1]], str):

@@ -13,7 +13,7 @@ import numpy.typing as npt
 Points: TypeAlias = npt.NDArray[np.float64]
 """Places, one in each row."""
 
-Place: TypeAlias = tuple[float, float]
+Position: TypeAlias = tuple[float, float]
 
 DISTANCES = (12, 20, 32, 48, 70, 95, 125, 160, 200, 250)
 """How far from its place a label with a leader may be."""
@@ -75,7 +75,7 @@ class Rectangle(NamedTuple):
         """The same with more on all sides."""
         return Rectangle(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
-    def hook(self) -> Place:
+    def hook(self) -> Position:
         """Where its leader ends: at the first line, near the beginning."""
         width, height = self.right - self.left, self.top - self.bottom
         return self.left + min(width / 2, HOOK), self.top - min(height / 2, HOOK / 2)
@@ -90,7 +90,7 @@ class Wish(NamedTuple):
         leader: whether a line leads from it to its anchor; else it must be near and cover nothing.
     """
 
-    anchor: Place
+    anchor: Position
     size: tuple[float, float]
     leader: bool
 

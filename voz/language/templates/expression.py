@@ -13,7 +13,7 @@ Value: TypeAlias = str | int | float
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Location:
     """Where something stands, for messages.
 
     Attributes:
@@ -39,7 +39,7 @@ class Place:
         return text, " " * (self.column - 1) + "^"
 
 
-def wrong(place: Place, message: str) -> CommandsError:
+def wrong(place: Location, message: str) -> CommandsError:
     """Make an error that says where, and shows it."""
     return CommandsError(f"{place}: {message}", place.excerpt())
 
@@ -102,7 +102,7 @@ class Slot:
 
     name: str
     item: Expression
-    place: Place = field(compare=False)
+    place: Location = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ class Reference:
 
     kind: Literal["rule", "list"]
     name: str
-    place: Place = field(compare=False)
+    place: Location = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)

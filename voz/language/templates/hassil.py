@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from voz.language.templates.expression import (
     Expression,
+    Location,
     Numbers,
-    Place,
     Tag,
     Value,
     choice,
@@ -20,7 +20,7 @@ from voz.language.templates.expression import (
 )
 from voz.language.templates.notation import Notation, checked
 from voz.language.templates.resolve import renamed
-from voz.language.templates.source import Kind, Template, TemplateSource
+from voz.language.templates.source import DefinitionKind, Template, TemplateSource
 from voz.language.templates.yaml_text import Yaml
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def _sentence(
     intent: str | None,
     node: Node,
     constants: dict[str, Value],
-    names: dict[tuple[Kind, str], str],
+    names: dict[tuple[DefinitionKind, str], str],
 ) -> None:
     passage = text.text(node)
     expression = renamed(Sentences(passage).parse(), names)
@@ -108,11 +108,11 @@ def _sentence(
 
 def _definitions(
     text: Yaml, source: TemplateSource, parts: dict[str, Node], scope: str
-) -> dict[tuple[Kind, str], str]:
+) -> dict[tuple[DefinitionKind, str], str]:
     """Add lists and rules; give the names by which those of one intent are known elsewhere."""
     lists = text.mapping(parts["lists"], "lists") if "lists" in parts else {}
     rules = text.mapping(parts["expansion_rules"], "rules") if "expansion_rules" in parts else {}
-    names: dict[tuple[Kind, str], str] = {}
+    names: dict[tuple[DefinitionKind, str], str] = {}
     if scope:
         names.update((("list", name), scope + name) for name in lists)
         names.update((("rule", name), scope + name) for name in rules)
@@ -156,7 +156,7 @@ def _value(text: Yaml, node: Node) -> Expression:
     return Tag(spoken, value_of(text.text(parts["out"]).text)) if "out" in parts else spoken
 
 
-def _range(text: Yaml, node: Node, place: Place) -> Numbers:
+def _range(text: Yaml, node: Node, place: Location) -> Numbers:
     parts = {name: text.text(value).text for name, value in text.mapping(node, "from, to").items()}
     if unknown := {"multiplier", "fractions"} & parts.keys():
         raise wrong(place, f"{min(unknown)} is unknown here; write from, to and step alone")

@@ -15,7 +15,7 @@ from voz.language.templates.expression import (
     NOTHING,
     Choice,
     Expression,
-    Place,
+    Location,
     Reference,
     Slot,
     Tag,
@@ -112,7 +112,7 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     whole = Passage(name, 1, 0, text)
     header = _HEADER.match(text)
     at, grammar = (header.end(), header[1] or "") if header else (0, "")
-    source, public = TemplateSource(name), list[tuple[str, Expression, Place]]()
+    source, public = TemplateSource(name), list[tuple[str, Expression, Location]]()
     while text[at:].strip():
         at += len(text[at:]) - len(text[at:].lstrip())
         if _IMPORT.match(text, at):
@@ -128,7 +128,9 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
         source.define("rule", rule, _slot(rule, body, place), place)
         at = match.end()
     if not public:
-        raise wrong(Place(name, 1), 'no rule is public; write "public" before that which is said')
+        raise wrong(
+            Location(name, 1), 'no rule is public; write "public" before that which is said'
+        )
     _add_public(source, public)
     return source
 
@@ -138,14 +140,14 @@ def _part(whole: Passage, start: int, end: int) -> Passage:
     return Passage(whole.file, place.line, place.column - 1, whole.text[start:end], place.text)
 
 
-def _slot(name: str, body: Expression, place: Place) -> Expression:
+def _slot(name: str, body: Expression, place: Location) -> Expression:
     """A rule with tags is a slot."""
     alternatives = body.items if isinstance(body, Choice) else (body,)
     tagged = any(isinstance(one, Tag) for one in alternatives)
     return Slot(name, body, place) if tagged else body
 
 
-def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Place]]) -> None:
+def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Location]]) -> None:
     """Make commands of the public rules, which are then no rules unless others name them."""
     bodies = [definition.expression for definition in source.definitions.values()]
     named = {found.name for body in bodies for found in references(body)}

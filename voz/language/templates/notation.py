@@ -13,8 +13,8 @@ from itertools import product
 from voz.language.commands import MAX_LETTERS, normalise
 from voz.language.templates.expression import (
     Expression,
+    Location,
     Numbers,
-    Place,
     Reference,
     Slot,
     Tag,
@@ -150,7 +150,7 @@ def list_body(passage: Passage) -> Expression:
     return number_range(passage.text, passage.place()) or Notation(passage, values=True).parse()
 
 
-def number_range(text: str, place: Place) -> Numbers | None:
+def number_range(text: str, place: Location) -> Numbers | None:
     """Parse a range of numbers, as `5..180 by 5`; None if it is none.
 
     Raises:
@@ -163,7 +163,7 @@ def number_range(text: str, place: Place) -> Numbers | None:
     return checked(Numbers(first, last, step), place)
 
 
-def checked(numbers: Numbers, place: Place) -> Numbers:
+def checked(numbers: Numbers, place: Location) -> Numbers:
     """Check a range of numbers.
 
     Raises:

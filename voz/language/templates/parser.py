@@ -11,10 +11,10 @@ from voz.language.commands import normalise, too_long, what_cannot_be_spoken
 from voz.language.templates.expression import (
     Choice,
     Expression,
+    Location,
     Numbers,
     Optional,
     Permutation,
-    Place,
     Word,
     choice,
     sequence,
@@ -46,13 +46,13 @@ class Passage:
     text: str
     whole: str = ""
 
-    def place(self, at: int = 0) -> Place:
+    def place(self, at: int = 0) -> Location:
         """Where a character of it stands in the file."""
         before = self.text[:at]
         down = before.count("\n")
         column = len(before) - before.rfind("\n") - 1 + (0 if down else self.column)
         shown = self.whole if self.whole and not down else self.text.split("\n")[down]
-        return Place(self.file, self.line + down, column + 1, shown)
+        return Location(self.file, self.line + down, column + 1, shown)
 
     def part(self, start: int, end: int | None = None) -> Passage:
         """A part of a passage that is one line."""

@@ -31,7 +31,7 @@ Mark: TypeAlias = tuple[str, Value]
 
 Marks: TypeAlias = tuple[Mark, ...]
 
-Arc: TypeAlias = tuple[int, Marks]
+MarkedArc: TypeAlias = tuple[int, Marks]
 """The state that a word leads to, and what begins or ends before the word."""
 
 
@@ -47,7 +47,7 @@ class Reader(msgspec.Struct, frozen=True):
         ends: the states in which a sentence may end, and what ends there.
     """
 
-    arcs: list[dict[str, list[Arc]]]
+    arcs: list[dict[str, list[MarkedArc]]]
     ends: dict[int, Marks]
 
     def slots(self, words: Sequence[str]) -> dict[str, Value] | None:
@@ -185,9 +185,9 @@ class _States:
     def without_silent(self) -> Reader:
         """The same with words alone, each with the marks on the way to it."""
         number = {0: 0}
-        todo, arcs, ends = [0], list[dict[str, list[Arc]]](), dict[int, Marks]()
+        todo, arcs, ends = [0], list[dict[str, list[MarkedArc]]](), dict[int, Marks]()
         for state in todo:
-            found: dict[str, list[Arc]] = {}
+            found: dict[str, list[MarkedArc]] = {}
             for near, marks in self._near(state):
                 if near == 1:
                     ends[len(arcs)] = marks

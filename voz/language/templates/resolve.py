@@ -9,11 +9,11 @@ from typing import TypeAlias
 from voz.language.templates.expression import (
     Choice,
     Expression,
+    Location,
     Named,
     Numbers,
     Optional,
     Permutation,
-    Place,
     Reference,
     Sequence,
     Slot,
@@ -21,7 +21,7 @@ from voz.language.templates.expression import (
     Word,
     wrong,
 )
-from voz.language.templates.source import Kind, Template, TemplateSource, shown
+from voz.language.templates.source import DefinitionKind, Template, TemplateSource, shown
 
 DEEPEST = 30
 """Rules within rules; Python's own limit is not far above."""
@@ -58,12 +58,12 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
 class _Resolver:
     def __init__(self, source: TemplateSource) -> None:
         self._source = source
-        self._open: list[tuple[Kind, str]] = []
-        self.known: dict[tuple[Kind, str], Named] = {}
+        self._open: list[tuple[DefinitionKind, str]] = []
+        self.known: dict[tuple[DefinitionKind, str], Named] = {}
         self.slots: dict[int, Slots] = {}
-        self._depths: dict[tuple[Kind, str], int] = {}
+        self._depths: dict[tuple[DefinitionKind, str], int] = {}
 
-    def named(self, kind: Kind, name: str, place: Place) -> Named:
+    def named(self, kind: DefinitionKind, name: str, place: Location) -> Named:
         """What a name stands for."""
         if (kind, name) in self.known:
             return self.known[kind, name]
@@ -88,8 +88,8 @@ class _Resolver:
         found = self.known[kind, name] = Named(kind, name, item)
         return found
 
-    def _unknown(self, kind: Kind, name: str) -> str:
-        other: Kind = "rule" if kind == "list" else "list"
+    def _unknown(self, kind: DefinitionKind, name: str) -> str:
+        other: DefinitionKind = "rule" if kind == "list" else "list"
         if (other, name) in self._source.definitions:
             return f'"{name}" is a {other}; write {shown(other, name)}'
         head = shown(kind, name) if kind == "rule" else name
@@ -115,7 +115,7 @@ def references(item: Expression) -> Iterator[Reference]:
         yield from references(inner)
 
 
-def renamed(item: Expression, names: Mapping[tuple[Kind, str], str]) -> Expression:
+def renamed(item: Expression, names: Mapping[tuple[DefinitionKind, str], str]) -> Expression:
     """Let the references in an expression have the names that are known elsewhere."""
     if isinstance(item, Reference):
         return replace(item, name=names.get((item.kind, item.name), item.name))

@@ -15,8 +15,8 @@ from voz.language.commands import whole_lines
 from voz.language.templates.expression import (
     NOTHING,
     Expression,
+    Location,
     Numbers,
-    Place,
     Reference,
     Slot,
     Tag,
@@ -27,7 +27,7 @@ from voz.language.templates.expression import (
 from voz.language.templates.notation import checked
 from voz.language.templates.parser import Parser, Passage, Token
 from voz.language.templates.resolve import references, renamed
-from voz.language.templates.source import Kind, Template, TemplateSource
+from voz.language.templates.source import DefinitionKind, Template, TemplateSource
 
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
 _RULE = re.compile(r"\s*([\w-]+)\s*=")
@@ -103,7 +103,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
     """
     source = TemplateSource(name)
     intent = ""
-    own: dict[str, dict[tuple[Kind, str], str]] = {}
+    own: dict[str, dict[tuple[DefinitionKind, str], str]] = {}
     for number, line in whole_lines(data, name):
         text = line.partition("#")[0].rstrip()
         if not text.strip() or text.lstrip().startswith(";"):
@@ -121,7 +121,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
 
 
 def _add(
-    source: TemplateSource, intent: str, line: Passage, own: dict[tuple[Kind, str], str]
+    source: TemplateSource, intent: str, line: Passage, own: dict[tuple[DefinitionKind, str], str]
 ) -> None:
     if match := _RULE.match(line.text):
         own["rule", match[1]] = f"{intent}.{match[1]}"
@@ -135,7 +135,9 @@ def _add(
     source.templates.append(Template(intent, expression, line.place(begin)))
 
 
-def _use_names(source: TemplateSource, own: dict[str, dict[tuple[Kind, str], str]]) -> None:
+def _use_names(
+    source: TemplateSource, own: dict[str, dict[tuple[DefinitionKind, str], str]]
+) -> None:
     """Give the rules of an intent the names by which the others know them."""
     source.templates = [
         Template(t.command, renamed(t.expression, own.get(t.command or "", {})), t.place)
@@ -159,7 +161,7 @@ def _add_lists(source: TemplateSource, read_slots: ReadSlots) -> None:
                 todo.append(values)
 
 
-def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Place]:
+def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location]:
     read = read_slots(named.name)
     if read is None:
         raise wrong(

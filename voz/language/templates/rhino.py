@@ -20,7 +20,7 @@ from voz.language.templates.expression import (
 )
 from voz.language.templates.expression import Sequence as InARow
 from voz.language.templates.parser import Parser, Token
-from voz.language.templates.source import Kind, Template, TemplateSource
+from voz.language.templates.source import DefinitionKind, Template, TemplateSource
 from voz.language.templates.yaml_text import Yaml
 
 NUMBERS: Mapping[str, int] = {"SingleDigitInteger": 9, "TwoDigitInteger": 99, "Percent": 100}
@@ -79,7 +79,7 @@ def parse_rhino(text: Yaml) -> TemplateSource:
             passage = text.text(line)
             template = Template(intent, Expressions(passage).parse(), passage.place())
             source.templates.append(template)
-    sections: list[tuple[Kind, str]] = [("list", "slots"), ("rule", "macros")]
+    sections: list[tuple[DefinitionKind, str]] = [("list", "slots"), ("rule", "macros")]
     for kind, section in sections:
         named = text.mapping(parts[section], section) if section in parts else {}
         for name, node in named.items():

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
-from voz.language.templates.expression import Expression, Place, Value, wrong
+from voz.language.templates.expression import Expression, Location, Value, wrong
 
-Kind = Literal["rule", "list"]
+DefinitionKind = Literal["rule", "list"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Template:
 
     command: str | None
     expression: Expression
-    place: Place
+    place: Location
     constants: Mapping[str, Value] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -34,7 +34,7 @@ class Definition:
     """What a rule or a list stands for, and where that stands."""
 
     expression: Expression
-    place: Place
+    place: Location
 
 
 @dataclass
@@ -50,10 +50,12 @@ class TemplateSource:
 
     name: str
     templates: list[Template] = field(default_factory=list)
-    definitions: dict[tuple[Kind, str], Definition] = field(default_factory=dict)
-    imports: list[tuple[str, Place]] = field(default_factory=list)
+    definitions: dict[tuple[DefinitionKind, str], Definition] = field(default_factory=dict)
+    imports: list[tuple[str, Location]] = field(default_factory=list)
 
-    def define(self, kind: Kind, name: str, expression: Expression, place: Place) -> None:
+    def define(
+        self, kind: DefinitionKind, name: str, expression: Expression, place: Location
+    ) -> None:
         """Add what a name stands for.
 
         Raises:
@@ -72,6 +74,6 @@ class TemplateSource:
             self.define(kind, name, definition.expression, definition.place)
 
 
-def shown(kind: Kind, name: str) -> str:
+def shown(kind: DefinitionKind, name: str) -> str:
     """Write a name as it is used in a template."""
     return f"<{name}>" if kind == "rule" else f"{{{name}}}"

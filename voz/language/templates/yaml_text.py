@@ -7,7 +7,7 @@ from typing import NoReturn
 import yaml
 
 from voz.language.commands import whole_lines
-from voz.language.templates.expression import Place, wrong
+from voz.language.templates.expression import Location, wrong
 from voz.language.templates.parser import Passage
 
 
@@ -27,24 +27,24 @@ class Yaml:
         except yaml.MarkedYAMLError as error:
             self._broken(error)
         except (yaml.YAMLError, RecursionError) as error:
-            raise wrong(Place(name, 1), f"is no YAML ({error}); correct it") from None
+            raise wrong(Location(name, 1), f"is no YAML ({error}); correct it") from None
         if root is None:
-            raise wrong(Place(name, 1), "is empty; write intents and their sentences")
+            raise wrong(Location(name, 1), "is empty; write intents and their sentences")
         self.root = root
 
     def _broken(self, error: yaml.MarkedYAMLError) -> NoReturn:
         mark = error.problem_mark
         line = min(mark.line, len(self._lines) - 1) if mark else 0
-        place = Place(self.name, line + 1, mark.column + 1 if mark else 0, self._lines[line])
+        place = Location(self.name, line + 1, mark.column + 1 if mark else 0, self._lines[line])
         raise wrong(place, f"is no YAML: {error.problem or error.context}; correct it") from None
 
-    def place(self, node: yaml.Node) -> Place:
+    def place(self, node: yaml.Node) -> Location:
         """Where a part begins."""
         return self.text(node).place() if isinstance(node, yaml.ScalarNode) else self._begin(node)
 
-    def _begin(self, node: yaml.Node) -> Place:
+    def _begin(self, node: yaml.Node) -> Location:
         mark = node.start_mark
-        return Place(self.name, mark.line + 1, mark.column + 1, self._lines[mark.line])
+        return Location(self.name, mark.line + 1, mark.column + 1, self._lines[mark.line])
 
     def mapping(self, node: yaml.Node, what: str) -> dict[str, yaml.Node]:
         """The parts of a mapping by name; `what` says what should stand there."""

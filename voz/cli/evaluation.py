@@ -2,73 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from voz.cli.evaluation_options import Evaluating, JobsOption
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import LmOption, Recognising, with_options
+from voz.cli.options import LmOption, with_options
 from voz.cli.terminal import show, tell, with_bar, write_text
-from voz.files import check_not_read, check_writable, shown_path
-from voz.printable import printable
+from voz.files import check_not_read, check_writable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
     from voz.evaluation.operating_points import OperatingPoint
+    from voz.evaluation.recognise import Task
+    from voz.evaluation.report import Evaluation
     from voz.evaluation.results import Result
 
 ManifestsArgument = Annotated[
     list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
 ]
-MOST_JOBS = 256
-"""Processes; each takes 100 MB."""
-
-JobsOption = Annotated[
-    int | None,
-    typer.Option(metavar="N", min=1, max=MOST_JOBS, help="Processes; else one for each core."),
-]
-
 RECOGNISING = "Recognising"
 """What the bar says while it goes on."""
 
 
 @with_options
-def evaluate(
-    options: Recognising,
-    manifests: ManifestsArgument,
-    html: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write a page with tables and pictures.")
-    ] = None,
-    as_json: Annotated[
-        str | None,
-        typer.Option("--json", metavar="FILE|-", help="Write all figures and each clip's result."),
-    ] = None,
-    compare: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Compare with what --json has written before."),
-    ] = None,
-    engine: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="voz, first-ear, second-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
-            '"command:PROGRAM ARGUMENTS".',
-        ),
-    ] = "voz",
-    snr: Annotated[
-        str | None,
-        typer.Option(
-            metavar="DB,DB...", help="Also hear commands and near-misses in noise, as 20,10,5."
-        ),
-    ] = None,
-    noise: Annotated[
-        Path | None, typer.Option(metavar="DIR|FILE", help="Recordings of noise for --snr.")
-    ] = None,
-    reverb: Annotated[bool, typer.Option("--reverb", help="Play all in a room.")] = False,
-    jobs: JobsOption = None,
-) -> None:
+def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     """Score recordings whose texts are known: right, refused, false alarms, time.
 
     A manifest is a table with tabs: a line with the names of its columns, path (or file), text,
@@ -89,50 +50,23 @@ def evaluate(
     from voz.evaluation import report
     from voz.evaluation.engines import EngineChoice
     from voz.evaluation.noise import noise_options
-    from voz.evaluation.recognise import recognise_all, tasks_for
+    from voz.evaluation.recognise import tasks_for
     from voz.recordings.manifest import read_manifests
 
-    report.require_libraries(pictures=html is not None)
+    report.require_libraries(pictures=options.html is not None)
     settings = options.settings()
-    choice = EngineChoice(engine, options.language(settings), settings.recognition)
-    ratios, noises = noise_options(snr, noise)
+    choice = EngineChoice(options.engine, options.language(settings), settings.recognition)
+    ratios, noises = noise_options(options.snr, options.noise)
+    compare = options.compare
     others = report.read_results(compare, in_noise=bool(ratios)) if compare else None
     clips = read_manifests(manifests, streams=True)
-    heard = [*manifests, *(clip.path for clip in clips), *noises]
-    # What is compared with may be replaced by what is new, but not by a page.
-    options.check_written([as_json, html], heard)
-    options.check_written([html], [compare])
-    for name in (as_json, html):
-        if name and name != "-":
-            check_writable(Path(name))
-    tasks = tasks_for(clips, noises, ratios, reverb)
-    asked = {
-        "manifests": ", ".join(map(shown_path, manifests)),
-        "engine": printable(engine),
-        "search": settings.recognition.search,
-        "threshold": _number(settings.recognition.threshold),
-        "false alarms per hour": _number(settings.recognition.false_alarms_per_hour) or "the usual",
-        "snr": printable(snr or ""),
-        "noise": shown_path(noise) if noise else "",
-        "reverb": "yes" if reverb else "no",
-        "compare": shown_path(compare) if compare else "",
-    }
-    heard_in = with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks))
-    results = [result for of_recording in heard_in for result in of_recording]
-    points = _operating_points(results, choice) if engine == "voz" else []
-    evaluation = report.evaluate(results, asked, others, points)
-    if html:
-        write_text(html, report.to_html(evaluation), "a page with tables and pictures")
-    if as_json:
-        data = f"{report.to_json(evaluation)}\n"
-        write_text(as_json, data, "all figures and each clip's result")
-    if not (html or as_json):
-        show(*report.to_text(evaluation).split("\n"))
-    failed = dict.fromkeys(result.error for result in results if result.error is not None)
-    for error in failed:
-        tell(f"error: {error}")
-    if failed:
-        raise typer.Exit(SOME_UNREADABLE)
+    options.check([*manifests, *(clip.path for clip in clips), *noises])
+    tasks = tasks_for(clips, noises, ratios, options.reverb)
+    results = _recognised(tasks, choice, options.jobs)
+    points = _operating_points(results, choice) if options.engine == "voz" else []
+    asked = options.described(manifests, settings.recognition)
+    _put(report.evaluate(results, asked, others, points), options)
+    _tell_errors(results)
 
 
 def fit_confidence(
@@ -176,6 +110,36 @@ def fit_confidence(
     show(f"written: {out}")
 
 
+def _recognised(tasks: Sequence[Task], choice: EngineChoice, jobs: int | None) -> list[Result]:
+    """Recognise all recordings, with a bar that shows how far it is."""
+    from voz.evaluation.recognise import recognise_all
+
+    heard_in = with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks))
+    return [result for of_recording in heard_in for result in of_recording]
+
+
+def _put(evaluation: Evaluation, options: Evaluating) -> None:
+    """Write the results where they are wanted, or show the main ones."""
+    from voz.evaluation import report
+
+    if options.html:
+        write_text(options.html, report.to_html(evaluation), "a page with tables and pictures")
+    if options.as_json:
+        data = f"{report.to_json(evaluation)}\n"
+        write_text(options.as_json, data, "all figures and each clip's result")
+    if not (options.html or options.as_json):
+        show(*report.to_text(evaluation).split("\n"))
+
+
+def _tell_errors(results: Iterable[Result]) -> None:
+    """Tell which recordings could not be read, each once, and end if there are such."""
+    failed = dict.fromkeys(result.error for result in results if result.error is not None)
+    for error in failed:
+        tell(f"error: {error}")
+    if failed:
+        raise typer.Exit(SOME_UNREADABLE)
+
+
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
     from voz.evaluation.operating_points import operating_points
     from voz.language.files import read_commands
@@ -183,7 +147,3 @@ def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[O
 
     model = Recognizer(choice.language, choice.settings).model
     return operating_points(results, model, choice.settings, read_commands(choice.language))
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:g}"

@@ -1,0 +1,90 @@
+"""What `voz eval` may be told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from voz.cli.options import Recognising
+from voz.config import Recognition
+from voz.files import check_writable, shown_path
+from voz.printable import printable
+
+MOST_JOBS = 256
+"""Processes; each takes 100 MB."""
+
+JobsOption = Annotated[
+    int | None,
+    typer.Option(metavar="N", min=1, max=MOST_JOBS, help="Processes; else one for each core."),
+]
+
+
+@dataclass
+class Evaluating(Recognising):
+    """The options of `voz eval`."""
+
+    html: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write a page with tables and pictures.")
+    ] = None
+    as_json: Annotated[
+        str | None,
+        typer.Option("--json", metavar="FILE|-", help="Write all figures and each clip's result."),
+    ] = None
+    compare: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Compare with what --json has written before."),
+    ] = None
+    engine: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="voz, first-ear, second-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
+            '"command:PROGRAM ARGUMENTS".',
+        ),
+    ] = "voz"
+    snr: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DB,DB...", help="Also hear commands and near-misses in noise, as 20,10,5."
+        ),
+    ] = None
+    noise: Annotated[
+        Path | None, typer.Option(metavar="DIR|FILE", help="Recordings of noise for --snr.")
+    ] = None
+    reverb: Annotated[bool, typer.Option("--reverb", help="Play all in a room.")] = False
+    jobs: JobsOption = None
+
+    def check(self, heard: Sequence[Path]) -> None:
+        """Refuse results that would replace what is read, or cannot be written.
+
+        Args:
+            heard: the manifests and all recordings.
+        """
+        # What is compared with may be replaced by what is new, but not by a page.
+        self.check_written([self.as_json, self.html], heard)
+        self.check_written([self.html], [self.compare])
+        for name in (self.as_json, self.html):
+            if name and name != "-":
+                check_writable(Path(name))
+
+    def described(self, manifests: Sequence[Path], settings: Recognition) -> dict[str, str]:
+        """Say what was asked for, as the results tell it."""
+        return {
+            "manifests": ", ".join(map(shown_path, manifests)),
+            "engine": printable(self.engine),
+            "search": settings.search,
+            "threshold": _number(settings.threshold),
+            "false alarms per hour": _number(settings.false_alarms_per_hour) or "the usual",
+            "snr": printable(self.snr or ""),
+            "noise": shown_path(self.noise) if self.noise else "",
+            "reverb": "yes" if self.reverb else "no",
+            "compare": shown_path(self.compare) if self.compare else "",
+        }
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:g}"

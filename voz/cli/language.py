@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from voz.cli.build_options import Building
 from voz.cli.exit_codes import STALE, WRONG_CALL
 from voz.cli.options import HERE, Common, with_options
 from voz.cli.terminal import put, show, tell, warn
@@ -20,7 +21,9 @@ MOST_TOLD = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
 
 
+@with_options
 def build_lm(
+    options: Building,
     commands: Annotated[
         Path,
         typer.Argument(
@@ -28,25 +31,6 @@ def build_lm(
             help="The command list: sentences or templates, or a .ini, .yaml, .gram of others.",
         ),
     ] = Path("lm/comandos_voz.txt"),
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where to write; else beside the list.")
-    ] = None,
-    check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; exit with 1 if files are stale.")
-    ] = False,
-    count: Annotated[
-        bool, typer.Option("--count", help="Also show how many sentences each line gives.")
-    ] = False,
-    sample: Annotated[
-        int, typer.Option(metavar="N", min=0, help="Also show N sentences, drawn by chance.")
-    ] = 0,
-    alike: Annotated[
-        bool, typer.Option("--alike", help="Also show the commands that sound most alike.")
-    ] = False,
-    picture: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.png|.svg", help="Also draw how alike all commands sound."),
-    ] = None,
 ) -> None:
     """Make the dictionary, language model and grammar from a list of commands.
 
@@ -59,34 +43,48 @@ def build_lm(
     """
     from voz.config import Config, load_config
     from voz.language import build
-    from voz.language.alike import table
     from voz.run.commands import check_list
 
     settings = load_config(HERE) if HERE.is_file() else Config()
     given = build.read_list(commands, _spoken(settings))
     _check_expected(given, commands.parent)
     check_list(given.commands, settings.table, str(commands))
-    if count:
-        _show_costs(given)
-    if sample:
-        show(*given.commands.sample(sample))
-    if alike:
-        show(*table(build.closest(given)).split("\n"))
-    if picture:
-        build.draw_alike(commands, picture, given)
-    folder = out or commands.parent
-    if check:
-        if stale := build.check(commands, folder, given):
-            names = ", ".join(stale)
-            tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
-            raise typer.Exit(STALE)
-        show(f"{folder}: up to date")
+    _show_more(options, commands, given)
+    folder = options.out or commands.parent
+    if options.check:
+        _check_fresh(commands, folder, given)
         return
     result = build.build(commands, folder, given)
     for warning in result.warnings:
         warn(warning)
     show(f"{result.sentences:,} sentences, {result.words:,} words:")
     show(*(f"  {path}" for path in result.paths))
+
+
+def _show_more(options: Building, commands: Path, given: Given) -> None:
+    """Show what else is wanted of a list."""
+    from voz.language import build
+    from voz.language.alike import table
+
+    if options.count:
+        _show_costs(given)
+    if options.sample:
+        show(*given.commands.sample(options.sample))
+    if options.alike:
+        show(*table(build.closest(given)).split("\n"))
+    if options.picture:
+        build.draw_alike(commands, options.picture, given)
+
+
+def _check_fresh(commands: Path, folder: Path, given: Given) -> None:
+    """Tell whether the files are what the list gives, and end if they are not."""
+    from voz.language import build
+
+    if stale := build.check(commands, folder, given):
+        names = ", ".join(stale)
+        tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
+        raise typer.Exit(STALE)
+    show(f"{folder}: up to date")
 
 
 def _spoken(settings: Config) -> OtherLanguage | None:

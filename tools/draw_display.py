@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 from rich.console import Console
 
@@ -33,14 +34,8 @@ def main() -> None:
     """Let the display hear some recordings, and keep how it looks then."""
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
-    display = Display(
-        lambda: 0.12,
-        lambda: -64.0,
-        lambda: drive.listening,
-        lambda: False,
-        lambda: "",
-        "USB Audio Device",
-    )
+    sound = SimpleNamespace(peak=0.12, background=-64.0, deaf=False, device="USB Audio Device")
+    display = Display(sound, lambda: drive.listening, lambda: "")
     drive = Controller([display.receive], Safety())
     now = 0.0
     for name in RECORDINGS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -22,15 +23,8 @@ def shown(display: Display, colours: bool = False) -> str:
 def a_display(
     peak: float = 0.1, listening: bool = True, speaking: bool = False, note: str = ""
 ) -> Display:
-    return Display(
-        lambda: peak,
-        lambda: -52.3,
-        lambda: listening,
-        lambda: speaking,
-        lambda: "go fo",
-        "USB Audio",
-        lambda: note,
-    )
+    sound = SimpleNamespace(peak=peak, background=-52.3, deaf=speaking, device="USB Audio")
+    return Display(sound, lambda: listening, lambda: "go fo", lambda: note)
 
 
 def heard(text: str, **others: object) -> Utterance:

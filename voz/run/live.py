@@ -127,12 +127,7 @@ def run_live(
     table = settings.table
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
-
-    def obey(line: str, source: str = TYPED) -> None:
-        text = normalise(line[:LONGEST])
-        if text not in NO_COMMAND:
-            inbox.put(typed(text, recognizer.commands, clock.now(), source))
-
+    obey = partial(_obey, inbox, recognizer, clock)
     with ExitStack() as parts:
         page = seat.page(inbox, clock) if seat.page else None
         recorder = parts.enter_context(_recorder(seat, settings, warn))
@@ -156,18 +151,23 @@ def run_live(
         start = parts.enter_context(starting(table, inbox, clock))
         told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
         drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
-        if seat.terminal:
-            display = _display(seat, drive, hearing, line, recorder)
-            told.append(display.receive)
-            parts.enter_context(drawn(display, seat.terminal))
-        else:
-            seat.tell(_ready(hearing.device, seat))
+        display = _display(seat, drive, hearing, line, recorder)
+        parts.enter_context(_showing(display, told, seat, hearing.device))
         ears: Ears = hearing
         if page:
             shown = Shown(drive, hearing, mixer, recognizer, settings, recorder)
             ears = parts.enter_context(page.serving(shown))
             robots = {**robots, PAGE: partial(_trouble, page, drive)}
         drive_by_clock(drive, inbox, clock, robots, ears)
+
+
+def _obey(
+    inbox: Inbox, recognizer: Recognizer, clock: Clock, line: str, source: str = TYPED
+) -> None:
+    """Let a line that was typed be obeyed as if it were spoken."""
+    text = normalise(line[:LONGEST])
+    if text not in NO_COMMAND:
+        inbox.put(typed(text, recognizer.commands, clock.now(), source))
 
 
 @contextmanager
@@ -186,15 +186,24 @@ def _display(
     seat: Seat, drive: Controller, hearing: Hearing, line: Line, recorder: Recorder | None
 ) -> Display:
     return Display(
-        lambda: hearing.peak,
-        lambda: hearing.background,
+        hearing,
         lambda: drive.listening,
-        lambda: hearing.deaf,
         lambda: line.text,
-        hearing.device,
         lambda: recorder.note if recorder else "",
         seat.extra,
     )
+
+
+@contextmanager
+def _showing(display: Display, told: list[Receiver], seat: Seat, microphone: str) -> Iterator[None]:
+    """Draw the run on the terminal for a `with` block; where there is none, say that it begins."""
+    if seat.terminal is None:
+        seat.tell(_ready(microphone, seat))
+        yield
+        return
+    told.append(display.receive)
+    with drawn(display, seat.terminal):
+        yield
 
 
 def _trouble(page: Page, drive: Controller) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from typing import Protocol
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.panel import Panel
@@ -37,38 +38,46 @@ BESIDE = 40
 HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
 
 
+class HeardSound(Protocol):
+    """What there is to show of a microphone.
+
+    Attributes:
+        peak: its level now, 0 to 1.
+        background: the level of the room, dBFS.
+        deaf: whether the robot speaks, so that nothing but `stop` is obeyed.
+        device: the name of the microphone.
+    """
+
+    peak: float
+    background: float
+    deaf: bool
+    device: str
+
+
 class Display:
     """Collects the events and draws them whenever it is asked to."""
 
     def __init__(
         self,
-        peak: Callable[[], float],
-        background: Callable[[], float],
+        sound: HeardSound,
         listening: Callable[[], bool],
-        speaking: Callable[[], bool],
         typing: Callable[[], str],
-        device: str,
         note: Callable[[], str] = lambda: "",
         extra: RenderableType | None = None,
     ) -> None:
         """Start with nothing heard.
 
         Args:
-            peak: gives the level of the microphone now, 0 to 1.
-            background: gives the level of the room, dBFS.
+            sound: what the microphone gives.
             listening: whether commands are obeyed.
-            speaking: whether the robot speaks, so that nothing but `stop` is obeyed.
             typing: gives the line that is being typed.
-            device: the name of the microphone.
             note: gives what is to be seen all the time.
             extra: what is drawn below, or beside if there is room.
         """
-        self._peak = peak
-        self._background = background
+        self._sound = sound
+        self._device = sound.device
         self._listening = listening
-        self._speaking = speaking
         self._typing = typing
-        self._device = device
         self._note = note
         self._extra = extra
         self._lines: deque[Text] = deque(maxlen=SHOWN)
@@ -97,9 +106,9 @@ class Display:
         table = Table.grid(padding=(0, 2))
         table.add_column(style="dim", justify="right")
         table.add_column()
-        table.add_row("microphone", _level(self._peak()))
+        table.add_row("microphone", _level(self._sound.peak))
         table.add_row("", Text(printable(self._device), "dim", no_wrap=True))
-        table.add_row("room", _room(self._background(), self._above))
+        table.add_row("room", _room(self._sound.background, self._above))
         table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
         if self._selected is not None:
             table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
@@ -113,7 +122,7 @@ class Display:
         return Panel(Group(table), title=self._title(), subtitle=Text(HELP, "dim"), width=WIDTH)
 
     def _title(self) -> Text:
-        if self._speaking():
+        if self._sound.deaf:
             return Text(" speaking ", "black on yellow")
         if self._listening():
             return Text(" listening ", "black on green")

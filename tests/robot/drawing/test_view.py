@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import re
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console, RenderableType
@@ -64,9 +65,8 @@ def test_looking_changes_nothing_of_the_run() -> None:
 @pytest.mark.parametrize(("width", "beside"), [(140, True), (80, False)])
 def test_in_a_wide_terminal_it_is_beside_the_display_else_below(width: int, beside: bool) -> None:
     room = RoomView(SimulatedRobot(Simulator()), Simulator())
-    display = Display(
-        lambda: 0.1, lambda: -60, lambda: True, lambda: False, lambda: "", "USB Audio", extra=room
-    )
+    sound = SimpleNamespace(peak=0.1, background=-60.0, deaf=False, device="USB Audio")
+    display = Display(sound, lambda: True, lambda: "", extra=room)
     lines = shown(display, width, 40)
     assert any(re.search("USB Audio.*[\u2801-\u28ff]", line) for line in lines) == beside
     assert any(re.search("[\u2801-\u28ff]", line) for line in lines)

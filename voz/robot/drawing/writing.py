@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import cos, pi, sin
 from typing import Any
 
@@ -117,15 +118,7 @@ def write_along(
     said = same_place(trip.said)[-MOST_LABELS:]
     labels += [Label(axes, _lines(group), len(group)) for group in said]
     point = canvas.figure.dpi / 72
-
-    def on_paper(places: npt.ArrayLike) -> Points:
-        pixels: Points = axes.transData.transform(places) / point
-        return pixels
-
-    def in_room(x: float, y: float) -> tuple[float, float]:
-        place = axes.transData.inverted().transform((x * point, y * point))
-        return float(place[0]), float(place[1])
-
+    on_paper, in_room = partial(_on_paper, axes, point), partial(_in_room, axes, point)
     (left, bottom), (right, top) = on_paper([(0, 0), trip.settings.room])
     right = max(right, canvas.figure.bbox.width / point - BESIDE)  # beside a narrow room is space
     boxes = [Rectangle(*artist.get_window_extent().extents / point) for artist in taken]
@@ -141,6 +134,18 @@ def write_along(
         else:
             label.put(in_room(box.left + label.air, box.top - label.air), in_room(*box.hook()))
     return [label for label in labels if label.artists]
+
+
+def _on_paper(axes: Axes, point: float, places: npt.ArrayLike) -> Points:
+    """Where places of the room are on the paper, 1/72 inch; `point` is one in pixels."""
+    pixels: Points = axes.transData.transform(places) / point
+    return pixels
+
+
+def _in_room(axes: Axes, point: float, x: float, y: float) -> tuple[float, float]:
+    """The other way round."""
+    place = axes.transData.inverted().transform((x * point, y * point))
+    return float(place[0]), float(place[1])
 
 
 def _lines(group: Sequence[Mark]) -> list[Mark]:

@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, replaced
 from voz.language import alike
+from voz.language.alike_picture import MOST_PICTURED, draw
 from voz.language.checks import fingerprint, locked
 from voz.language.commands import MAX_BYTES, at_most, check_english, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
@@ -200,13 +201,13 @@ def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> Non
         VozError: the picture cannot be drawn.
     """
     given = given or read_list(commands)
-    if len(given.commands) > alike.MOST_PICTURED:
+    if len(given.commands) > MOST_PICTURED:
         raise CommandsError(
             f"{given.name}: has {len(given.commands):,} sentences, too many for a picture; "
-            f"give a list of at most {alike.MOST_PICTURED}"
+            f"give a list of at most {MOST_PICTURED}"
         )
     distances = given.spoken.distances if given.spoken else None
-    alike.draw(given.commands.listed, _phones(given.entries), picture, distances)
+    draw(given.commands.listed, _phones(given.entries), picture, distances)
 
 
 def generate(

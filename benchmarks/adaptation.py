@@ -26,7 +26,6 @@ import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
-from voz.config import Recognition
 from voz.language.build import build
 from voz.language.files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer
@@ -35,6 +34,7 @@ from voz.recognition.speaker.calibration import FEWEST, Said, Score, calibrate, 
 from voz.recognition.speaker.profiles import Profile
 from voz.recordings.clips import Clip
 from voz.recordings.manifest import read_manifests
+from voz.settings import Recognition
 
 DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 LEARNT_FROM = 14

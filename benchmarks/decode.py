@@ -71,9 +71,9 @@ def without_confidence() -> Understand:
 def with_confidence() -> Understand:
     """All that `voz decode` does."""
     from voz.audio.capture.files import read_blocks
-    from voz.config import Recognition
     from voz.language.files import find_language
     from voz.recognition.recognizer import Recognizer
+    from voz.settings import Recognition
 
     recognizer = Recognizer(find_language(None), Recognition())
     return lambda path: " ".join(u.text for u in recognizer.utterances(read_blocks(path), "clip"))

@@ -17,13 +17,14 @@ from machine import machine
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
-from voz.config import Recognition, usual_commands
+from voz.config import usual_commands
 from voz.evaluation.noise import room_response
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.manifest import read_manifests
+from voz.settings import Recognition
 from voz.speech.festival import cached
 
 LOUDER = 10.0

@@ -30,11 +30,11 @@ from machine import machine
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import to_int16
-from voz.config import Recognition
 from voz.events import Utterance
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
+from voz.settings import Recognition
 
 COFFEE = Path(__file__).parent.parent / "examples" / "coffee.txt"
 

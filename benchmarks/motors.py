@@ -23,7 +23,6 @@ from machine import machine
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks, to_int16
-from voz.config import Recognition, Safety, Simulator
 from voz.evaluation.noise import speech_power
 from voz.evaluation.statistics import estimate
 from voz.evaluation.tables import shown
@@ -37,6 +36,8 @@ from voz.recordings.manifest import read_manifests
 from voz.robot.simulator import SimulatedRobot
 from voz.run.drive import Controller
 from voz.run.sources import typed
+from voz.settings import Recognition, Safety
+from voz.simulation.settings import Simulator
 
 BLOCK = 480
 """Samples that the microphone hands over at a time, 30 ms."""

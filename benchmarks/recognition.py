@@ -23,7 +23,6 @@ from msgspec.structs import replace
 from rich.console import Console
 from rich.progress import Progress
 
-from voz.config import Recognition
 from voz.errors import AudioError, ConfigError, VozError
 from voz.evaluation.curves import curves
 from voz.evaluation.engines import EngineChoice
@@ -36,6 +35,7 @@ from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.recordings.clips import Clip
 from voz.recordings.manifest import read_manifest
+from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"
 ENGINES = ["voz", "first-ear", "second-ear", "pocketsphinx-phone-loop"]

@@ -17,7 +17,6 @@ from machine import machine
 from rich.console import Console
 from rich.progress import Progress
 
-from voz.config import Recognition
 from voz.errors import AudioError, ConfigError, VozError
 from voz.evaluation.engines import EngineChoice
 from voz.evaluation.recognise import Task, in_processes, recognise, tasks_for
@@ -27,6 +26,7 @@ from voz.evaluation.tables import shown_alarms
 from voz.files import read_json
 from voz.language.files import LanguageFiles
 from voz.recordings.clips import Clip
+from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"
 LISTING = "said.json"

@@ -13,11 +13,11 @@ from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
-from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.evaluation.engines import ENGINES, LONGEST_WHOLE, Engine, words
 from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles, read_sentences
+from voz.settings import Recognition
 
 MODEL = "WHISPER_MODEL"
 """The environment's name for a folder or the name of a model."""

@@ -8,10 +8,10 @@ from loudspeaker import loudspeaker
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
-from voz.config import Recognition
 from voz.language.files import LanguageFiles
 from voz.recognition.language import Language, load_language
 from voz.recognition.recognizer import Recognizer
+from voz.settings import Recognition
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from voz.config import Config, Safety, Speech, usual_commands
+from voz.config import Config, usual_commands
 from voz.control.bound import Place
 from voz.control.table import USUAL
 from voz.events import Receiver
@@ -15,6 +15,7 @@ from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Played, run_at_its_pace, run_at_once
 from voz.run.sources import lines_typed, recordings_played
+from voz.settings import Safety, Speech
 
 COMMANDS = tuple(usual_commands().sets[USUAL])
 STARTED, STOPPED = usual_commands().replies

@@ -14,12 +14,12 @@ from synthesis import Fixture, speak, write
 
 from voz.batch.decoding import decode_recordings
 from voz.batch.rows import Decoded
-from voz.config import Recognition
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import GUESS
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.manifest import read_manifest
+from voz.settings import Recognition
 
 CLEAR_VOICES = ("flite_slt", "flite_rms")
 

@@ -12,11 +12,11 @@ from types import SimpleNamespace
 from rich.console import Console
 
 from voz.audio.capture.files import read_blocks
-from voz.config import Recognition, Safety
 from voz.events import later
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.run.drive import Controller
+from voz.settings import Recognition, Safety
 from voz.terminal.display import Display
 
 ROOT = Path(__file__).parent.parent

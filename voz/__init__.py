@@ -26,7 +26,7 @@ from voz.errors import (
 )
 
 if TYPE_CHECKING:
-    from voz.config import Config, Recognition, Safety, load_config
+    from voz.config import Config, load_config
     from voz.events import (
         Call,
         Ended,
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from voz.recognition.recognizer import Recognizer
     from voz.robot.base import Robot
     from voz.run.drive import Controller
+    from voz.settings import Recognition, Safety
     from voz.speech.builtin_sounds import BuiltinSound
     from voz.speech.sound_client import SoundClient
 
@@ -62,12 +63,12 @@ _WHERE = {
     "Partial": "voz.events",
     "Play": "voz.events",
     "Publish": "voz.events",
-    "Recognition": "voz.config",
+    "Recognition": "voz.settings",
     "Recognizer": "voz.recognition.recognizer",
     "Reply": "voz.events",
     "Robot": "voz.robot.base",
     "Run": "voz.events",
-    "Safety": "voz.config",
+    "Safety": "voz.settings",
     "SelectedObject": "voz.events",
     "SoundClient": "voz.speech.sound_client",
     "Twist": "voz.events",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from voz.config import Recognition
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
+from voz.settings import Recognition
 
 
 def load(

@@ -19,8 +19,8 @@ from voz.batch.cluster import cluster
 from voz.batch.rows import Outcome, Unreadable
 from voz.batch.scheduler import Scheduler
 from voz.batch.tasks import Setup
-from voz.config import Recognition
 from voz.errors import ConfigError
+from voz.settings import Recognition
 
 pytestmark = pytest.mark.slow
 

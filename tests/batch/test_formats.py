@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from voz.batch.fingerprint import Header
 from voz.batch.formats import FORMATS, by_file, format_of, reading
 from voz.batch.rows import Decoded, Nothing, Row, Unreadable
-from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.events import Ear
+from voz.settings import Recognition
 
 HEADER = Header("0.1.0", "print", "commands", "models", Recognition(threshold=0.5))
 

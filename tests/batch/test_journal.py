@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from voz.batch.fingerprint import Header
 from voz.batch.journal import journal_for, journal_path
 from voz.batch.rows import Decoded, Nothing, Outcome, Row, failure
-from voz.config import Recognition
 from voz.errors import ConfigError
+from voz.settings import Recognition
 
 HEADER = Header("0.1.0", "print", "commands", "models", Recognition())
 NAMES = [f"{number}.wav" for number in range(6)]

@@ -19,8 +19,8 @@ from voz.batch.pool import InThisProcess, Processes, processes
 from voz.batch.rows import Decoded, Outcome, Unreadable
 from voz.batch.scheduler import Scheduler
 from voz.batch.tasks import Setup
-from voz.config import Recognition
 from voz.errors import ConfigError
+from voz.settings import Recognition
 
 SETUP = Setup(str(ROOT / "lm"), Recognition(second_ear=False), memory=500_000_000)
 
@@ -125,7 +125,7 @@ from pathlib import Path
 from voz.batch.pool import processes
 from voz.batch.scheduler import Scheduler
 from voz.batch.tasks import Setup
-from voz.config import Recognition
+from voz.settings import Recognition
 
 if __name__ == "__main__":
     with processes(Setup(sys.argv[2], Recognition()), 1) as pool:

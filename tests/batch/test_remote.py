@@ -17,9 +17,9 @@ from voz.batch.many import Many
 from voz.batch.remote import fetched
 from voz.batch.rows import Outcome, Unreadable
 from voz.batch.tasks import Setup
-from voz.config import Recognition
 from voz.errors import AudioError
 from voz.language.files import PACKAGED
+from voz.settings import Recognition
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):

@@ -17,13 +17,13 @@ from recordings import FIXTURES, ROOT, Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
-from voz.config import Recognition
 from voz.hearing.enrolment import prompts, read_kept
 from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import Said, calibrate
 from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
 from voz.recordings.rows import MANIFEST, as_text
+from voz.settings import Recognition
 
 
 @pytest.fixture(autouse=True)

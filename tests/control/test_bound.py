@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
 
-from voz.config import Config, Safety
+from voz.config import Config
 from voz.control.bound import Place
 from voz.control.controller import GivenCommand, State, go_on, obey
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
+from voz.settings import Safety
 
 SAFE = Safety()
 NOWHERE: Callable[[float], Place | None] = lambda _: None  # noqa: E731

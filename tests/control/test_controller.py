@@ -6,13 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.config import Config, Safety, usual_commands
+from voz.config import Config, usual_commands
 from voz.control.controller import GivenCommand, State, Transition, go_on
 from voz.control.controller import obey as obeyed
 from voz.control.motion import Mode, Motion
 from voz.control.steps import Step
 from voz.control.table import USUAL
 from voz.events import Call, Play, Publish, Reply, Run, SelectedObject, Warning
+from voz.settings import Safety
 
 TABLE = usual_commands()
 COMMANDS = tuple(TABLE.sets[USUAL])

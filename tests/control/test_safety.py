@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.config import Safety, usual_commands
+from voz.config import usual_commands
 from voz.control.controller import GivenCommand, State, obey
 from voz.control.motion import Mode, Motion, moved
 from voz.control.safety import (
@@ -20,6 +20,7 @@ from voz.control.safety import (
 from voz.control.steps import Step
 from voz.control.table import USUAL
 from voz.events import Event, Partial, Twist, Utterance, Warning
+from voz.settings import Safety
 
 TABLE = usual_commands()
 SAFE = Safety()

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from recordings import Recording
 
-from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation import engines
 from voz.evaluation.engines import ENGINES, EngineChoice, load_engine, program_engine
 from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles
 from voz.recognition.phoneme_network import UnknownNetworkError
+from voz.settings import Recognition
 
 COMMANDS = frozenset({"go back"})
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import time
 
-from voz.config import Ros2
 from voz.ros2.messages import TwistMessage
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 
 observer = os.open(os.environ["HUNT_OBSERVER"], os.O_WRONLY)
 reader = Ros2Node(Ros2()).reader("cmd_vel", TwistMessage)

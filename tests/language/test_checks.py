@@ -25,7 +25,7 @@ import sys
 from pathlib import Path
 import soundfile
 from voz import LanguageError
-from voz.config import Recognition
+from voz.settings import Recognition
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 

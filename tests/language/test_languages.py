@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from spanish import spanish, spanish_model
 
-from voz.config import SpokenLanguage
 from voz.errors import ConfigError, LanguageError
 from voz.language.build import build, check, read_list
 from voz.language.checks import check_files
@@ -21,6 +20,7 @@ from voz.language.languages import (
     read_language,
     sources_of,
 )
+from voz.settings import SpokenLanguage
 
 
 @pytest.fixture

@@ -14,13 +14,13 @@ from recordings import Recording
 from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
-from voz.config import Recognition
 from voz.language.templates.commands import plain_commands
 from voz.recognition.confidence import Around, load_models
 from voz.recognition.interpreter import Hypothesis, Interpreter, thresholds
 from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
 
 BAD_START = StartVector((25.0, -12.0, 9.0, *[6.0] * 10), 600)
 """What was learnt of a microphone that is quite another one."""

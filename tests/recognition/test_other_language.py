@@ -12,7 +12,7 @@ from recordings import ROOT
 from spanish import LIKE, spanish
 
 from voz.audio import Samples
-from voz.config import Recognition, SpokenLanguage, load_config
+from voz.config import load_config
 from voz.language.build import build, read_list
 from voz.language.files import LanguageFiles
 from voz.language.languages import read_language, sources_of
@@ -22,6 +22,7 @@ from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import second_ear_for, why_missing
 from voz.recognition.speaker.adaptation import Aligner
+from voz.settings import Recognition, SpokenLanguage
 from voz.speech.festival import render
 
 EXAMPLE = ROOT / "examples" / "spanish"

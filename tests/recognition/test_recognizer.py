@@ -13,7 +13,6 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
-from voz.config import Recognition
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
@@ -21,6 +20,7 @@ from voz.recognition.confidence import load_models, with_odds
 from voz.recognition.interpreter import thresholds
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
+from voz.settings import Recognition
 
 
 @cache  # many tests look at the same

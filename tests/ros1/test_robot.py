@@ -11,7 +11,8 @@ from ros1.ros import Program, Ros, eventually, running_ros
 
 PROGRAM = """
 import sys, time
-from voz.config import Config, Ros1
+from voz.config import Config
+from voz.settings import Ros1
 from voz.control.steps import Step
 from voz.errors import RobotError
 from voz.events import *

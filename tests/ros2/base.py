@@ -7,7 +7,6 @@ import json
 import sys
 import time
 
-from voz.config import Ros2
 from voz.ros2.messages import (
     Header,
     Odometry,
@@ -21,6 +20,7 @@ from voz.ros2.messages import (
     velocity,
 )
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 
 patience = json.loads(sys.argv[1])["patience"]
 node = Ros2Node(Ros2())

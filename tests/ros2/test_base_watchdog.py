@@ -12,9 +12,9 @@ from programs import Program, wait_until
 from recordings import ROOT
 from ros2.conftest import RCLPY
 
-from voz.config import Ros2
 from voz.ros2.messages import TwistMessage, Vector3
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 
 pytestmark = pytest.mark.slow
 

@@ -5,9 +5,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from voz.config import Ros2
 from voz.errors import ConfigError
 from voz.ros2.discovery import cyclone_settings, domain_number
+from voz.settings import Ros2
 
 
 def settings(**environment: str) -> ElementTree.Element:

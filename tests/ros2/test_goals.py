@@ -14,11 +14,11 @@ from cyclonedds.topic import Topic
 from programs import Program, wait_until
 from ros2.conftest import ORDINARY, RCLPY
 
-from voz.config import Ros2
 from voz.events import Partial, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot
 from voz.ros2.messages import CycloneCancelAllGoals
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 
 pytestmark = pytest.mark.usefixtures("domain")
 

@@ -11,8 +11,8 @@ from live_robot import live_robot, moves, speak
 from programs import Program, wait_until
 from recordings import FIXTURES
 
-from voz.config import Ros2
 from voz.ros2 import heard_on_ros
+from voz.settings import Ros2
 
 pytestmark = pytest.mark.slow
 

@@ -9,9 +9,9 @@ from programs import wait_until
 from recordings import ROOT
 from ros2.conftest import RCLPY
 
-from voz.config import Ros2
 from voz.events import Utterance
 from voz.ros2 import Ros2Robot
+from voz.settings import Ros2
 
 
 @pytest.mark.slow

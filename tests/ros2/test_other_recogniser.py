@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 import pytest
 from programs import Program, wait_until
 
-from voz.config import Ros2
 from voz.events import Utterance
 from voz.ros2 import Ros2Robot, heard_on_ros
 from voz.ros2.node import QUEUE
+from voz.settings import Ros2
 
 pytestmark = pytest.mark.usefixtures("domain")
 

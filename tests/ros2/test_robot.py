@@ -15,12 +15,12 @@ from cyclonedds.qos import Policy
 from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
-from voz.config import Ros2
 from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.extras import how_to_install
 from voz.ros2 import HEARD_ON_ROS, Ros2Robot, messages
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 from voz.simulation.base import Pose2D
 from voz.simulation.world import WorldState
 

@@ -10,9 +10,9 @@ from typing import Any
 from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
-from voz.config import Ros2
 from voz.ros2 import messages
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 
 
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:

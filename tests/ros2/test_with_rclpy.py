@@ -16,10 +16,11 @@ import pytest
 from programs import Program, wait_until
 from recordings import ROOT
 
-from voz.config import Config, Ros2
+from voz.config import Config
 from voz.control.steps import Step
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot, heard_on_ros
+from voz.settings import Ros2
 from voz.simulation.base import Pose2D
 from voz.simulation.world import WorldState
 

@@ -7,10 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.config import Safety, usual_commands
+from voz.config import usual_commands
 from voz.control.table import USUAL
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.run.drive import Controller
+from voz.settings import Safety
 
 COMMANDS = sorted(usual_commands().sets[USUAL])
 STOPPING = ("stop", "stop speech")

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from language.templates.of_text import commands_of
 from recordings import FIXTURES, Recording
 
-from voz.config import Safety
 from voz.events import (
     Event,
     Reply,
@@ -28,6 +27,7 @@ from voz.events import (
 from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.sources import lines_typed
+from voz.settings import Safety
 
 
 def typed(lines: Sequence[str], safety: Safety | None = None) -> list[Event]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.config import Safety
 from voz.events import Event, Utterance, Warning
 from voz.run.drive import Controller
 from voz.run.watch import over_robots
+from voz.settings import Safety
 
 
 def go_forward(t: float) -> Utterance:

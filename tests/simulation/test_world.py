@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.config import Simulator
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, pointing
 from voz.simulation.base import Pose2D
+from voz.simulation.settings import Simulator
 from voz.simulation.world import AWAY, FOLD, WorldState, gap, place_of, start, step
 
 ROOM = Simulator()

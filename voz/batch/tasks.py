@@ -8,7 +8,7 @@ import msgspec
 
 from voz.batch.long_files import Done, Part, Plan
 from voz.batch.rows import Outcome
-from voz.config import Recognition
+from voz.settings import Recognition
 
 
 class Driving(msgspec.Struct, frozen=True):

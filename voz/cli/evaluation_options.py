@@ -10,9 +10,9 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import Recognising
-from voz.config import Recognition
 from voz.files import check_writable, shown_path
 from voz.printable import printable
+from voz.settings import Recognition
 
 MOST_JOBS = 256
 """Processes; each takes 100 MB."""

@@ -11,13 +11,13 @@ from rich.progress import Progress
 
 from voz.audio.capture.microphone import open_microphone
 from voz.cli.terminal import show
-from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.hearing.enrolment import missing, prompts, read_kept, read_recordings, record
 from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
 from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile
 from voz.recordings.rows import MANIFEST
+from voz.settings import Recognition
 
 RECORDINGS = "recordings"
 """The folder in that of a profile."""

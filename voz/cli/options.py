@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from voz.cli.terminal import tell, warn
-from voz.config import Config, SpokenLanguage, load_config, overridden
+from voz.config import Config, load_config, overridden
 from voz.files import check_not_read
+from voz.settings import SpokenLanguage
 
 if TYPE_CHECKING:
     from voz.language.files import LanguageFiles

@@ -20,7 +20,7 @@ from voz.cli.terminal import open_text, tell, warn
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from voz.config import Config, Ros2
+    from voz.config import Config
     from voz.events import Receiver
     from voz.language.files import LanguageFiles
     from voz.language.templates.commands import Commands
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from voz.recognition.speaker.profiles import Profile
     from voz.run.live import Typist
     from voz.run.offline import Played
+    from voz.settings import Ros2
 
 
 @with_options

@@ -13,13 +13,13 @@ from typing import NamedTuple, TypeAlias
 import msgspec
 from msgspec.structs import replace
 
-from voz.config import Safety
 from voz.control.bound import Bound, Place, begun, gone_on, reached
 from voz.control.motion import Motion, halt, moved
 from voz.control.safety import secured
 from voz.control.steps import Step, filled
 from voz.control.table import USUAL, CommandTable, Steps, is_selection
 from voz.events import Call, Event, Ignored, Play, Publish, Reply, Run, SelectedObject, Warning
+from voz.settings import Safety
 
 ANSWER_TIME = 10.0
 """How long an answer is waited for, s."""

@@ -13,10 +13,10 @@ from contextlib import contextmanager
 
 from msgspec.structs import replace
 
-from voz.config import Safety
 from voz.control.motion import Motion, halt
 from voz.control.steps import PER_UNIT, Step
 from voz.events import Event, Utterance, Warning
+from voz.settings import Safety
 
 
 def secured(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 
-from voz.config import Ros1
 from voz.doctor.finding import Finding, not_well
 from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.errors import ConfigError, RobotError
@@ -16,6 +15,7 @@ from voz.ros1.master import ask, check_namespace, master_uri
 from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import Ros1OdometryListener
 from voz.ros1.robot import velocity, velocity_topic
+from voz.settings import Ros1
 
 CALLER = "/voz_doctor"
 

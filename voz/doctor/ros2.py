@@ -6,10 +6,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from voz.config import Ros2
 from voz.doctor.finding import Finding, not_well
 from voz.doctor.stopping import Base
 from voz.errors import VozError
+from voz.settings import Ros2
 
 NAME = "ROS 2"
 

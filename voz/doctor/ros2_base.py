@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from cyclonedds.builtin import BuiltinTopicDcpsPublication
 
-from voz.config import Ros2
 from voz.doctor.stopping import MeasuredMotion, told_motion
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
@@ -16,6 +15,7 @@ from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import Ros2Node
 from voz.ros2.odometry import Ros2OdometryListener
 from voz.ros2.velocity import VelocityTopic
+from voz.settings import Ros2
 
 
 class Listening(NamedTuple):

@@ -13,9 +13,9 @@ from voz.audio.capture.microphone import open_microphone
 from voz.audio.level import Fault, measure
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import RATE
-from voz.config import Speech
 from voz.doctor.finding import Finding, not_well
 from voz.errors import AudioError, SpeechError
+from voz.settings import Speech
 from voz.speech import festival
 
 SECONDS = 1

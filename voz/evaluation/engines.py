@@ -20,11 +20,11 @@ from typing import Any, TypeAlias
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.results import Understood
 from voz.language.checks import check_files
 from voz.language.files import LanguageFiles, read_commands
+from voz.settings import Recognition
 
 Engine: TypeAlias = Callable[[Samples], list[Understood]]
 """Samples of a recording, 16 kHz, to utterances in their order.

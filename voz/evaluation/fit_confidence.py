@@ -15,7 +15,6 @@ from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
-from voz.config import Recognition
 from voz.errors import AudioError, ConfigError
 from voz.evaluation.recognise import Task, in_processes, tasks_for
 from voz.evaluation.streams import shared_out
@@ -35,6 +34,7 @@ from voz.recognition.costs import Cost, rates_around
 from voz.recognition.interpreter import thresholds
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.clips import Clip
+from voz.settings import Recognition
 
 RIDGE = 1.0
 """Pulls the weights towards 0 with the strength of one utterance."""

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 import msgspec
 from msgspec.structs import replace
 
-from voz.config import Recognition
 from voz.evaluation.results import Result, Understood
 from voz.evaluation.scores import alarms_in
 from voz.evaluation.statistics import AlarmRate
 from voz.recognition.confidence import Model
 from voz.recognition.costs import rates_around
 from voz.recognition.interpreter import thresholds
+from voz.settings import Recognition
 
 
 class OperatingPoint(msgspec.Struct, frozen=True):

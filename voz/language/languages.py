@@ -13,13 +13,13 @@ from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
-from voz.config import SpokenLanguage
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, shown_path
 from voz.language.acoustic_model import unusable
 from voz.language.dictionaries import Rules, read_dictionary, read_rules
 from voz.language.model_distances import distances_of
 from voz.language.spoken import Spoken
+from voz.settings import SpokenLanguage
 
 MODEL, DICTIONARY, RULES = "model", "dictionary.txt", "rules.txt"
 """What a copy is called in its folder."""

@@ -8,11 +8,11 @@ import pocketsphinx
 
 from voz.audio import Samples
 from voz.audio.denoise import energies
-from voz.config import Search
 from voz.errors import LanguageError
 from voz.language.templates.fsg import as_fsg
 from voz.recognition.accents import added
 from voz.recognition.language import Language
+from voz.settings import Search
 
 CMN_START = (45.0, 3.0, -1.0)
 """Where the cepstral mean starts for speech of the usual level; further coefficients are 0.

@@ -13,7 +13,6 @@ from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segment import LONGEST_WORD, Segment
 from voz.audio.endpointing.segmenter import MARGIN
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
-from voz.config import Recognition
 from voz.events import Ear, RefusedBy, Utterance
 from voz.language.templates.commands import Commands
 from voz.recognition.confidence import (
@@ -41,6 +40,7 @@ from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
+from voz.settings import Recognition
 
 DECODER_FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""

@@ -14,7 +14,6 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.arrays import converted
 from voz.audio.endpointing.segment import Segment, follow_closely, through
 from voz.audio.endpointing.segmenter import Segmenter, Voices
-from voz.config import Recognition
 from voz.events import Partial, Utterance
 from voz.language.checks import locked
 from voz.language.files import LanguageFiles
@@ -26,6 +25,7 @@ from voz.recognition.listener import Listener
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
+from voz.settings import Recognition
 
 MICROPHONE = "microphone"
 """The source of what a microphone hears."""

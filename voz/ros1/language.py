@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from voz.config import SpokenLanguage
 from voz.errors import LanguageError
 from voz.language.build import build, read_list
 from voz.language.checks import check_model, check_words
@@ -18,6 +17,7 @@ from voz.language.files import (
 from voz.language.grammar import jsgf
 from voz.language.languages import configured
 from voz.ros1.parameters import text
+from voz.settings import SpokenLanguage
 
 OF_LMTOOL = (
     "name the files of one lmtool run, with the .sent beside the .lm, or give ~commands instead"

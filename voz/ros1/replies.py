@@ -9,10 +9,10 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from voz.audio.playback.mixer import Mixer
-from voz.config import Speech
 from voz.events import Event, Receiver, Reply
 from voz.ros1.parameters import choice
 from voz.run.assembly import replies_to, speaking
+from voz.settings import Speech
 
 
 class Replies(NamedTuple):

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from voz.config import Ros1, usual_commands
+from voz.config import usual_commands
 from voz.control.bound import Place
 from voz.control.safety import ends_goals, zero_at_the_end
 from voz.control.table import CommandTable
@@ -15,6 +15,7 @@ from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
 from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import Ros1OdometryListener, Ros1OdometryPublisher
+from voz.settings import Ros1
 
 
 class Ros1Robot(Robot):

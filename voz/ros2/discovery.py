@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from voz.config import Ros2
 from voz.errors import ConfigError
 from voz.files import FEW_BYTES
+from voz.settings import Ros2
 
 MOST_PROGRAMS = 32
 """So many programs on one computer find each other without multicast, as in ROS 2's own Cyclone."""

@@ -14,11 +14,11 @@ from cyclonedds.qos import BasePolicy, Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from voz.config import Ros2
 from voz.errors import RobotError
 from voz.ros2.discovery import cyclone_settings, domain_number
 from voz.ros2.messages import TYPE_HASHES
 from voz.ros2.trial import try_out
+from voz.settings import Ros2
 
 Message = TypeVar("Message", bound=IdlStruct)
 

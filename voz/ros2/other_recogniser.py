@@ -18,9 +18,9 @@ from cyclonedds.qos import Policy
 from cyclonedds.sub import DataReader
 from cyclonedds.util import duration
 
-from voz.config import Ros2
 from voz.ros2.messages import String
 from voz.ros2.node import Ros2Node
+from voz.settings import Ros2
 
 HEARD_ON_ROS = "ros2"
 """The source of such an utterance. It is not published again, or two programs would never end."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from voz.config import Ros2, usual_commands
+from voz.config import usual_commands
 from voz.control.bound import Place
 from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
@@ -20,6 +20,7 @@ from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 from voz.ros2.odometry import Ros2OdometryListener, Ros2OdometryPublisher
 from voz.ros2.other_recogniser import HEARD_ON_ROS
 from voz.ros2.velocity import VelocityTopic
+from voz.settings import Ros2
 
 DIAGNOSED = 1.0
 """From one message on `/diagnostics` to the next, s."""

@@ -8,12 +8,12 @@ from typing import Any
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 
-from voz.config import Ros2
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.process import RobotSpec
 from voz.ros2 import messages
 from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
+from voz.settings import Ros2
 
 DEADLINE = 200_000_000
 """Between two velocities there is promised to be no more, ns: two beats."""

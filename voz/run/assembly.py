@@ -14,7 +14,6 @@ from typing import Protocol
 
 from msgspec.structs import replace
 
-from voz.config import Speech
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
 from voz.events import Ended, Event, Play, Receiver, Reply, Warning
@@ -25,6 +24,7 @@ from voz.run.drive import Controller
 from voz.run.inbox import End, Inbox
 from voz.run.programs import Programs
 from voz.run.watch import Flood, Watch, over_robots
+from voz.settings import Speech
 from voz.speech.speaker import Speaker
 
 

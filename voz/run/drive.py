@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
-from voz.config import Safety, usual_commands
+from voz.config import usual_commands
 from voz.control.bound import Place
 from voz.control.controller import GivenCommand, State, Transition, at_rest, go_on, obey
 from voz.control.safety import motion_has_expired
 from voz.control.table import CommandTable
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
+from voz.settings import Safety
 
 
 class Controller:

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import msgspec
 from msgspec.structs import replace
 
-from voz.config import Simulator
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, Joints, Point, pointing, turned
 from voz.simulation.base import Pose2D, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
+from voz.simulation.settings import Simulator
 
 OBJECTS = {"beer": 1, "cocacola": 2}
 """What `selected_object` has for the things on the table."""

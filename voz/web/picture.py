@@ -8,10 +8,10 @@ from typing import Protocol
 
 import msgspec
 
-from voz.config import Simulator
 from voz.events import Event, SelectedObject, Twist
 from voz.simulation.arm import points
 from voz.simulation.base import Pose2D, along_arc
+from voz.simulation.settings import Simulator
 from voz.simulation.world import WorldState
 from voz.web.board import Record
 

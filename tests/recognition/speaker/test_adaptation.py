@@ -11,7 +11,6 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.config import Recognition
 from voz.errors import LanguageError
 from voz.language.acoustic_model import AcousticModel
 from voz.language.files import LanguageFiles
@@ -26,6 +25,7 @@ from voz.recognition.speaker.adaptation import (
     StartVector,
 )
 from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
 
 START = "45,3,-1"
 

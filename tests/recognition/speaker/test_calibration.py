@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.config import Recognition
 from voz.language.acoustic_model import Floats
 from voz.language.files import LanguageFiles
 from voz.recognition.decoder import mean_start
@@ -22,6 +21,7 @@ from voz.recognition.speaker.adaptation import Aligner
 from voz.recognition.speaker.calibration import STEPS, Said, Score, calibrate, fit, score
 from voz.recognition.speaker.mllr import is_transforms
 from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
 
 ONE_EAR = Recognition(second_ear=False)
 """What is fitted helps pocketsphinx; beside the other ear these voices need no help."""

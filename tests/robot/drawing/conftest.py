@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import pytest
 from driving import type_lines
 
-from voz.config import Simulator
 from voz.robot.simulator import SimulatedRobot, Trip
+from voz.simulation.settings import Simulator
 
 Driver = Callable[..., Trip]
 

@@ -14,12 +14,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Text
 
-from voz.config import Simulator
 from voz.errors import ConfigError
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.drawing.scene import Scene
 from voz.robot.simulator import Trip
 from voz.simulation.arm import points
+from voz.simulation.settings import Simulator
 
 
 def texts(scene: Scene) -> list[str]:

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console, RenderableType
 
-from voz.config import Simulator
 from voz.events import SelectedObject, Twist
 from voz.robot.drawing import view
 from voz.robot.drawing.view import RoomView, TripView
 from voz.robot.simulator import SimulatedRobot, Trip
+from voz.simulation.settings import Simulator
 from voz.terminal.display import Display
 
 

@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from voz.audio import Samples
 from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segmenter import segments
-from voz.config import Recognition
 from voz.language.files import LanguageFiles
 from voz.recognition.decoder import mean_start
 from voz.recognition.language import load_language
@@ -20,6 +19,7 @@ from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import Aligner, StartVector
 from voz.recognition.speaker.mllr import as_text, fit_transforms
 from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
 
 FOLDS = 7
 """Parts that the sentences are dealt out to: each is judged by what the others gave."""

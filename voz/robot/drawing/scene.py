@@ -14,12 +14,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from voz.config import Simulator
 from voz.files import replaced
 from voz.robot.drawing import shapes
 from voz.robot.drawing.milestones import distance, pointings, seconds_between, time_marks
 from voz.robot.drawing.writing import write_along
 from voz.robot.simulator import Trip
+from voz.simulation.settings import Simulator
 from voz.simulation.world import WorldState
 
 WIDEST, HIGHEST = 7.8, 6.4

@@ -10,10 +10,10 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.live import Live
 from rich.text import Text
 
-from voz.config import Simulator
 from voz.events import Event, Twist
 from voz.robot.drawing.terminal import COLUMNS, MOST_PLACES, ROWS, draw_in_text
 from voz.robot.simulator import SimulatedRobot, Trip
+from voz.simulation.settings import Simulator
 from voz.simulation.world import WorldState
 
 WIDEST = 76

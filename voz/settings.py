@@ -1,0 +1,167 @@
+"""The tables of `voz.toml`, each typed; `voz/config.py` puts them together and reads the file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+Search = Literal["grammar", "lm"]
+Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
+Pause = Annotated[float, msgspec.Meta(ge=0.03, le=1)]
+Alarms = Annotated[float, msgspec.Meta(gt=0, le=1e4)]
+Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
+RosName = Annotated[str, msgspec.Meta(pattern=r"^[/~]?[A-Za-z]\w*(/\w+)*$")]
+ROS_NAME = r"/?[a-zA-Z_][a-zA-Z0-9_]*(/[a-zA-Z_][a-zA-Z0-9_]*)*"
+TopicName = Annotated[str, msgspec.Meta(pattern=rf"^{ROS_NAME}\Z")]
+Namespace = Annotated[str, msgspec.Meta(pattern=rf"^({ROS_NAME})?\Z")]
+Domain = Annotated[int, msgspec.Meta(ge=0, le=232)]
+
+
+class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of voz.toml: unknown names are refused, so that a typing error is not ignored."""
+
+
+class Recognition(Section, frozen=True, kw_only=True):
+    """How speech becomes text.
+
+    Attributes:
+        search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
+        false_alarms_per_hour: how many commands may be heard in an hour of people's talk near the
+            robot; fewer cost more commands that have to be said again. None is 0.5, and 20 where
+            there is no second ear.
+        never_missed: commands that stop the robot, so that missing one is worse than obeying one
+            that was not said. In doubt they are taken rather than another command.
+        missed_cost: how many times worse it is; by so much lower odds are enough for them, and as
+            many times more often, at most, are they heard in talk.
+        early_decision: a command is understood when its speaker pauses for so long, s; less is
+            faster, and cuts slow speakers off.
+        threshold: the confidence (0 to 1) that every command needs, in place of the three above.
+        second_ear: whether a network that hears phonemes has a say too; False leaves it all to
+            pocketsphinx.
+        confidence: a model of `voz fit-confidence`, from the folder you are in; None and "" take
+            the one that comes with voz.
+    """
+
+    search: Search = "grammar"
+    false_alarms_per_hour: Alarms | None = None
+    never_missed: tuple[str, ...] = ("stop",)
+    missed_cost: AtLeastOne = 2.0
+    early_decision: Pause = 0.06
+    threshold: Fraction | None = None
+    second_ear: bool = True
+    confidence: str | None = None
+
+
+class SpokenLanguage(Section, frozen=True, kw_only=True):
+    """What people speak; without any of this it is English.
+
+    Attributes:
+        name: what it is called; a copy that `voz language add` took has this name.
+        acoustic_model: a folder in CMUSphinx's format, in place of the copy's.
+        dictionary: a dictionary in CMUSphinx's format, in place of the copy's.
+        pronunciations: rules for words that it lacks: letters, a tab and their phones a line.
+    """
+
+    name: str = "English"
+    acoustic_model: str | None = None
+    dictionary: str | None = None
+    pronunciations: str | None = None
+
+
+class Safety(Section, frozen=True, kw_only=True):
+    """What stands between the command rules and a robot that runs away.
+
+    Attributes:
+        enabled: False gives the bare command rules, as `--no-safety` does.
+        max_linear: limit of the forward and backward velocity, m/s (S4).
+        max_angular: limit of the turning velocity, rad/s (S4).
+        motion_time_limit: stop when no command was heard for so long, s; 0 is never (S6).
+    """
+
+    enabled: bool = True
+    max_linear: NotNegative = 0.5
+    max_angular: NotNegative = 1.0
+    motion_time_limit: NotNegative = 0.0
+
+
+class Speech(Section, frozen=True, kw_only=True):
+    """How the robot answers.
+
+    Attributes:
+        enabled: False keeps it silent, as `--no-sound` does.
+        voice: one of `voz say --list-voices`, or of espeak-ng, as `espeak-ng:es`.
+        half_duplex: while the robot speaks, only the commands of `never_missed` are heard; False
+            is for a headset, as `--no-half-duplex` is.
+    """
+
+    enabled: bool = True
+    voice: str = "kal_diphone"
+    half_duplex: bool = True
+
+
+class Recording(Section, frozen=True, kw_only=True):
+    """What `voz run --record` keeps.
+
+    Attributes:
+        gigabytes: what the recordings may take on the disk; beyond it the oldest are removed.
+    """
+
+    gigabytes: Gigabytes = 1.0
+
+
+class Ros1(Section, frozen=True, kw_only=True):
+    """Names in ROS 1; relative ones are below the namespace, `ROS_NAMESPACE`.
+
+    Attributes:
+        node: what voz is called.
+        cmd_vel: the topic of the velocity.
+        selected_object: the topic of what the arm points at.
+        recognizer_output: the topic of the commands that were understood.
+        odom: the topic of the base's odometry: how far it came.
+        cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
+    """
+
+    node: RosName = "voz"
+    cmd_vel: RosName = "cmd_vel"
+    selected_object: RosName = "selected_object"
+    recognizer_output: RosName = "recognizer/output"
+    odom: RosName = "odom"
+    cancel: tuple[RosName, ...] = ("move_base",)
+
+
+class Ros2(Section, frozen=True, kw_only=True):
+    """The robot on ROS 2. A topic that begins with / is outside the namespace.
+
+    Attributes:
+        domain: only programs in the same one find each other; None asks `ROS_DOMAIN_ID`.
+        namespace: goes before the topics, so that several robots have each their own.
+        cmd_vel: topic of the velocities.
+        stamped: whether they are sent as TwistStamped, as newer bases want, or as Twist.
+        frame_id: the coordinate frame of the base, in a TwistStamped and a simulated `/tf`.
+        selected_object: topic of the objects for the arm.
+        output: topic of the commands that were heard.
+        odom: topic of the base's odometry: how far it came.
+        diagnostics: topic of what `rqt_robot_monitor` shows.
+        wait: how long the start waits for somebody to listen, s.
+        cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
+            One that starts others comes first, or it starts the next.
+    """
+
+    domain: Domain | None = None
+    namespace: Namespace = ""
+    cmd_vel: TopicName = "cmd_vel"
+    stamped: bool = False
+    frame_id: str = "base_link"
+    selected_object: TopicName = "selected_object"
+    output: TopicName = "recognizer/output"
+    odom: TopicName = "odom"
+    diagnostics: TopicName = "/diagnostics"
+    wait: NotNegative = 5.0
+    cancel: tuple[TopicName, ...] = (
+        "follow_waypoints",
+        "navigate_through_poses",
+        "navigate_to_pose",
+    )

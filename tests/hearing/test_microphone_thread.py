@@ -28,7 +28,7 @@ import msgspec
 from voz import load
 from voz.errors import AudioError
 from voz.hearing.microphone_thread import Hearing, sound_card
-from voz.run.inbox import Inbox
+from voz.inbox import Inbox
 
 def tell(**what):
     print(json.dumps(what), flush=True)

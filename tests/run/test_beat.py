@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Event, Partial, Twist, Utterance, Warning
+from voz.inbox import End, Halt, Message, Taken
 from voz.run.beat import LONGEST_GAP, beat
 from voz.run.drive import Controller
-from voz.run.inbox import End, Halt, Message, Taken
 from voz.run.watch import Watch
 from voz.settings import Safety
 

@@ -11,7 +11,7 @@ import pytest
 
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Twist, Warning
-from voz.run.inbox import End
+from voz.inbox import End
 from voz.run.queued import MOST_WAITING, Queued
 
 

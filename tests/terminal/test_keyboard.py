@@ -20,7 +20,7 @@ from calls import VOZ
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.run.inbox import Halt
+from voz.inbox import Halt
 from voz.terminal.keyboard import BACKSPACE, ENTER, STOP_KEYS, Line
 
 words = st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S")), min_size=1)

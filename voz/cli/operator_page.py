@@ -14,10 +14,10 @@ from voz.errors import AudioError, ConfigError
 from voz.files import data_folder
 
 if TYPE_CHECKING:
+    from voz.inbox import Inbox
     from voz.language.templates.commands import Commands
     from voz.robot.drawing.view import RoomView
     from voz.run.clocks import Clock
-    from voz.run.inbox import Inbox
     from voz.run.live import Page
     from voz.web.site import Site
 

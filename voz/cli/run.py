@@ -108,7 +108,7 @@ def _run_live(
     options: Running, settings: Config, plan: RobotPlan, language: LanguageFiles, parts: ExitStack
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
-    from voz.run.inbox import Inbox
+    from voz.inbox import Inbox
     from voz.run.live import Seat, run_live
 
     microphone = chosen_microphone(options)

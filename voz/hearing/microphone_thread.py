@@ -18,10 +18,10 @@ from voz.audio.level import FULL_SCALE, LOWEST
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, Warning, later
 from voz.hearing.half_duplex import HalfDuplex, PlayedSound
+from voz.inbox import Inbox
 from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recordings.recorder import Recorder
-from voz.run.inbox import Inbox
 
 NO_BLOCK = 0.35
 """Without a block for so long nothing is heard any more, s: with the beat, half a second."""

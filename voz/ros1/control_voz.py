@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from voz.control.table import CommandTable
 from voz.hearing.microphone_thread import SILENT, Silence
+from voz.inbox import Inbox
 from voz.language.commands import normalise
 from voz.language.files import find_language, read_commands
 from voz.language.templates.commands import Commands, plain_commands
@@ -19,7 +20,6 @@ from voz.ros1.replies import replies
 from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.commands import check_list
-from voz.run.inbox import Inbox
 from voz.run.sources import LONGEST, typed
 
 STALE = 0.35

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from voz.config import Config
 from voz.events import Event, Partial, Receiver, Twist, Warning
+from voz.inbox import End, Inbox
 from voz.language.templates.commands import Commands
 from voz.printable import printable
 from voz.robot.console import in_words
@@ -23,7 +24,6 @@ from voz.run.assembly import Ears, drive_by_clock, starting
 from voz.run.clocks import Clock
 from voz.run.commands import begins_listening
 from voz.run.drive import Controller
-from voz.run.inbox import End, Inbox
 from voz.run.queued import Queued
 
 KEPT = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")

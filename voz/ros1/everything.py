@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
+from voz.inbox import Inbox
 from voz.ros1.driving import drive
 from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Ros1Node
@@ -13,7 +14,6 @@ from voz.ros1.replies import replies
 from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.commands import check_list
-from voz.run.inbox import Inbox
 
 
 def listen_and_drive(node: Ros1Node) -> None:

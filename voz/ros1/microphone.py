@@ -11,12 +11,12 @@ from voz.audio.capture.pulse import CHOSEN, PULSE
 from voz.audio.playback.mixer import Mixer
 from voz.config import Config
 from voz.hearing.microphone_thread import Hearing, sound_card
+from voz.inbox import Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
 from voz.ros1.language import find_or_make_language
 from voz.ros1.node import load_rospy
 from voz.ros1.parameters import text
-from voz.run.inbox import Inbox
 
 
 def make_hearing(

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from voz.errors import VozError
 from voz.events import Event, Receiver, Utterance, Warning, to_json
 from voz.hearing.microphone_thread import SILENT, Hearing
+from voz.inbox import End, Halt, Inbox
 from voz.process.signals import let_signals_wake
 from voz.ros1.driving import logged
 from voz.ros1.microphone import make_hearing
@@ -18,7 +19,6 @@ from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
 from voz.run.assembly import raise_if_any
 from voz.run.clocks import WallClock
-from voz.run.inbox import End, Halt, Inbox
 
 BEAT = 0.1
 """How often `~trouble` says that all is well, s."""

@@ -17,11 +17,11 @@ from msgspec.structs import replace
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
 from voz.events import Ended, Event, Play, Receiver, Reply, Warning
+from voz.inbox import End, Inbox
 from voz.process.signals import let_signals_wake
 from voz.run.beat import beat
 from voz.run.clocks import Clock
 from voz.run.drive import Controller
-from voz.run.inbox import End, Inbox
 from voz.run.programs import Programs
 from voz.run.watch import Flood, Watch, over_robots
 from voz.settings import Speech

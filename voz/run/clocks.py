@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Protocol, TypeAlias
 
 from voz.events import Partial, Utterance, Warning
-from voz.run.inbox import End, Inbox, Taken
+from voz.inbox import End, Inbox, Taken
 
 Item: TypeAlias = Utterance | Partial | Warning | float
 """What a recording or a text gives, by its own time: an event, or that time has come so far, s."""

@@ -16,13 +16,13 @@ from voz.control.bound import Place
 from voz.events import Event, Receiver
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
+from voz.inbox import Inbox
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
 from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
 from voz.run.clocks import Clock, WallClock
 from voz.run.drive import Controller
-from voz.run.inbox import Inbox
 from voz.run.renewal import renewing
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 from voz.terminal.display import Display

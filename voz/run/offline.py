@@ -10,11 +10,11 @@ from voz.config import Config
 from voz.control.bound import Place
 from voz.control.safety import zero_at_the_end
 from voz.events import Receiver, Warning
+from voz.inbox import Inbox
 from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, starting, warner
 from voz.run.beat import beat
 from voz.run.clocks import Item, PacedClock, RecordedClock
 from voz.run.drive import Controller
-from voz.run.inbox import Inbox
 from voz.run.paced import pace
 from voz.run.programs import Programs
 

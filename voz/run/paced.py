@@ -10,9 +10,9 @@ import threading
 import time
 from collections.abc import Iterator
 
+from voz.inbox import End, Inbox
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item, PacedClock
-from voz.run.inbox import End, Inbox
 
 AHEAD = 256
 """So much is decoded or read ahead."""

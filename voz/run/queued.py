@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 
 from voz.events import Event, Receiver, Warning
-from voz.run.inbox import End
+from voz.inbox import End
 
 MOST_WAITING = 6000
 """Events that may wait for a slow disk or reader: those of ten minutes."""

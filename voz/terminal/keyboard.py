@@ -13,7 +13,7 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import TextIO
 
-from voz.run.inbox import Halt, Inbox
+from voz.inbox import Halt, Inbox
 
 ESCAPE = "\x1b"
 

@@ -8,9 +8,9 @@ from typing import TypeVar
 
 from voz.control.table import STOP
 from voz.events import Event, Twist, Utterance
+from voz.inbox import Halt, Inbox
 from voz.language.commands import normalise
 from voz.language.templates.commands import Commands
-from voz.run.inbox import Halt, Inbox
 from voz.run.sources import LONGEST, typed
 
 Kind = TypeVar("Kind")

@@ -10,10 +10,10 @@ from functools import partial
 from voz.events import Event
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom
+from voz.inbox import Inbox
 from voz.language.templates.commands import Commands
 from voz.run.assembly import Ears, warner
 from voz.run.clocks import Clock
-from voz.run.inbox import Inbox
 from voz.run.live import Shown
 from voz.web.app import Api, application
 from voz.web.asking import Asking

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Partial, Utterance, Warning
-from voz.run.inbox import MOST_WAITING, End, Halt, Inbox, Message, Taken
+from voz.inbox import MOST_WAITING, End, Halt, Inbox, Message, Taken
 
 
 def said(text: str, accepted: bool = True) -> Utterance:

@@ -1,12 +1,8 @@
 from __future__ import annotations
 
-import ast
 import inspect
 import subprocess
 import sys
-from collections import Counter
-
-from recordings import ROOT
 
 import voz
 from voz import errors
@@ -43,11 +39,3 @@ def test_to_import_voz_loads_no_numpy() -> None:
     program = "import sys, voz; print('numpy' in sys.modules, 'pocketsphinx' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout == "False False\n"
-
-
-def test_no_two_classes_have_one_name() -> None:
-    modules = (ROOT / "voz").rglob("*.py")
-    parts = (part for path in modules for part in ast.walk(ast.parse(path.read_text("utf-8"))))
-    names = Counter(part.name for part in parts if isinstance(part, ast.ClassDef))
-    assert not [name for name, number in names.items() if number > 1]
-    assert names["Utterance"] == 1

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from calls import VOZ, Result, in_process
+from live_robot import signals_as_a_terminal_has_them
 from recordings import GO_BACK, Recording
 
 
@@ -87,10 +88,6 @@ def test_without_festival_there_is_one_warning_and_everything_else_works(tmp_pat
     (warning,) = [event["text"] for event in result.json if event["type"] == "warning"]
     assert "sudo apt-get install festival" in warning
     assert [e["linear"] for e in result.json if e["type"] == "cmd_vel"] == [0, 0, 0, -0.1, 0]
-
-
-def signals_as_a_terminal_has_them() -> None:
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from programs import wait_until
 
 from voz.errors import RobotError
 from voz.events import Reply, Twist
@@ -68,19 +69,12 @@ def velocities() -> list[float]:
     return [0.1 if '"linear":0.1' in line else 0.0 for line in got() if "cmd_vel" in line]
 
 
-def until(happens: Callable[[], object]) -> None:
-    deadline = time.monotonic() + 30
-    while not happens():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
 def test_it_gets_the_events_in_order_prints_and_is_closed() -> None:
     with process() as (robot, printed):
         for event in (AHEAD, Reply(1.5, "print('done')"), REST):
             robot.receive(event)
         robot.close()
-        until(lambda: printed == ["opened", "done"])
+        wait_until(lambda: printed == ["opened", "done"])
     assert [line[:17] for line in got()] == [
         '{"type":"cmd_vel"', '{"type":"reply","', '{"type":"cmd_vel"', "closed",
     ]  # fmt: skip
@@ -113,7 +107,7 @@ def test_whether_it_is_lost_comes_with_each_event() -> None:
 def test_when_the_beat_falls_silent_it_is_stopped_and_stays_so_until_the_run_stops_it() -> None:
     with process() as (robot, _):
         robot.receive(AHEAD)
-        until(lambda: velocities()[-1] == 0.0)
+        wait_until(lambda: velocities()[-1] == 0.0)
         robot.receive(AHEAD)  # the run was suspended, and knows nothing of it
         assert robot.lost() == f"nothing came for {SILENCE:g} s"
         assert velocities()[-1] == 0.0
@@ -144,7 +138,7 @@ def test_a_run_that_is_gone_without_a_word_leaves_it_stopped_and_closed() -> Non
         robot.receive(Reply(0, "import sys; self.show = lambda: print('x' * 100_000)"))
         robot.receive(AHEAD)
         robot._link.close()  # as by kill -9
-        until(lambda: got()[-1] == "closed")
+        wait_until(lambda: got()[-1] == "closed")
     assert velocities()[-1] == 0.0
 
 

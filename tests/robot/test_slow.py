@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from calls import in_process
+from programs import wait_until
 
 from voz.events import Reply, SelectedObject, Twist
 from voz.robot.base import Robot
@@ -76,13 +77,6 @@ def got() -> list[str]:
     return Path("log").read_text().splitlines()
 
 
-def until(happens: Callable[[], object]) -> None:
-    deadline = time.monotonic() + 30
-    while not happens():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
 def drive(box: Mailbox, linear: float) -> None:
     box.receive(Twist(0.0, linear, 0.0))
     time.sleep(0.1)
@@ -92,14 +86,14 @@ def drive(box: Mailbox, linear: float) -> None:
 def test_while_it_works_velocities_go_on_and_a_stop_comes(make: Callable[[], Robot]) -> None:
     with boxed(make()) as box:
         box.receive(SelectedObject(0.0, 1))
-        until(lambda: "works" in got())
-        until(lambda: drive(box, 0.1) or "0.1" in got())
+        wait_until(lambda: "works" in got())
+        wait_until(lambda: drive(box, 0.1) or "0.1" in got())
         time.sleep(2 * STUCK)
-        until(lambda: drive(box, 0.0) or got()[-1] == "0.0")
-        until(lambda: drive(box, 0.0) or box.lost() is None)
+        wait_until(lambda: drive(box, 0.0) or got()[-1] == "0.0")
+        wait_until(lambda: drive(box, 0.0) or box.lost() is None)
         assert "has 1" not in got()
         Path("done").touch()
-        until(lambda: got()[-1] == "has 1")
+        wait_until(lambda: got()[-1] == "has 1")
     assert got()[-1] == "closed"
     assert not box.hangs
 
@@ -111,7 +105,7 @@ def test_work_comes_one_after_the_other_and_what_waits_is_done_at_the_end(
     with boxed(make()) as box:
         for number in (1, 2, 100):
             box.receive(SelectedObject(0.0, number))
-        until(lambda: "works" in got())
+        wait_until(lambda: "works" in got())
         Path("done").touch()
     assert [line for line in got() if line != "works"] == ["has 1", "has 2", "has 100", "closed"]
 
@@ -119,7 +113,7 @@ def test_work_comes_one_after_the_other_and_what_waits_is_done_at_the_end(
 def test_work_that_never_ends_does_not_keep_the_run_from_its_end() -> None:
     with boxed(apart()) as box:
         box.receive(SelectedObject(0.0, 1))
-        until(lambda: "works" in got())
+        wait_until(lambda: "works" in got())
         drive(box, 0.0)
     assert not box.hangs
     assert got() == ["works", "0.0", "closed"]
@@ -130,10 +124,10 @@ def test_what_its_work_raises_loses_it_and_it_is_stopped(make: Callable[[], Robo
     with boxed(make()) as box:
         drive(box, 0.1)
         box.receive(Reply(0.0, "the gripper is jammed"))
-        until(lambda: drive(box, 0.1) or box.lost())
+        wait_until(lambda: drive(box, 0.1) or box.lost())
         assert "the gripper is jammed (arms.py, line 20)" in (box.lost() or "")
         drive(box, 0.1)
-        until(lambda: got()[-1] == "0.0")
+        wait_until(lambda: got()[-1] == "0.0")
 
 
 def test_too_much_work_loses_it_until_some_is_done() -> None:
@@ -141,10 +135,10 @@ def test_too_much_work_loses_it_until_some_is_done() -> None:
         for _ in range(2 * MOST_WAITING):
             box.receive(SelectedObject(0.0, 1))
             time.sleep(0.001)
-        until(lambda: "cannot follow" in (box.lost() or ""))
+        wait_until(lambda: "cannot follow" in (box.lost() or ""))
         Path("done").touch()
-        until(lambda: got().count("has 1") >= MOST_WAITING)
-        until(lambda: drive(box, 0.0) or box.lost() is None)
+        wait_until(lambda: got().count("has 1") >= MOST_WAITING)
+        wait_until(lambda: drive(box, 0.0) or box.lost() is None)
 
 
 @pytest.mark.slow

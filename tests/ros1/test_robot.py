@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
-import pytest
 from recordings import ROOT
-from ros1.ros import Program, Ros, eventually, running_ros
+from ros1.ros import Program, Ros, eventually
 
 PROGRAM = """
 import sys, time
@@ -53,12 +49,6 @@ for line in sys.stdin:
     print(robot.lost())
 robot.close()
 """
-
-
-@pytest.fixture
-def ros(tmp_path: Path) -> Iterator[Ros]:
-    with running_ros(tmp_path) as ros:
-        yield ros
 
 
 def robot(ros: Ros) -> Program:

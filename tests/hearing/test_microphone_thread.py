@@ -16,7 +16,7 @@ from live_robot import speak
 from pulseaudio import running_server
 from recordings import GO_BACK
 
-from voz.hearing.microphone_thread import SILENT, Silence
+from voz.hearing.sound_watch import SILENT
 
 Pulse = tuple[dict[str, str], "subprocess.Popen[bytes]"]
 
@@ -114,19 +114,6 @@ def is_well(answer: dict[str, Any]) -> bool:
 
 def is_lost(answer: dict[str, Any]) -> bool:
     return answer["trouble"] is not None
-
-
-def test_silence_matters_from_a_motion_on_until_something_is_heard() -> None:
-    silence = Silence()
-    looks = [  # whether it is silent, whether the robot moves, what is told
-        (True, False, None),
-        (False, True, None),
-        (True, True, SILENT),
-        (True, False, SILENT),  # nobody could have stopped it
-        (False, False, None),
-        (True, False, None),
-    ]
-    assert [silence.trouble(*look) for *look, _ in looks] == [told for *_, told in looks]
 
 
 @pytest.mark.slow

@@ -9,15 +9,15 @@ from contextlib import AbstractContextManager
 from functools import partial
 from typing import NamedTuple, Protocol, TypeAlias
 
-import numpy as np
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.microphone import BLOCK_SECONDS, open_microphone
+from voz.audio.capture.microphone import open_microphone
 from voz.audio.level import FULL_SCALE, LOWEST
 from voz.errors import AudioError, VozError
-from voz.events import Partial, Utterance, Warning, later
+from voz.events import Partial, Utterance, later
 from voz.hearing.half_duplex import HalfDuplex, PlayedSound
+from voz.hearing.sound_watch import MUTED_IN_MOTION, Silence, SoundWatch
 from voz.inbox import Inbox
 from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
@@ -29,24 +29,11 @@ NO_BLOCK = 0.35
 TOO_LATE = 0.4
 """What is heard so late is as good as not heard, s: the longest command takes half of it."""
 
-MUTED = 5.0
-"""A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
-
-MUTED_IN_MOTION = 0.35
-"""The same while the robot moves, s: with the beat, half a second. Nobody could stop it."""
-
 RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Pauses before a lost microphone is opened again, s; the last one goes on."""
 
-LOSS_TOLD_EVERY = 5.0
-"""Of sound that is lost block after block a user wants to read a line now and then, s."""
-
 CLOSING_TIME = 1.0
 """For the microphone to be closed, s; a sound server that hangs would never let go."""
-
-SILENT = "the microphone gives only silence"
-
-MUTE_WARNING = f"{SILENT}: is it muted? `voz devices --test` tells"
 
 
 class OpenMicrophone(Protocol):
@@ -95,23 +82,6 @@ def sound_card(device: str | None) -> SoundFrom:
     return SoundFrom(partial(open_microphone, device))
 
 
-class Silence:
-    """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
-
-    def __init__(self) -> None:
-        self._matters = False
-
-    def trouble(self, silent: bool, moving: bool) -> str | None:
-        """Tell that nothing is heard; None while it does not matter.
-
-        Args:
-            silent: whether the microphone gives only zeros.
-            moving: whether the robot moves.
-        """
-        self._matters = silent and (moving or self._matters)
-        return SILENT if self._matters else None
-
-
 class Hearing:
     """From a microphone to what is said, as messages in an inbox.
 
@@ -146,10 +116,8 @@ class Hearing:
             never_missed: the commands that are heard also while the robot speaks.
             recorder: keeps what is heard.
         """
-        self.peak = 0.0
-        self.background = LOWEST
-        self.deaf = False
-        self.device = ""
+        self.peak, self.background = 0.0, LOWEST
+        self.deaf, self.device = False, ""
         self.source = sound.source
         self._recognizer = recognizer
         self._open = sound.open
@@ -237,7 +205,7 @@ class Hearing:
         """Follow one stream to its end, or until there are other commands."""
         commands = self._recognizer.commands
         ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed, self.source)
-        watch = _Watch(self._inbox, self._clock)
+        watch = SoundWatch(self._inbox, self._clock)
         fed = 0
         for block in microphone:
             if self._closing.is_set():
@@ -281,31 +249,3 @@ class Hearing:
             spoken_until = begun + event.t - event.latency
             return replace(moved, latency=round(now - spoken_until, 3))
         return moved
-
-
-class _Watch:
-    """Warns of a microphone that is muted, and of sound that is lost."""
-
-    def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
-        self._inbox = inbox
-        self._clock = clock
-        self._blocks_lost = 0
-        self._loss_told = -LOSS_TOLD_EVERY  # when
-        self.zeros = 0.0  # how long there was nothing else, s
-
-    def look_at(self, block: Samples, blocks_lost: int) -> float:
-        """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
-        now = self._clock()
-        if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_TOLD_EVERY:
-            seconds = (blocks_lost - self._blocks_lost) * BLOCK_SECONDS
-            self._blocks_lost, self._loss_told = blocks_lost, now
-            self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
-        peak = float(np.abs(block).max(initial=0)) / 32768
-        before = self.zeros
-        self.zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
-        if before < MUTED <= self.zeros:
-            self._warn(MUTE_WARNING)
-        return peak
-
-    def _warn(self, text: str) -> None:
-        self._inbox.put(Warning(round(self._clock(), 3), text))

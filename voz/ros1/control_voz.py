@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from voz.control.table import CommandTable
-from voz.hearing.microphone_thread import SILENT, Silence
+from voz.hearing.sound_watch import SILENT, Silence
 from voz.inbox import Inbox
 from voz.language.commands import normalise
 from voz.language.files import find_language, read_commands

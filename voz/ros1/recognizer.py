@@ -9,7 +9,8 @@ from typing import Any, NoReturn
 
 from voz.errors import VozError
 from voz.events import Event, Receiver, Utterance, Warning, to_json
-from voz.hearing.microphone_thread import SILENT, Hearing
+from voz.hearing.microphone_thread import Hearing
+from voz.hearing.sound_watch import SILENT
 from voz.inbox import End, Halt, Inbox
 from voz.process.signals import let_signals_wake
 from voz.ros1.driving import logged

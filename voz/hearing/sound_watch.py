@@ -1,0 +1,80 @@
+"""What is wrong with the sound of a microphone: it is muted, or some of it is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.microphone import BLOCK_SECONDS
+from voz.events import Warning
+from voz.inbox import Inbox
+
+MUTED = 5.0
+"""A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
+
+MUTED_IN_MOTION = 0.35
+"""The same while the robot moves, s: with the beat, half a second. Nobody could stop it."""
+
+LOSS_TOLD_EVERY = 5.0
+"""Of sound that is lost block after block a user wants to read a line now and then, s."""
+
+SILENT = "the microphone gives only silence"
+
+MUTE_WARNING = f"{SILENT}: is it muted? `voz devices --test` tells"
+
+
+class Silence:
+    """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
+
+    def __init__(self) -> None:
+        self._matters = False
+
+    def trouble(self, silent: bool, moving: bool) -> str | None:
+        """Tell that nothing is heard; None while it does not matter.
+
+        Args:
+            silent: whether the microphone gives only zeros.
+            moving: whether the robot moves.
+        """
+        self._matters = silent and (moving or self._matters)
+        return SILENT if self._matters else None
+
+
+class SoundWatch:
+    """Warns of a microphone that is muted, and of sound that is lost.
+
+    Attributes:
+        zeros: how long it has given nothing but zeros, s.
+    """
+
+    def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
+        """Begin with a stream.
+
+        Args:
+            inbox: where warnings go.
+            clock: the time of the run, s.
+        """
+        self._inbox = inbox
+        self._clock = clock
+        self._blocks_lost = 0
+        self._loss_told = -LOSS_TOLD_EVERY  # when
+        self.zeros = 0.0
+
+    def look_at(self, block: Samples, blocks_lost: int) -> float:
+        """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
+        now = self._clock()
+        if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_TOLD_EVERY:
+            seconds = (blocks_lost - self._blocks_lost) * BLOCK_SECONDS
+            self._blocks_lost, self._loss_told = blocks_lost, now
+            self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
+        peak = float(np.abs(block).max(initial=0)) / 32768
+        before = self.zeros
+        self.zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
+        if before < MUTED <= self.zeros:
+            self._warn(MUTE_WARNING)
+        return peak
+
+    def _warn(self, text: str) -> None:
+        self._inbox.put(Warning(round(self._clock(), 3), text))

@@ -24,8 +24,9 @@ from machine import machine
 from voz.audio import Samples
 from voz.audio.capture.files import to_int16
 from voz.config import load_config
-from voz.language.build import build, read_list
+from voz.language.build import build
 from voz.language.files import LanguageFiles
+from voz.language.given import read_list
 from voz.language.languages import add_language, read_language, sources_of
 from voz.recognition.interpreter import needed
 from voz.recognition.recognizer import Recognizer

@@ -10,8 +10,9 @@ from recordings import ROOT
 
 from voz.errors import VozError
 from voz.language.alike import how_often, reword, table, warnings
-from voz.language.build import build, closest_commands, draw_alike
+from voz.language.build import build
 from voz.language.confusion import AlikePair, sound_alike
+from voz.language.given import closest_commands, draw_alike
 from voz.language.lexicon import read_cmudict
 
 COMMANDS = ROOT / "lm" / "comandos_voz.txt"

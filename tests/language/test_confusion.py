@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from recordings import ROOT, Recording
 
 from voz.language.alike import warnings
-from voz.language.build import closest_commands
 from voz.language.confusion import AlikePair, sound_alike
 from voz.language.files import LanguageFiles, read_sentences
+from voz.language.given import closest_commands
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict
 
 COMMANDS = ROOT / "lm" / "comandos_voz.txt"

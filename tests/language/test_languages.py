@@ -8,9 +8,10 @@ import pytest
 from spanish import spanish, spanish_model
 
 from voz.errors import ConfigError, LanguageError
-from voz.language.build import build, check, read_list
+from voz.language.build import build, check
 from voz.language.checks import check_files
 from voz.language.files import LanguageFiles, read_pronunciations, read_spoken
+from voz.language.given import read_list
 from voz.language.languages import (
     OtherLanguage,
     add_language,

@@ -13,8 +13,9 @@ from spanish import LIKE, spanish
 
 from voz.audio import Samples
 from voz.config import load_config
-from voz.language.build import build, read_list
+from voz.language.build import build
 from voz.language.files import LanguageFiles
+from voz.language.given import read_list
 from voz.language.languages import read_language, sources_of
 from voz.recognition.evidence import Comparison
 from voz.recognition.language import Language, load_language

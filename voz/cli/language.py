@@ -14,7 +14,7 @@ from voz.cli.terminal import put, show, tell, warn
 
 if TYPE_CHECKING:
     from voz.config import Config
-    from voz.language.build import Given
+    from voz.language.given import Given
     from voz.language.languages import OtherLanguage
 
 MOST_TOLD = 20
@@ -43,10 +43,11 @@ def build_lm(
     """
     from voz.config import Config, load_config
     from voz.language import build
+    from voz.language.given import read_list
     from voz.run.commands import check_list
 
     settings = load_config(HERE) if HERE.is_file() else Config()
-    given = build.read_list(commands, _spoken(settings))
+    given = read_list(commands, _spoken(settings))
     _check_expected(given, commands.parent)
     check_list(given.commands, settings.table, str(commands))
     _show_more(options, commands, given)
@@ -63,17 +64,17 @@ def build_lm(
 
 def _show_more(options: Building, commands: Path, given: Given) -> None:
     """Show what else is wanted of a list."""
-    from voz.language import build
     from voz.language.alike import table
+    from voz.language.given import closest, draw_alike
 
     if options.count:
         _show_costs(given)
     if options.sample:
         show(*given.commands.sample(options.sample))
     if options.alike:
-        show(*table(build.closest(given)).split("\n"))
+        show(*table(closest(given)).split("\n"))
     if options.picture:
-        build.draw_alike(commands, options.picture, given)
+        draw_alike(commands, options.picture, given)
 
 
 def _check_fresh(commands: Path, folder: Path, given: Given) -> None:

@@ -1,4 +1,4 @@
-"""Everything that is generated from the command list. An edge: it reads and writes files."""
+"""Everything that is generated from the command list. An edge: it writes files."""
 
 from __future__ import annotations
 
@@ -9,43 +9,23 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 from msgspec.structs import replace
 
-from voz.errors import CommandsError, LanguageError
-from voz.files import read_bytes, replaced
+from voz.errors import LanguageError
+from voz.files import replaced
 from voz.language import alike
-from voz.language.alike_picture import MOST_PICTURED, draw
 from voz.language.checks import fingerprint, locked
-from voz.language.commands import MAX_BYTES, at_most, check_english, parse_commands
-from voz.language.confusion import AlikePair, sound_alike
-from voz.language.dictionaries import pronounce_by
+from voz.language.commands import at_most
 from voz.language.files import PACKAGED, LanguageFiles, read_sentences
+from voz.language.given import Given, closest, read_list
 from voz.language.grammar import jsgf
-from voz.language.letter_to_sound import guess
-from voz.language.lexicon import (
-    GUESS,
-    PRONUNCIATIONS,
-    LexiconEntry,
-    parse_pronunciations,
-    pronounce,
-    read_cmudict,
-)
-from voz.language.mixing import mean_the_same, pairs_of_many
+from voz.language.lexicon import GUESS, PRONUNCIATIONS, LexiconEntry
 from voz.language.ngram import arpa
 from voz.language.spoken import Spoken
-from voz.language.templates.commands import Commands, plain_commands
-from voz.language.templates.compiling import Compiled
-from voz.language.templates.compiling import compiled as compile_templates
 from voz.language.templates.grammar import structured_jsgf
-from voz.language.templates.loading import is_templates, read_templates
 from voz.language.templates.stored import as_text
-
-if TYPE_CHECKING:
-    from voz.language.languages import OtherLanguage
 
 
 @dataclass(frozen=True)
@@ -63,30 +43,6 @@ class BuildResult:
     words: int
     warnings: tuple[str, ...]
     paths: tuple[Path, ...]
-
-
-class Given(NamedTuple):
-    """What a user wrote, ready to generate files from.
-
-    Attributes:
-        name: what messages call the list.
-        commands: its sentences and what they mean.
-        entries: how their words are pronounced.
-        places: where each word stands first, as `FILE:LINE`.
-        warnings: what the user should know, one line each.
-        compiled: of templates; None for a plain list.
-        spoken: the language, if it is not voz's usual English.
-        read: the bytes of each file that templates were read from.
-    """
-
-    name: str
-    commands: Commands
-    entries: dict[str, LexiconEntry]
-    places: Mapping[str, str]
-    warnings: tuple[str, ...]
-    compiled: Compiled | None = None
-    spoken: Spoken | None = None
-    read: Mapping[Path, bytes] = MappingProxyType({})
 
 
 def build(commands: Path, out: Path, given: Given | None = None) -> BuildResult:
@@ -130,84 +86,6 @@ def check(commands: Path, out: Path, given: Given | None = None) -> list[str]:
     old = [LanguageFiles(out).templates, LanguageFiles(out).spoken]
     stale = [path.name for path in old if path.exists() and path.name not in contents]
     return [*(name for name, text in contents.items() if not _holds(out / name, text)), *stale]
-
-
-def read_list(commands: Path, language: OtherLanguage | None = None) -> Given:
-    """Read a command list, and find out how its words are pronounced.
-
-    Args:
-        commands: a plain list or templates, in voz's notation or in that of another program; a
-            `pronunciations.txt` beside it is used.
-        language: what is spoken; None is English.
-
-    Raises:
-        CommandsError: it or the pronunciations cannot be read or used.
-    """
-    data = _read_text(commands)
-    if is_templates(commands, data):
-        return _read_templates(commands, language)
-    parsed = parse_commands(data, str(commands))
-    known, places = plain_commands(parsed.sentences), parsed.places()
-    entries, spoken = _pronounced(commands, places, language), language and language.spoken
-    return Given(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
-
-
-def _read_templates(commands: Path, language: OtherLanguage | None) -> Given:
-    source, read = read_templates(commands)
-    compiled = compile_templates(source)
-    words = set(compiled.commands.vocabulary)
-    places = {word: place for word, place in compiled.places.items() if word in words}
-    entries, spoken = _pronounced(commands, places, language), language and language.spoken
-    return Given(
-        source.name, compiled.commands, entries, places, compiled.warnings, compiled, spoken, read
-    )
-
-
-def closest_commands(commands: Path) -> list[AlikePair]:
-    """Find the commands of a list that sound alike, and write nothing.
-
-    Args:
-        commands: the command list.
-
-    Returns:
-        The pairs, the most alike first.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used.
-    """
-    return closest(read_list(commands))
-
-
-def closest(given: Given) -> list[AlikePair]:
-    """Find what sounds alike and does not mean the same; in a long list some of it."""
-    commands, phones = given.commands, _phones(given.entries)
-    distances = given.spoken.distances if given.spoken else None
-    if len(commands) > alike.MOST_COMMANDS:
-        return pairs_of_many(commands, phones, distances)
-    pairs = sound_alike(commands.listed, phones, distances=distances)
-    return [pair for pair in pairs if not mean_the_same(commands, pair.first, pair.second)]
-
-
-def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> None:
-    """Draw how alike the commands of a list sound.
-
-    Args:
-        commands: the command list.
-        picture: the picture to write, PNG or SVG by its ending.
-        given: what the list holds, if that is known already.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used, or it is too long.
-        VozError: the picture cannot be drawn.
-    """
-    given = given or read_list(commands)
-    if len(given.commands) > MOST_PICTURED:
-        raise CommandsError(
-            f"{given.name}: has {len(given.commands):,} sentences, too many for a picture; "
-            f"give a list of at most {MOST_PICTURED}"
-        )
-    distances = given.spoken.distances if given.spoken else None
-    draw(given.commands.listed, _phones(given.entries), picture, distances)
 
 
 def generate(
@@ -279,27 +157,6 @@ def _dictionary(entries: Mapping[str, LexiconEntry]) -> list[str]:
 
 def _lines(lines: Sequence[str]) -> str:
     return "".join(f"{line}\n" for line in lines)
-
-
-def _pronounced(
-    commands: Path, places: Mapping[str, str], language: OtherLanguage | None
-) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced."""
-    own = commands.parent / PRONUNCIATIONS
-    phones = language.spoken.phones if language else None
-    user = parse_pronunciations(_read_text(own), str(own), phones) if own.exists() else {}
-    if language:
-        return pronounce_by(places, user, language.dictionary, language.rules)
-    check_english(places)
-    return pronounce(places, user, read_cmudict(), guess)
-
-
-def _phones(entries: Mapping[str, LexiconEntry]) -> dict[str, tuple[str, ...]]:
-    return {word: entry.phones for word, entry in entries.items()}
-
-
-def _read_text(path: Path) -> bytes:
-    return read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
 
 
 def _holds(path: Path, text: str) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from voz.errors import LanguageError
-from voz.language.build import build, read_list
+from voz.language.build import build
 from voz.language.checks import check_model, check_words
 from voz.language.files import (
     LanguageFiles,
@@ -14,6 +14,7 @@ from voz.language.files import (
     parse_sentences,
     read_plain,
 )
+from voz.language.given import read_list
 from voz.language.grammar import jsgf
 from voz.language.languages import configured
 from voz.ros1.parameters import text

@@ -25,7 +25,7 @@ from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.manifest import read_manifests
 from voz.settings import Recognition
-from voz.speech.festival import cached
+from voz.speech.rendered import cached
 
 LOUDER = 10.0
 """The reply over the speaker, dB."""

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from voz.speech import festival
+from voz.speech import festival, rendered
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     home = tmp_path_factory.mktemp("cache")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home))
-    monkeypatch.setattr(festival, "_GIVEN", set())
+    monkeypatch.setattr(rendered, "_GIVEN", set())
     return home / "voz" / "speech"
 
 

@@ -8,7 +8,8 @@ import pytest
 import soundfile
 
 from voz.errors import SpeechError
-from voz.speech.festival import cached, check_known, is_cached, render, speakable
+from voz.speech.festival import check_known, render, speakable
+from voz.speech.rendered import cached, is_cached
 
 
 def test_a_text_keeps_the_letters_of_its_language(tmp_path: Path) -> None:

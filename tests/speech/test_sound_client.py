@@ -23,7 +23,7 @@ from voz.audio.playback.mixing import RATE
 from voz.errors import AudioError, SpeechError
 from voz.speech import festival
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
-from voz.speech.festival import cached
+from voz.speech.rendered import cached, is_cached
 from voz.speech.sound_client import MOST_RENDERED, SoundClient
 
 KAL, KED = "kal_diphone", "ked_diphone"
@@ -229,8 +229,8 @@ def test_stopping_a_text_stops_it_in_every_voice(client: SoundClient) -> None:
 
 def test_another_voice_is_another_sound(client: SoundClient) -> None:
     client.say(TEXT, KED, blocking=True)
-    assert festival.is_cached(TEXT, KED)
-    assert not festival.is_cached(TEXT, KAL)
+    assert is_cached(TEXT, KED)
+    assert not is_cached(TEXT, KAL)
 
 
 def test_what_cannot_be_said_is_told_at_once(client: SoundClient, warnings: list[str]) -> None:
@@ -286,7 +286,7 @@ def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(
     client.say("some text")
     client.stop_saying("some text")
     client.wait()
-    wait_until(lambda: festival.is_cached("some text", KAL))
+    wait_until(lambda: is_cached("some text", KAL))
     time.sleep(0.2)
     assert not client.mixer.recent(2)[0].any()
     assert warnings == []
@@ -319,7 +319,7 @@ def test_a_block_waits_for_what_is_heard_once_and_ends_what_repeats(
     with SoundClient() as client:
         client.start(BuiltinSound.BACKINGUP, 0.1)
         client.say(TEXT)
-    assert festival.is_cached(TEXT, KAL)
+    assert is_cached(TEXT, KAL)
     assert np.abs(client.mixer.recent(2)[0]).max() > 0.2
     assert client.mixer.busy_until() <= time.monotonic()
     client.play_wave(file, blocking=True)

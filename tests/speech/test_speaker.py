@@ -20,7 +20,7 @@ from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixing import RATE
 from voz.config import usual_commands
 from voz.speech import festival
-from voz.speech.festival import cached, is_cached
+from voz.speech.rendered import cached, is_cached
 from voz.speech.speaker import LONGEST_QUEUE, Speaker
 
 REPLIES = usual_commands().replies

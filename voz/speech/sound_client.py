@@ -20,8 +20,9 @@ from voz.audio.playback.mixing import RATE, from_first_audible
 from voz.errors import SpeechError, VozError
 from voz.speech.builtin_sounds import ALL, BuiltinSound, builtin, synthesised
 from voz.speech.espeak import PREFIX
-from voz.speech.festival import cached, check_known, is_cached, speakable
+from voz.speech.festival import check_known, speakable
 from voz.speech.orders import Order, Orders
+from voz.speech.rendered import cached, is_cached
 
 _log = logging.getLogger("voz")
 

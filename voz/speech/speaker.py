@@ -13,7 +13,7 @@ from typing import NamedTuple
 from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixing import RATE
 from voz.errors import VozError
-from voz.speech.festival import cached, is_cached
+from voz.speech.rendered import cached, is_cached
 from voz.speech.sound_client import SoundClient
 
 _log = logging.getLogger("voz")

@@ -1,0 +1,119 @@
+"""What was rendered once is kept: a file for each text and voice, in the user's cache folder."""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import hashlib
+import os
+import shutil
+import stat
+import tempfile
+import threading
+from pathlib import Path
+
+from voz.errors import SpeechError
+from voz.speech.festival import check_known, speakable, spoken
+
+CACHE_FORMAT = 1
+"""To be raised when the same text and voice shall give other files than before."""
+
+_GIVEN: set[tuple[str, str]] = set()
+"""Text and voice of what `cached` has given in this process."""
+
+
+def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
+    """Give a WAV file of a text, rendered the first time and kept in the user's cache folder.
+
+    Args:
+        text: what to say; texts that sound the same share a file.
+        voice: a name from `VOICES`, or of espeak-ng.
+        cancelled: as `render` takes it.
+
+    Returns:
+        The file, in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be
+        written or is another user's, in a folder that lives as long as this process.
+
+    Raises:
+        SpeechError: as `render` does.
+    """
+    plain = speakable(text, voice)
+    check_known(voice)
+    folder = _cache_folder()
+    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
+    try:
+        wav = _found(folder, key) or _added(folder, key, plain, voice, cancelled)
+    except OSError as error:
+        raise SpeechError(f"{folder}: cannot be used ({error.strerror}); remove it") from error
+    _GIVEN.add((plain, voice))
+    return wav
+
+
+def is_cached(text: str, voice: str) -> bool:
+    """Whether `cached` has given a file before; asks no disk, which might not answer.
+
+    Raises:
+        SpeechError: there is no text.
+    """
+    return (speakable(text, voice), voice) in _GIVEN
+
+
+def _added(
+    folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
+) -> Path:
+    """Render a file into the cache, under a name that says what is in it."""
+    # Beside its place, so that the finished file can be moved there at once.
+    with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
+        wav = spoken(plain, voice, Path(work), cancelled)
+        target = folder / f"{key}-{_own_digest(wav)}.wav"
+        wav.replace(target)  # a link too, and not what it points to
+    return target
+
+
+def _found(folder: Path, key: str) -> Path | None:
+    """Find a file in the cache; what only looks like it is removed."""
+    for path in folder.glob(f"{key}-*.wav"):
+        if path.name == f"{key}-{_own_digest(path)}.wav":
+            return path
+        path.unlink(missing_ok=True)
+    return None
+
+
+def _own_digest(path: Path) -> str | None:
+    """Sum up a file; None if it is no regular one of this user, but a link or a pipe."""
+    try:
+        # A link is not opened, and whoever writes into a pipe is not waited for.
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return None
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid():
+            return None
+        digest = hashlib.sha256()
+        while block := file.read(2**16):
+            digest.update(block)
+    return digest.hexdigest()[:32]
+
+
+def _cache_folder() -> Path:
+    try:
+        base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        if not base.is_absolute():  # the XDG standard: a relative one is to be ignored
+            base = Path.home() / ".cache"
+        folder = base / "voz" / "speech"
+        folder.mkdir(parents=True, exist_ok=True)
+        if folder.stat().st_uid != os.geteuid():  # whose owner could exchange files at any time
+            return _private_folder()
+        # Whether one may write is known by writing: for root, permissions say nothing.
+        tempfile.TemporaryFile(dir=folder).close()
+    except (OSError, RuntimeError):  # RuntimeError: there is no home folder
+        return _private_folder()
+    return folder
+
+
+@functools.cache
+def _private_folder() -> Path:
+    folder = tempfile.mkdtemp(prefix="voz-speech-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)

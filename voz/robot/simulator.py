@@ -25,7 +25,7 @@ MOST_KEPT = 72_000
 """So many states are remembered, an hour of motion; then the oldest go. So do commands."""
 
 
-class Mark(NamedTuple):
+class TripMark(NamedTuple):
     """Something that happened on the way: when (s), where (m), and what was said or hit."""
 
     t: float
@@ -47,8 +47,8 @@ class Trip(msgspec.Struct, frozen=True):
 
     settings: Simulator
     states: tuple[WorldState, ...]
-    said: tuple[Mark, ...] = ()
-    collisions: tuple[Mark, ...] = ()
+    said: tuple[TripMark, ...] = ()
+    collisions: tuple[TripMark, ...] = ()
 
 
 class SimulatedRobot(Robot):
@@ -68,8 +68,8 @@ class SimulatedRobot(Robot):
         self._now = start(settings), Twist(0.0, 0.0, 0.0)
         self._steps = 0
         self._states: deque[WorldState] = deque([self._now[0]], MOST_KEPT)
-        self._said: deque[Mark] = deque(maxlen=MOST_KEPT)
-        self._collisions: deque[Mark] = deque(maxlen=MOST_KEPT)
+        self._said: deque[TripMark] = deque(maxlen=MOST_KEPT)
+        self._collisions: deque[TripMark] = deque(maxlen=MOST_KEPT)
 
     def receive(self, event: Event) -> None:
         """Let the time until the event pass, then follow it."""
@@ -80,7 +80,7 @@ class SimulatedRobot(Robot):
         elif isinstance(event, SelectedObject):
             self._now = replace(state, selected=event.value), twist
         elif isinstance(event, Utterance) and event.obeyed:
-            self._said.append(Mark(event.t, state.pose.x, state.pose.y, event.text))
+            self._said.append(TripMark(event.t, state.pose.x, state.pose.y, event.text))
 
     def state_at(self, t: float) -> WorldState:
         """How everything is at a time, if nothing more comes until then; this changes nothing.
@@ -138,7 +138,7 @@ class SimulatedRobot(Robot):
 
     def _collide(self, state: WorldState) -> None:
         hit, pose = gap(state.pose, self._settings).to, state.pose
-        self._collisions.append(Mark(round(state.t, 3), pose.x, pose.y, hit))
+        self._collisions.append(TripMark(round(state.t, 3), pose.x, pose.y, hit))
         where = f"x {pose.x:.2f} m, y {pose.y:.2f} m"
         text = f"the robot hit {hit} at {where} and stopped: drive it away or rotate it"
         self._warn(Warning(round(state.t, 3), text))

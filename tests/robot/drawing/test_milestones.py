@@ -12,7 +12,7 @@ from voz.robot.drawing.milestones import (
     seconds_between,
     time_marks,
 )
-from voz.robot.simulator import Mark, Trip
+from voz.robot.simulator import Trip, TripMark
 
 
 def test_the_length_of_the_way_is_what_was_driven(driven: Any) -> None:
@@ -45,7 +45,7 @@ def test_what_stands_still_has_no_marks(driven: Any) -> None:
 
 
 def test_what_is_said_in_one_place_is_together() -> None:
-    said = [Mark(t, x, 0.0, "go") for t, x in enumerate((0.0, 0.01, 0.5, 0.01, 0.0))]
+    said = [TripMark(t, x, 0.0, "go") for t, x in enumerate((0.0, 0.01, 0.5, 0.01, 0.0))]
     assert same_place(said) == [said[:2], said[2:3], said[3:]]
     assert same_place([]) == []
 

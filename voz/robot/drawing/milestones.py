@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import hypot
 from typing import NamedTuple
 
-from voz.robot.simulator import Mark, Trip
+from voz.robot.simulator import Trip, TripMark
 from voz.simulation.arm import pointing
 from voz.simulation.world import WorldState, place_of
 
@@ -60,9 +60,9 @@ def seconds_between(marks: Sequence[TimeMark]) -> float:
     return min((round(b.t - a.t, 3) for a, b in pairwise(marks)), default=0.0)
 
 
-def same_place(said: Iterable[Mark]) -> list[list[Mark]]:
+def same_place(said: Iterable[TripMark]) -> list[list[TripMark]]:
     """Put together what was said one after the other in the same place."""
-    groups: list[list[Mark]] = []
+    groups: list[list[TripMark]] = []
     for mark in said:
         if groups and hypot(mark.x - groups[-1][0].x, mark.y - groups[-1][0].y) < SAME_PLACE:
             groups[-1].append(mark)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.ticker import MultipleLocator
 
-from voz.robot.simulator import Mark
+from voz.robot.simulator import TripMark
 from voz.simulation.arm import points
 from voz.simulation.base import Pose2D
 from voz.simulation.settings import Simulator
@@ -105,6 +105,6 @@ def draw_arm(
     return artists
 
 
-def draw_collisions(axes: Axes, collisions: Sequence[Mark]) -> list[tuple[float, Artist]]:
+def draw_collisions(axes: Axes, collisions: Sequence[TripMark]) -> list[tuple[float, Artist]]:
     """Draw a cross where the base hit something, each with its time."""
     return [(hit.t, axes.plot(hit.x, hit.y, zorder=6, **CROSS)[0]) for hit in collisions]

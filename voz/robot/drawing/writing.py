@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from voz.robot.drawing import shapes
 from voz.robot.drawing.labels import Points, Rectangle, Wish, place
 from voz.robot.drawing.milestones import TimeMark, pointings, same_place
-from voz.robot.simulator import Mark, Trip
+from voz.robot.simulator import Trip, TripMark
 from voz.simulation.world import place_of
 
 MOST_LINES = 10
@@ -43,7 +43,7 @@ _SAID: Any = {"color": shapes.SAID, "zorder": 7, "clip_on": False}
 class Label:
     """Some lines beside the way, which appear one after the other."""
 
-    def __init__(self, axes: Axes, lines: Sequence[Mark], commands: int = 0) -> None:
+    def __init__(self, axes: Axes, lines: Sequence[TripMark], commands: int = 0) -> None:
         """Write it, wherever that is.
 
         Args:
@@ -113,7 +113,7 @@ def write_along(
     Returns:
         The labels; those that find no room are left out.
     """
-    groups = [[Mark(*dot)] for dot in dots if dot.text]
+    groups = [[TripMark(*dot)] for dot in dots if dot.text]
     labels = [Label(axes, group) for group in groups]
     said = same_place(trip.said)[-MOST_LABELS:]
     labels += [Label(axes, _lines(group), len(group)) for group in said]
@@ -148,7 +148,7 @@ def _in_room(axes: Axes, point: float, x: float, y: float) -> tuple[float, float
     return float(place[0]), float(place[1])
 
 
-def _lines(group: Sequence[Mark]) -> list[Mark]:
+def _lines(group: Sequence[TripMark]) -> list[TripMark]:
     """The commands of one place with their times; of too many, the first ones."""
     width = len(f"{group[-1].t:.1f}")
     lines = [

@@ -27,7 +27,7 @@ MOST_READINGS = 50
 """Of an ambiguous sentence that are looked at."""
 
 
-class Cost(NamedTuple):
+class LineCost(NamedTuple):
     """What a line of a file adds.
 
     Attributes:
@@ -60,7 +60,7 @@ class Compiled(NamedTuple):
     templates: Sequence[Template]
     warnings: tuple[str, ...]
     places: Mapping[str, str]
-    costs: Sequence[Cost]
+    costs: Sequence[LineCost]
 
 
 def compiled(source: TemplateSource) -> Compiled:
@@ -197,15 +197,15 @@ def _words(item: Expression) -> Iterator[str]:
 
 def _costs_of_templates(
     templates: Sequence[Template], commands: Commands, states: Sequence[int]
-) -> Iterator[Cost]:
+) -> Iterator[LineCost]:
     sentences = commands.network.of_labels
     for number, template in enumerate(templates):
         name = template.command or plainest(template.expression)
         place = f"{template.place.file}:{template.place.line}"
-        yield Cost(name, place, sentences.get(number, 0), states[number], 1)
+        yield LineCost(name, place, sentences.get(number, 0), states[number], 1)
 
 
-def _costs_of_names(source: TemplateSource, templates: Sequence[Template]) -> Iterator[Cost]:
+def _costs_of_names(source: TemplateSource, templates: Sequence[Template]) -> Iterator[LineCost]:
     known: dict[int, Size] = {}
     holding: dict[tuple[str, str], int] = {}
     ways: dict[tuple[str, str], int] = {}
@@ -218,7 +218,7 @@ def _costs_of_names(source: TemplateSource, templates: Sequence[Template]) -> It
         place = f"{definition.place.file}:{definition.place.line}"
         if (kind, name) in ways:
             used_by = holding[kind, name]
-            yield Cost(shown(kind, name), place, ways[kind, name], 0, used_by)
+            yield LineCost(shown(kind, name), place, ways[kind, name], 0, used_by)
 
 
 def _names(item: Expression, seen: set[int]) -> Iterator[Named]:

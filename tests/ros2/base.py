@@ -8,7 +8,7 @@ import sys
 import time
 
 from voz.ros2.messages import (
-    Header,
+    HeaderMessage,
     Odometry,
     Point,
     Pose,
@@ -34,5 +34,7 @@ while True:
             asked, came = twist, time.monotonic()
             print(json.dumps({"linear": twist.linear.x, "angular": twist.angular.z}), flush=True)
     speed = asked if time.monotonic() - came < patience else velocity(0, 0)
-    odom.write(Odometry(Header(Time(0, 0), "odom"), "base_link", here, TwistWithCovariance(speed)))
+    odom.write(
+        Odometry(HeaderMessage(Time(0, 0), "odom"), "base_link", here, TwistWithCovariance(speed))
+    )
     time.sleep(0.05)

@@ -37,7 +37,7 @@ class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
 
 @dataclass
 @final
-class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+class HeaderMessage(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
     """When, and in which coordinate frame."""
 
     stamp: Time
@@ -112,7 +112,7 @@ class TwistMessage(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
     """A velocity with its time."""
 
-    header: Header
+    header: HeaderMessage
     twist: TwistMessage
 
 
@@ -169,7 +169,7 @@ class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWith
 class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
     """Where a base is in the frame of the header, and how fast in its own."""
 
-    header: Header
+    header: HeaderMessage
     child_frame_id: str
     pose: PoseWithCovariance
     twist: TwistWithCovariance
@@ -189,7 +189,7 @@ class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
 class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
     """A frame in that of the header, at a time."""
 
-    header: Header
+    header: HeaderMessage
     child_frame_id: str
     transform: Transform
 
@@ -228,7 +228,7 @@ class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnost
 class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
     """How parts are at a time."""
 
-    header: Header
+    header: HeaderMessage
     status: Annotated[Sequence[DiagnosticStatus], sequence(DiagnosticStatus)]
 
 
@@ -254,14 +254,14 @@ class CycloneCancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelG
     nanosec: uint32 = 0
 
 
-def header(frame_id: str) -> Header:
+def header(frame_id: str) -> HeaderMessage:
     """A header with the time of day.
 
     Args:
         frame_id: the coordinate frame, if one matters.
     """
     seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
-    return Header(Time(seconds, nanoseconds), frame_id)
+    return HeaderMessage(Time(seconds, nanoseconds), frame_id)
 
 
 def velocity(linear: float, angular: float) -> TwistMessage:

@@ -46,7 +46,7 @@ class Ros2OdometryPublisher:
         write(self._tf, messages.TFMessage([_transform(state, header, self._base)]))
 
 
-def _odometry(state: WorldState, header: messages.Header, base: str) -> messages.Odometry:
+def _odometry(state: WorldState, header: messages.HeaderMessage, base: str) -> messages.Odometry:
     pose = messages.Pose(messages.Point(state.pose.x, state.pose.y), _rotation(state))
     return messages.Odometry(
         header,
@@ -56,7 +56,9 @@ def _odometry(state: WorldState, header: messages.Header, base: str) -> messages
     )
 
 
-def _transform(state: WorldState, header: messages.Header, base: str) -> messages.TransformStamped:
+def _transform(
+    state: WorldState, header: messages.HeaderMessage, base: str
+) -> messages.TransformStamped:
     place = messages.Vector3(state.pose.x, state.pose.y)
     return messages.TransformStamped(header, base, messages.Transform(place, _rotation(state)))
 

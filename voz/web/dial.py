@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.recognition.costs import Cost, missed_at
 from voz.recognition.recognizer import Recognizer
 from voz.run.assembly import Warn
+from voz.settings import Recognition
 from voz.web.board import Record
 
 

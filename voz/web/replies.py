@@ -7,7 +7,7 @@ import threading
 
 from voz.errors import SpeechError
 from voz.files import read_bytes
-from voz.speech.festival import cached
+from voz.speech.rendered import cached
 
 PATIENCE = 5.0
 """For a reply to be rendered, s."""

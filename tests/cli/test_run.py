@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from calls import VOZ, Result, in_process
 from live_robot import signals_as_a_terminal_has_them
-from recordings import GO_BACK, Recording
+from recordings import GO_BACK, ROOT, Recording
 
 
 def test_run_writes_the_same_events_each_time(voz: Any, session: Recording, tmp_path: Path) -> None:
@@ -46,6 +46,27 @@ def test_typed_text_that_is_no_text_is_no_command(voz: Any, tmp_path: Path) -> N
     result = voz("run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound")
     heard = [event["accepted"] for event in result.json if event["type"] == "utterance"]
     assert heard == [False, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("robot", "told"),
+    [
+        ("console", 'no line of [commands] in voz.toml says what to do at "open gripper"\n'),
+        ("my_robot:Lamp", ""),
+    ],
+)
+def test_what_does_nothing_is_told(
+    voz: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, robot: str, told: str
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples")
+    commands = tmp_path / "list.txt"
+    commands.write_text("start speech\nstop\nopen gripper\n")
+    assert voz("build-lm", commands, "--out", tmp_path).code == 0
+    (tmp_path / "typed.txt").write_text("stop\n")
+    result = voz(
+        "run", "--text", tmp_path / "typed.txt", "--lm", tmp_path, "--robot", robot, "--no-sound"
+    )
+    assert (result.code, result.err) == (0, told)
 
 
 def test_without_safety_the_bare_rules_hold(voz: Any, tmp_path: Path) -> None:

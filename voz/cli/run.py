@@ -13,7 +13,7 @@ import typer
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.operator_page import chosen_microphone, page_of, page_site
 from voz.cli.options import with_options
-from voz.cli.robots import RobotPlan, Robots, robots_of
+from voz.cli.robots import CONSOLE, SIMULATOR, RobotPlan, Robots, robots_of
 from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, tell, warn
 
@@ -55,6 +55,7 @@ def run(options: Running) -> None:
         language = options.language(settings)
         commands = read_commands(language)
         options.listening = _listening(options, settings, commands, str(language.sentences))
+        _tell_what_does_nothing(commands, settings, plan)
         if options.live:
             _run_live(options, settings, plan, language, parts)
             return
@@ -73,6 +74,18 @@ def _listening(options: Running, settings: Config, commands: Commands, where: st
         return options.listening
     tell("no command of the list begins the listening: commands are obeyed from the start")
     return True
+
+
+def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPlan) -> None:
+    """Tell which commands have no line in the table; robots of others may act by themselves."""
+    from voz.run.commands import idle
+
+    names = idle(commands, settings.table)
+    if not names or not {CONSOLE, SIMULATOR}.issuperset(plan.names):
+        return
+    shown = " or ".join(f'"{name}"' for name in names[:2])
+    more = f" or {len(names) - 2} others" if len(names) > 2 else ""
+    tell(f"no line of [commands] in voz.toml says what to do at {shown}{more}")
 
 
 def _has_a_clock(options: Running, settings: Config) -> bool:

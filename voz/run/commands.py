@@ -35,6 +35,11 @@ def begins_listening(commands: Commands, table: CommandTable) -> bool:
     return not table.starts.isdisjoint(commands.names)
 
 
+def idle(commands: Commands, table: CommandTable) -> list[str]:
+    """Name the commands of a list that do nothing, in any state."""
+    return [name for name in commands.names if not any(name in own for own in table.sets.values())]
+
+
 def _check_slots(commands: Commands, name: str, step: Step, where: str) -> None:
     """Refuse a step with a slot that its command has in no sentence."""
     parses = (commands.parse(text) for text in commands.named([name], MOST_LOOKED_AT))

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import promised_seconds, read_blocks
-from voz.audio.endpointing.background import FRAME
+from voz.audio.endpointing.levels import FRAME
 from voz.audio.endpointing.segmenter import RUN_IN, Voices, usual_voices
 from voz.batch.rows import Outcome, Row, Unreadable, in_file, outcome
 from voz.errors import AudioError

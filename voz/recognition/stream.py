@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import FRAME
+from voz.audio.endpointing.levels import FRAME
 from voz.audio.endpointing.segment import Ongoing, Segment, Sound, follow_closely
 from voz.audio.endpointing.segmenter import Segmenter, Voices
 from voz.events import Partial, Utterance

@@ -1,30 +1,14 @@
-"""What a room sounds like between what is said in it: followed all the time, in level."""
+"""What a room sounds like between what is said in it: followed all the time, in level; pure."""
 
 from __future__ import annotations
 
+from array import array
+from bisect import bisect_left, insort
+from collections.abc import Iterable
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-from voz.audio import SAMPLE_RATE, Samples
-
-Floats = npt.NDArray[np.float64]
-
-FRAME = 480
-"""The 30 ms by which the background is followed, as the voice detector does."""
-
-WINDOW, HOP = 320, 160
-"""Samples of a spectrum, 20 ms, and between two."""
-
-WINDOWS = np.arange(WINDOW) + HOP * np.arange(FRAME // HOP)[:, np.newaxis]
-"""Where the spectra of a frame are, in the sound that begins a hop before it."""
-
-BANDS = (5, 68, 140)
-"""Of a spectrum: 250 to 3,400 Hz, above the hum of motors, and up to 7,000, where the s is."""
-
-SMOOTH = 5
-"""Spectra that a level is the mean of."""
+from voz.audio import SAMPLE_RATE
+from voz.audio.endpointing.levels import FRAME, Level
 
 MEMORY = 4 * SAMPLE_RATE // FRAME
 """Frames that the background is taken from."""
@@ -54,7 +38,7 @@ DEEP = 20.0
 """By so much silence is below the background, dB, where that was taken from what was said."""
 
 ROOM = 4096
-"""Frames that there is room for before the last ones are moved to the beginning."""
+"""Frames that are held before all but the last ones go."""
 
 STEADY_FOR = 14
 """Frames, 0.4 s, in which a sound that goes on is known by its level."""
@@ -66,45 +50,32 @@ RISE = 6
 class Noise(NamedTuple):
     """A sound that goes on: its usual levels in both bands, and the highest, dB."""
 
-    usual: Floats
-    highest: Floats
+    usual: Level
+    highest: Level
 
 
-class _Recent:
-    """The last levels of frames, in one array: to make one of them for each frame takes longer.
+class _InOrder:
+    """The levels of some frames in both bands, each in order: a new one is put into its place."""
 
-    Attributes:
-        levels: of each frame, in both bands, dB.
-        voices: whether a voice may be in it.
-    """
+    def __init__(self, levels: Iterable[Level]) -> None:
+        self._bands = [sorted(band) for band in zip(*levels, strict=True)] or [[], []]
 
-    def __init__(self) -> None:
-        """Start as if it had been silent."""
-        self._levels = np.full((ROOM, 2), SILENCE)
-        self._voices = np.zeros(ROOM, np.bool_)
-        self._end = MEMORY
+    def __len__(self) -> int:
+        return len(self._bands[0])
 
-    def add(self, level: Floats, voice: bool) -> None:
-        """Add a frame; the oldest goes."""
-        if self._end == ROOM:
-            self._levels[:SILENT_MEMORY] = self.levels
-            self._voices[:SILENT_MEMORY] = self.voices
-            self._end = SILENT_MEMORY
-        self._levels[self._end], self._voices[self._end] = level, voice
-        self._end += 1
+    def add(self, level: Level) -> None:
+        for band, value in zip(self._bands, level, strict=True):
+            insort(band, value)
 
-    def fill(self, level: Floats, voice: bool) -> None:
-        """Take all of them for such ones."""
-        self._levels[:SILENT_MEMORY], self._voices[:SILENT_MEMORY] = level, voice
-        self._end = SILENT_MEMORY
+    def drop(self, level: Level) -> None:
+        for band, value in zip(self._bands, level, strict=True):
+            del band[bisect_left(band, value)]
 
-    @property
-    def levels(self) -> Floats:
-        return self._levels[max(0, self._end - SILENT_MEMORY) : self._end]
-
-    @property
-    def voices(self) -> npt.NDArray[np.bool_]:
-        return self._voices[max(0, self._end - SILENT_MEMORY) : self._end]
+    def below(self, share: float) -> Level:
+        """The level in each band that so much of them is below."""
+        low, high = self._bands
+        place = int(share * (len(low) - 1))
+        return low[place], high[place]
 
 
 class Background:
@@ -112,34 +83,27 @@ class Background:
 
     def __init__(self) -> None:
         """Start with nothing heard, as if it had been silent."""
-        self._window = np.hanning(WINDOW + 1)[:-1]
-        self._before: Samples = np.zeros(WINDOW - HOP, np.int16)  # what the next spectrum begins in
-        self._scale = WINDOW * np.sum(self._window**2)
-        self._energies: Floats = np.empty((0, len(BANDS) - 1))
-        self._recent = _Recent()
+        self._fill((SILENCE, SILENCE), False, MEMORY)
         self._level_now = SILENCE
 
-    def follow(self, frame: Samples, voice: bool) -> tuple[Floats, Floats]:
+    def follow(self, level: Level, voice: bool) -> Level:
         """Take the next frame of the stream.
 
         Args:
-            frame: 30 ms, 16 kHz.
+            level: how loud it is.
             voice: whether there may be a voice in it.
 
         Returns:
-            Its levels in both bands, and those of the background with it, dB over one unit of the
-            16 bits.
+            The levels of the background with it.
         """
-        level = self._level(frame)
-        self._recent.add(level, voice)
-        levels = self._recent.levels
-        background = _below(levels[-MEMORY:], USUAL)
-        silent = levels[~self._recent.voices]
-        if len(silent) >= SILENT_SHARE * len(levels):
-            silence = _below(silent, SILENT_USUAL)
-            background = np.where(background - silence > DEEP, silence, background)
-        self._level_now = float(background[0])
-        return level, background
+        self._add(level, voice)
+        low, high = self._recent.below(USUAL)
+        if len(self._silent) >= SILENT_SHARE * min(len(self._levels), SILENT_MEMORY):
+            least_low, least_high = self._silent.below(SILENT_USUAL)
+            low = least_low if low - least_low > DEEP else low
+            high = least_high if high - least_high > DEEP else high
+        self._level_now = low
+        return low, high
 
     @property
     def level(self) -> float:
@@ -149,33 +113,24 @@ class Background:
     @property
     def voices(self) -> float:
         """The share of the last 8 s that a voice may be in."""
-        voices = self._recent.voices
-        return int(voices.sum()) / len(voices)
+        voices = self._voices[-SILENT_MEMORY:]
+        return sum(voices) / len(voices)
 
     def remembered(self) -> bytes:
         """All that what follows hangs on."""
-        followed = self._energies.tobytes() + self._recent.levels.tobytes()
-        return self._before.tobytes() + followed + self._recent.voices.tobytes()
+        levels = array("d", (band for lv in self._levels[-SILENT_MEMORY:] for band in lv))
+        return levels.tobytes() + bytes(self._voices[-SILENT_MEMORY:])
 
     def loudest(self, frames: int, but: int) -> float:
         """Find the highest level of the last frames but some, dB; 0 if there are none."""
-        levels = self._recent.levels
-        end = len(levels)
-        found = levels[max(0, end - frames) : max(0, end - but), 0]
-        return float(found.max()) if len(found) else 0.0
+        frames = min(frames, SILENT_MEMORY)
+        end = len(self._levels)
+        found = self._levels[max(0, end - frames) : max(0, end - but)]
+        return max((low for low, _ in found), default=0.0)
 
-    def settle(self, levels: Floats) -> None:
+    def settle(self, level: Level) -> None:
         """Take the levels of a noise that has just begun for the background."""
-        self._recent.fill(levels, True)
-
-    def _level(self, frame: Samples) -> Floats:
-        sound = np.concatenate([self._before, frame])
-        self._before = frame[HOP - WINDOW :]
-        power = np.abs(np.fft.rfft(sound[WINDOWS] * self._window)) ** 2
-        low, middle, high = BANDS
-        bands = np.add.reduceat(power[:, low:high], (0, middle - low), axis=1)
-        self._energies = np.concatenate([self._energies, bands / self._scale])[-SMOOTH:]
-        return np.asarray(10 * np.log10(self._energies.mean(axis=0) + 1))
+        self._fill(level, True, SILENT_MEMORY)
 
     def risen_from(self, by: float, steady_within: float) -> Noise | None:
         """Tell how loud a sound is that goes on, if something rose out of it just now.
@@ -188,15 +143,31 @@ class Background:
             Its usual levels before that, and the highest; None if it was not steady, or nothing
             rose.
         """
-        levels = self._recent.levels[-STEADY_FOR - RISE :]
-        before, now = levels[:STEADY_FOR], levels[-2:]
-        steady = _below(before, USUAL)
-        rose = np.ptp(before[:, 0]) < steady_within and now[:, 0].min() > steady[0] + by
-        return Noise(steady, before.max(axis=0)) if rose else None
+        last = self._levels[-STEADY_FOR - RISE :]
+        before, now = last[:STEADY_FOR], last[-2:]
+        lows = [low for low, _ in before]
+        if max(lows) - min(lows) >= steady_within:
+            return None
+        steady = _InOrder(before).below(USUAL)
+        if min(low for low, _ in now) <= steady[0] + by:
+            return None
+        return Noise(steady, (max(lows), max(high for _, high in before)))
 
+    def _add(self, level: Level, voice: bool) -> None:
+        """Add a frame; of those that are looked at the oldest goes."""
+        self._recent.drop(self._levels[-MEMORY])
+        self._recent.add(level)
+        if len(self._levels) >= SILENT_MEMORY and not self._voices[-SILENT_MEMORY]:
+            self._silent.drop(self._levels[-SILENT_MEMORY])
+        if not voice:
+            self._silent.add(level)
+        self._levels.append(level)
+        self._voices.append(voice)
+        if len(self._levels) > ROOM:
+            del self._levels[:-SILENT_MEMORY], self._voices[:-SILENT_MEMORY]
 
-def _below(levels: Floats, share: float) -> Floats:
-    """The level in each band that so much of them is below."""
-    place = int(share * (len(levels) - 1))
-    found: Floats = np.partition(levels, place, axis=0)[place]
-    return found
+    def _fill(self, level: Level, voice: bool, count: int) -> None:
+        """Take so many frames before now for such ones."""
+        self._levels, self._voices = [level] * count, [voice] * count
+        self._recent = _InOrder(self._levels[-MEMORY:])
+        self._silent = _InOrder([] if voice else self._levels)

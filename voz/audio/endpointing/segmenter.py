@@ -7,19 +7,11 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import (
-    FRAME,
-    RISE,
-    SILENT_SHARE,
-    STEADY_FOR,
-    Background,
-    Floats,
-    Noise,
-)
+from voz.audio.endpointing.background import RISE, SILENT_SHARE, STEADY_FOR, Background, Noise
+from voz.audio.endpointing.levels import FRAME, Level, Levels
 from voz.audio.endpointing.pieces import pieces
 from voz.audio.endpointing.segment import (
     LONGEST_WORD,
@@ -129,6 +121,7 @@ class Segmenter:
         """
         self._longest = int(longest * SAMPLE_RATE)
         self._is_voice = voices or usual_voices()
+        self._loudness = Levels()
         self._background = Background()
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
         self._stood: deque[bool] = deque(maxlen=ONSET)  # which frames stood out at all
@@ -159,9 +152,9 @@ class Segmenter:
             The segments whose end is known by now, and once after each that it stayed quiet.
         """
         self._kept = np.concatenate([self._kept, block])
-        while len(rest := self._unheard()) >= FRAME:
+        for frame, level in self._frames(self._unheard()):
             self._heard += FRAME
-            yield from self._progress(rest[:FRAME])
+            yield from self._progress(frame, level)
         self._forget()
 
     def begin_at(self, at: int, before: Samples) -> None:
@@ -171,10 +164,9 @@ class Segmenter:
             at: how much of the stream was before, in samples, a multiple of a frame.
             before: the last `RUN_IN` frames of that.
         """
-        for frame in before.reshape(-1, FRAME):
-            voice = self._is_voice(frame.tobytes())
-            level, background = self._background.follow(frame, voice)
-            self._note(voice, level > background + BEGINS)
+        for frame, level in self._frames(before):
+            voice = self._is_voice(frame)
+            self._note(voice, level, self._background.follow(level, voice))
         self._kept, self._kept_from, self._heard = before, at - len(before), at
         self._forget()
 
@@ -184,7 +176,8 @@ class Segmenter:
         if self._start is not None or not self._quiet_told or since < NEAR:
             return None
         stood = bytes([*self._stood, self._standing])
-        return stood + self._background.remembered() + self._kept[-RECENT:].tobytes()
+        followed = self._loudness.remembered() + self._background.remembered()
+        return stood + followed + self._kept[-RECENT:].tobytes()
 
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the segment under way, if any, and that nothing follows."""
@@ -213,20 +206,26 @@ class Segmenter:
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
-    def _progress(self, frame: Samples) -> Iterator[Sound]:
+    def _frames(self, sound: Samples) -> Iterator[tuple[bytes, Level]]:
+        """The next frames of the stream, as the VAD takes them, and how loud they are."""
+        whole = sound[: len(sound) // FRAME * FRAME]
+        frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
+        return zip(frames, self._loudness.of(whole), strict=True)
+
+    def _progress(self, frame: bytes, level: Level) -> Iterator[Sound]:
         """Follow the stream by a frame."""
-        voice = self._is_voice(frame.tobytes())
-        level, background = self._background.follow(frame, voice)
+        voice = self._is_voice(frame)
+        background = self._background.follow(level, voice)
         if self._start is None:
             yield from self._begin(voice, level, background)
         else:
-            yield from self._go_on(voice, float(level[0]))
+            yield from self._go_on(voice, level[0])
             if self._pause and self._start is not None and self._heard // FRAME % TOLD == 0:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
-    def _begin(self, voice: bool, level: Floats, background: Floats) -> Iterator[Sound]:
-        self._note(voice, level > background + BEGINS)
+    def _begin(self, voice: bool, level: Level, background: Level) -> Iterator[Sound]:
+        self._note(voice, level, background)
         if self._standing >= TO_BEGIN:
             self._start_above(background, len(self._stood) - self._stood.index(True))
             return
@@ -234,21 +233,22 @@ class Segmenter:
         if since > QUIET_KNOWN or (since > FIRST_SIGN and not self._standing):
             yield from self._quiet()
 
-    def _note(self, voice: bool, above: npt.NDArray[np.bool_]) -> None:
+    def _note(self, voice: bool, level: Level, background: Level) -> None:
         """Note whether a frame stood out, in either band and altogether."""
-        self._stood.append(bool(above.any()))
-        self._standing = self._standing + 1 if voice and above[0] else 0
+        low, high = (lv > room + BEGINS for lv, room in zip(level, background, strict=True))
+        self._stood.append(low or high)
+        self._standing = self._standing + 1 if voice and low else 0
 
-    def _start_above(self, background: Floats, frames: int) -> None:
+    def _start_above(self, background: Level, frames: int) -> None:
         """Begin a segment so many frames ago."""
         begin = self._heard - frames * FRAME - MARGIN
         self._start, self._silent = max(self._last_end, begin), 0
-        self._least = float(background[0]) + GOES_ON
+        self._least = background[0] + GOES_ON
         since = min(NEAR, self._heard - self._told) // FRAME
         self._before = self._background.loudest(since, frames)
         self._voices = self._background.voices
         self._loud, self._loudest = TO_BEGIN, 0.0
-        self._levels = [float(background[0])] * frames
+        self._levels = [background[0]] * frames
         self._standing = self._low = 0
         self._stood.clear()
 

@@ -1,0 +1,50 @@
+"""Levels of frames: each as it would be alone, in whatever company it comes."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from voz.audio.endpointing import levels
+from voz.audio.endpointing.levels import BANDS, FRAME, HOP, SMOOTH, WINDOW, Levels
+
+COUNT = 40
+SOUND = np.random.default_rng(1).normal(0, 300, COUNT * FRAME).astype(np.int16)
+SOUND[: 8 * FRAME] = 0
+
+
+def by_definition(sound: npt.NDArray[np.int16]) -> list[tuple[float, ...]]:
+    """One spectrum after the other, and the mean of the last ones at the end of each frame."""
+    window = np.hanning(WINDOW + 1)[:-1]
+    padded = np.concatenate([np.zeros(WINDOW - HOP), sound])
+    energies, found = [], []
+    for at in range(0, len(sound), HOP):
+        power = np.abs(np.fft.rfft(padded[at : at + WINDOW] * window)) ** 2
+        low, middle, high = BANDS
+        energies.append([power[low:middle].sum(), power[middle:high].sum()])
+        if len(energies) % 3 == 0:
+            mean = np.mean(energies[-SMOOTH:], axis=0) / (WINDOW * np.sum(window**2))
+            found.append(tuple(10 * np.log10(mean + 1)))
+    return found
+
+
+def test_they_are_what_the_definition_says() -> None:
+    assert np.array(Levels().of(SOUND)) == pytest.approx(np.array(by_definition(SOUND)))
+
+
+@settings(max_examples=30)
+@given(st.lists(st.integers(0, 9)), st.integers(1, COUNT))
+def test_they_are_the_same_in_whatever_pieces(sizes: list[int], at_once: int) -> None:
+    whole, pieces = Levels(), Levels()
+    found = []
+    rest = SOUND
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(levels, "AT_ONCE", at_once)
+        for size in [*sizes, COUNT]:
+            found += pieces.of(rest[: size * FRAME])
+            rest = rest[size * FRAME :]
+    assert found == whole.of(SOUND)
+    assert pieces.remembered() == whole.remembered()

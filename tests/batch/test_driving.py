@@ -10,7 +10,7 @@ import pytest
 from calls import in_process
 from recordings import GO_BACK, Recording
 
-from voz.batch.driving import file_for
+from voz.batch.remote import file_for
 
 pytestmark = pytest.mark.slow
 

@@ -9,14 +9,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
-from urllib.parse import quote
 
 import msgspec
 from msgspec.structs import replace
 
-from voz.batch.remote import Fetched
+from voz.batch.remote import Fetched, file_for
 from voz.batch.rows import Outcome, Row, Unreadable, in_file, outcome
 from voz.batch.tasks import Driving
 from voz.config import Config
@@ -32,9 +30,6 @@ from voz.run.beat import beat
 from voz.run.clocks import Item, RecordedClock
 from voz.run.drive import Controller
 from voz.run.sources import recordings_played
-
-LONGEST_NAME = 200
-"""Characters; file systems take 255, the endings included."""
 
 EVENTS, PICTURE = ".jsonl", ".png"
 
@@ -83,14 +78,6 @@ def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
     rows: list[Row] = [in_file(e, found.name) for e in events if isinstance(e, Utterance)]
     rows += [Unreadable(found.name, error) for error in unreadable]
     return outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
-
-
-def file_for(name: str) -> str:
-    """Name the files for a recording, without their endings: all in one folder, none twice."""
-    quoted = quote(name.encode("utf-8", "surrogateescape"), safe=" ,+@=()[]").lstrip(".") or "_"
-    if len(quoted) <= LONGEST_NAME:
-        return quoted
-    return f"{sha256(quoted.encode()).hexdigest()[:16]}-{quoted[-LONGEST_NAME // 2 :]}"
 
 
 def _keep(robot: SimulatedRobot, events: list[Event], path: Path) -> None:

@@ -7,17 +7,18 @@ import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from itertools import groupby, islice
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import msgspec
 
 from voz.batch.fingerprint import Header
+from voz.batch.places import Place, here, shown_place
 from voz.batch.rows import Decoded, Nothing, Row, Unreadable, as_row
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.extras import how_to_install
-from voz.files import replaced, shown_path, told
+from voz.files import replaced, told
 
 if TYPE_CHECKING:
     import pyarrow
@@ -66,17 +67,18 @@ class Format(NamedTuple):
     read: Callable[[Path], Read]
 
 
-def format_of(path: Path) -> Format:
+def format_of(output: Place) -> Format:
     """Find how an output is written by the ending of its name.
 
     Raises:
         ConfigError: no output has such an ending, or what writes it is not installed.
     """
-    if path.suffix == ".parquet":
+    ending = PurePath(output).suffix
+    if ending == ".parquet":
         _pyarrow()
-    if path.suffix not in FORMATS:
-        raise ConfigError(f"{shown_path(path)}: end it with {', '.join(FORMATS)}")
-    return FORMATS[path.suffix]
+    if ending not in FORMATS:
+        raise ConfigError(f"{shown_place(output)}: end it with {', '.join(FORMATS)}")
+    return FORMATS[ending]
 
 
 def by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
@@ -150,7 +152,7 @@ FORMATS = {
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
+def reading(output: Place) -> Iterator[tuple[Header, Iterator[Row]]]:
     """Read an output for the length of a `with` block.
 
     Yields:
@@ -160,14 +162,14 @@ def reading(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
         ConfigError: it is none, or cannot be read.
     """
     try:
-        with format_of(path).read(path) as read:
+        with here(output) as path, format_of(output).read(path) as read:
             yield read
     except OSError as error:
         reason = error.strerror or error
-        raise ConfigError(f"{shown_path(path)}: cannot be read ({reason})") from error
+        raise ConfigError(f"{shown_place(output)}: cannot be read ({reason})") from error
     except (ValueError, KeyError, TypeError, msgspec.MsgspecError) as error:
         raise ConfigError(
-            f"{shown_path(path)}: is no output of `voz decode --out` ({error}); name another file"
+            f"{shown_place(output)}: is no output of `voz decode --out` ({error}); name another"
         ) from error
 
 

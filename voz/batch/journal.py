@@ -19,12 +19,11 @@ from typing import BinaryIO
 import msgspec
 
 from voz.batch.fingerprint import Header, difference
+from voz.batch.places import Place, journal_path, shown_place
 from voz.batch.rows import Outcome, Row, as_row
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.files import shown_path, told
-
-ENDING = ".journal"
 
 SAVED_EVERY = 5.0
 """How often it is put on the disk, s: so much is lost if the power fails, nothing by a kill."""
@@ -96,14 +95,9 @@ class Journal:
             self._failed[number] = bool(entry.rows) and "error" in entry.rows[-1]
 
 
-def journal_path(output: Path) -> Path:
-    """Where the journal of an output is."""
-    return output.with_name(output.name + ENDING)
-
-
 @contextmanager
 def journal_for(
-    output: Path,
+    output: Place,
     header: Header,
     names: Sequence[str],
     resume: bool,
@@ -131,7 +125,7 @@ def journal_for(
         yield Journal(file, names)
 
 
-def _header_there(file: int, path: Path, header: Header, output: Path, resume: bool) -> bool:
+def _header_there(file: int, path: Path, header: Header, output: Place, resume: bool) -> bool:
     """Read the header; False if there is none, as in a new journal or one that was just begun."""
     with _reader(file) as lines:
         line = lines.readline()
@@ -150,7 +144,7 @@ def _header_there(file: int, path: Path, header: Header, output: Path, resume: b
     return True
 
 
-def check_same_run(there: Header, header: Header, output: Path) -> None:
+def check_same_run(there: Header, header: Header, output: Place) -> None:
     """Refuse to go on with what was begun otherwise; raises ConfigError then."""
     differing = difference(there, header)
     if not differing and there.shard != header.shard:
@@ -159,24 +153,24 @@ def check_same_run(there: Header, header: Header, output: Path) -> None:
         differing = "other rules to drive by" if there.drive else "no --drive"
     if differing:
         raise ConfigError(
-            f"{shown_path(output)}: was begun with {differing}; go on as it was begun, or name "
+            f"{shown_place(output)}: was begun with {differing}; go on as it was begun, or name "
             "another file by --out"
         )
 
 
 @contextmanager
-def _locked(path: Path, output: Path) -> Iterator[int]:
+def _locked(path: Path, output: Place) -> Iterator[int]:
     file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     try:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ConfigError(
-                f"{shown_path(output)}: is being made by another run; wait for it, or name "
+                f"{shown_place(output)}: is being made by another run; wait for it, or name "
                 "another file by --out"
             ) from None
         if not _is_still(path, file):
-            raise ConfigError(f"{shown_path(output)}: was made by another run just now")
+            raise ConfigError(f"{shown_place(output)}: was made by another run just now")
         yield file
     finally:
         os.close(file)

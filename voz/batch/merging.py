@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from pathlib import Path
 
 from msgspec.structs import replace
 
 from voz.batch.fingerprint import Header, difference
 from voz.batch.formats import by_file, format_of, reading
 from voz.batch.inputs import parse_shard
-from voz.batch.journal import journal_path
+from voz.batch.places import Place, journal_path, shown_place, written
 from voz.batch.rows import Row
 from voz.errors import ConfigError
-from voz.files import shown_path
 
 
-def merge(shards: Sequence[Path], output: Path) -> int:
+def merge(shards: Sequence[Place], output: Place) -> int:
     """Put the outputs of shards together, in the order of the input.
 
     Args:
@@ -30,7 +28,7 @@ def merge(shards: Sequence[Path], output: Path) -> int:
     Raises:
         ConfigError: one is missing, there twice, not ended, or made by other models.
     """
-    written = format_of(output)
+    write = format_of(output).write
     with ExitStack() as files:
         opened = [(path, *files.enter_context(reading(_ended(path)))) for path in shards]
         _check_headers([(path, header) for path, header, _ in opened])
@@ -45,29 +43,30 @@ def merge(shards: Sequence[Path], output: Path) -> int:
                 yield from of_file
 
         whole = replace(opened[0][1], shard="", inputs="")
-        written.write(output, whole, rows())
+        with written(output) as path:
+            write(path, whole, rows())
     return count
 
 
-def _ended(path: Path) -> Path:
+def _ended(path: Place) -> Place:
     if journal_path(path).exists():
-        raise ConfigError(f"{shown_path(path)}: its run has not ended; go on by --resume first")
+        raise ConfigError(f"{shown_place(path)}: its run has not ended; go on by --resume first")
     return path
 
 
-def _check_headers(headers: Sequence[tuple[Path, Header]]) -> None:
+def _check_headers(headers: Sequence[tuple[Place, Header]]) -> None:
     """Refuse shards that do not make a whole."""
     first_path, first = headers[0]
     there = set()
     for path, header in headers:
         if not header.shard:
-            raise ConfigError(f"{shown_path(path)}: is no shard; it was made without --shard")
+            raise ConfigError(f"{shown_place(path)}: is no shard; it was made without --shard")
         differing = difference(first, header)
         if not differing and header.inputs != first.inputs:
             differing = "another list of recordings"
         if differing:
             raise ConfigError(
-                f"{shown_path(path)}: was made with {differing} than {shown_path(first_path)}"
+                f"{shown_place(path)}: was made with {differing} than {shown_place(first_path)}"
             )
         there.add(header.shard)
     count = parse_shard(first.shard)[1]

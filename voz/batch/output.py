@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 from voz.batch.fingerprint import Header
 from voz.batch.formats import by_file, format_of, reading
-from voz.batch.journal import check_same_run, journal_for, journal_path
+from voz.batch.journal import check_same_run, journal_for
+from voz.batch.places import Place, exists, journal_path, written
 from voz.batch.rows import Outcome, Row
 from voz.batch.scheduler import Known
+from voz.errors import ConfigError
 
 Decode: TypeAlias = Callable[[Sequence[int]], Iterator[Known]]
 """Decodes recordings, given their numbers, in any order."""
@@ -35,7 +37,7 @@ class Going:
 
 
 def decode_into(
-    output: Path,
+    output: Place,
     header: Header,
     names: Sequence[str],
     decode: Decode,
@@ -45,7 +47,7 @@ def decode_into(
     """Decode recordings into a file; until it is whole the old one stays.
 
     Args:
-        output: its ending says how it is written.
+        output: a file or an object elsewhere; its ending says how it is written.
         header: what the results hang on.
         names: of the recordings, as results name them.
         decode: decodes some of them.
@@ -55,7 +57,7 @@ def decode_into(
     Raises:
         ConfigError: it cannot be written, or holds what cannot be gone on with.
     """
-    written = format_of(output)
+    write = format_of(output).write
     finished = _finished(output, header) if going.resume else iter(())
     with journal_for(output, header, names, going.resume, finished) as journal:
         left = journal.missing(going.failed)
@@ -69,13 +71,22 @@ def decode_into(
                 whole(outcome)
                 yield from outcome.rows
 
-        written.write(output, header, rows())
+        with _telling_what_is_kept(), written(output) as path:
+            write(path, header, rows())
         journal_path(output).unlink()
 
 
-def _finished(output: Path, header: Header) -> Iterator[tuple[str, tuple[Row, ...]]]:
+@contextmanager
+def _telling_what_is_kept() -> Iterator[None]:
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{error}; what was decoded is kept, go on by --resume") from error
+
+
+def _finished(output: Place, header: Header) -> Iterator[tuple[str, tuple[Row, ...]]]:
     """What an output holds that is whole; nothing if there is none."""
-    if not output.exists():
+    if not exists(output):
         return
     with reading(output) as (there, rows):
         check_same_run(there, header, output)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import quote
 
 from voz.errors import AudioError, ConfigError
 from voz.extras import how_to_install
@@ -16,6 +18,9 @@ MOST_BYTES = 4_000_000_000
 """An address may have no end; a day of sound in 16 bits at 16 kHz has 2.8 GB."""
 
 PIECE = 1 << 20
+
+LONGEST_NAME = 200
+"""Characters; file systems take 255, the endings included."""
 
 
 class Fetched(NamedTuple):
@@ -33,6 +38,14 @@ def is_remote(name: str) -> bool:
 def shown_name(name: str) -> str:
     """A path or an address as results have it."""
     return name if is_remote(name) else shown_path(Path(name))
+
+
+def file_for(name: str) -> str:
+    """Make a name of a file of a path or an address: all in one folder, none twice."""
+    quoted = quote(name.encode("utf-8", "surrogateescape"), safe=" ,+@=()[]").lstrip(".") or "_"
+    if len(quoted) <= LONGEST_NAME:
+        return quoted
+    return f"{sha256(quoted.encode()).hexdigest()[:16]}-{quoted[-LONGEST_NAME // 2 :]}"
 
 
 @contextmanager

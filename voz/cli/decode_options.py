@@ -22,8 +22,10 @@ class Decoding(Recognising):
         typer.Option("--json", help="One line of JSON for each utterance, or file without any."),
     ] = False
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Keep the results: .jsonl, .csv or .parquet."),
+        str | None,
+        typer.Option(
+            metavar="FILE", help="Keep the results: .jsonl, .csv or .parquet; or an address."
+        ),
     ] = None
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with --out from where a run ended.")

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from voz.batch.summary import Totals, results_of
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from voz.batch.fingerprint import Header
     from voz.batch.inputs import Inputs
     from voz.batch.many import Many
+    from voz.batch.places import Place
     from voz.batch.rows import Outcome
     from voz.cli.decode_options import Decoding
 
@@ -47,7 +47,7 @@ class Account:
         if (file := outcome.rows[0].file) in self.said:
             self.heard[file] = outcome
 
-    def tell(self, output: Path, inputs: Inputs) -> None:
+    def tell(self, output: Place, inputs: Inputs) -> None:
         """Tell all of it."""
         known = self.whole.files - self.new.files
         kept = f" ({known:,} were known)" if known else ""
@@ -57,12 +57,12 @@ class Account:
         _tell_scores(inputs, self.heard)
 
 
-def keep(options: Decoding, output: Path, header: Header, inputs: Inputs, many: Many) -> bool:
+def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many: Many) -> bool:
     """Decode recordings into a file, and tell what it came to.
 
     Args:
         options: how it goes on from another run, and which shard it is.
-        output: the file.
+        output: the file, or the object elsewhere.
         header: what the results hang on.
         inputs: the recordings.
         many: who decodes.
@@ -75,13 +75,15 @@ def keep(options: Decoding, output: Path, header: Header, inputs: Inputs, many: 
     from voz.batch.fingerprint import digest_of
     from voz.batch.inputs import shard_of
     from voz.batch.output import Going, decode_into
+    from voz.batch.places import check_place, place_for
     from voz.batch.remote import shown_name
 
     names = inputs.names
     if options.shard:
         header = replace(header, shard=options.shard, inputs=digest_of(names))
         names = shard_of(names, options.shard)
-    options.check_written([output], [name for name in names if Path(name) == output])
+    options.check_written([output], [name for name in names if place_for(name) == output])
+    check_place(output)
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
     with progress() as bar, _telling_how_to_go_on(output):
 
@@ -98,9 +100,9 @@ def keep(options: Decoding, output: Path, header: Header, inputs: Inputs, many: 
 
 
 @contextmanager
-def _telling_how_to_go_on(output: Path) -> Iterator[None]:
+def _telling_how_to_go_on(output: Place) -> Iterator[None]:
     """Say, if a signal ends a `with` block, that nothing is lost."""
-    from voz.batch.journal import journal_path
+    from voz.batch.places import journal_path
 
     try:
         yield

@@ -62,9 +62,9 @@ def decode(
 
 def merge(
     shards: Annotated[
-        list[Path], typer.Argument(metavar="SHARD...", help="The outputs of all shards.")
+        list[str], typer.Argument(metavar="SHARD...", help="The outputs of all shards.")
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Where the whole goes.")],
+    out: Annotated[str, typer.Option(metavar="FILE", help="Where the whole goes.")],
 ) -> None:
     """Put the outputs of `voz decode --shard` together, in the order of the input.
 
@@ -73,11 +73,12 @@ def merge(
     Example: voz merge heard-*.jsonl --out heard.jsonl
     """
     from voz.batch.merging import merge as merge_shards
-    from voz.files import check_not_read, check_writable
+    from voz.batch.places import check_place, place_for
+    from voz.files import check_not_read
 
     check_not_read([out], shards)
-    check_writable(out)
-    count = merge_shards(shards, out)
+    check_place(place_for(out))
+    count = merge_shards([place_for(shard) for shard in shards], place_for(out))
     tell(f"written: {out}, {count:,} recordings")
 
 
@@ -103,12 +104,13 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
 def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
     """Decode recordings on all cores; tells whether some could not be read."""
     from voz.batch.inputs import find_inputs
+    from voz.batch.places import place_for
     from voz.cli.decode_out import keep
 
     inputs = find_inputs(paths, options.glob, _listed())
     header, many = _how(options, language)
     if options.out:
-        return keep(options, options.out, header, inputs, many)
+        return keep(options, place_for(options.out), header, inputs, many)
     return _show_all(options, inputs, many)
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +11,17 @@ from msgspec.structs import replace
 from recordings import FIXTURES
 
 from voz.config import Recognition
+from voz.errors import ConfigError
 from voz.evaluation import noise
 from voz.evaluation.engines import EngineChoice
-from voz.evaluation.recognise import Task, prepared, recognise, recognise_all, tasks_for
+from voz.evaluation.recognise import (
+    Task,
+    in_processes,
+    prepared,
+    recognise,
+    recognise_all,
+    tasks_for,
+)
 from voz.language.files import LanguageFiles
 from voz.recordings.clips import Clip
 from voz.recordings.manifest import read_manifest
@@ -165,3 +175,34 @@ def test_many_processes_give_results_in_order(
     (failed,) = [r for r in results if r.error]
     assert failed.error == f"{missing.path}: there is no such file"
     assert failed.heard == ()
+
+
+def _killed_by_two(item: int) -> int:
+    if item == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return item * item
+
+
+@pytest.mark.slow
+def test_what_two_workers_die_of_costs_nothing_else() -> None:
+    squares = in_processes(_killed_by_two, range(6), 2, lambda item, how: f"{item}: {how}")
+    assert list(squares) == [0, 1, "2: killed by signal 9", 9, 16, 25]
+    with pytest.raises(ConfigError, match="ended twice"):
+        list(in_processes(_killed_by_two, range(6), 2))
+
+
+@pytest.mark.slow
+def test_a_clip_that_kills_its_worker_is_an_error(
+    clips: list[Clip], plain: EngineChoice, tmp_path: Path
+) -> None:
+    tasks = [Task((clip,)) for clip in clips[:5]]
+    sizes = [44 + 2 * len(prepared(task)[0]) for task in tasks]
+    program = tmp_path / "kills.sh"
+    program.write_text(f'[ $(stat -c %s "$1") = {sizes[2]} ] && kill -9 $PPID; echo stop\n')
+    choice = EngineChoice(f"command:sh {program}", plain.language, plain.settings)
+    results = [result for of_task in recognise_all(tasks, choice, 2) for result in of_task]
+    assert sizes.count(sizes[2]) == 1
+    errors = [result.error for result in results]
+    said = f"{clips[2].path}: made its worker end twice (killed by signal 9); leave it out"
+    assert errors == [None, None, said, None, None]
+    assert [result.texts for result in results if not result.error] == [["stop"]] * 4

@@ -15,11 +15,12 @@ from contextlib import contextmanager, suppress
 from threading import Event, Lock, Thread
 from typing import Any, NamedTuple
 
-from voz.batch.pool import Died, TooSlow
+from voz.batch.pool import TooSlow
 from voz.batch.tasks import Result, Setup, Task
 from voz.batch.worker import work
 from voz.errors import ConfigError, VozError
 from voz.extras import how_to_install
+from voz.process.pool import Died
 
 WAITED_FOR = 30
 """How long a cluster may take to answer, and to have its first worker, s."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from voz.batch.pool import InThisProcess, Pool, processes
 from voz.batch.remote import is_remote
 from voz.batch.scheduler import Known, Scheduler
 from voz.batch.tasks import Setup
+from voz.process.pool import cores
 
 FEW = 2
 """Recordings that are decoded before another process has begun."""
@@ -65,13 +65,6 @@ class Many:
         if not self.careful and self.limit is None and (jobs == 1 or _is_little(names)):
             return nullcontext(InThisProcess(self.setup))
         return processes(self.setup, jobs)
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _is_little(names: Sequence[str]) -> bool:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections.abc import Iterator
 from concurrent.futures import Future, TimeoutError
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from msgspec.structs import replace
 
 from voz.batch.tasks import Result, Setup, Task
 from voz.batch.worker import work
-from voz.process.workers import begin_worker
+from voz.process.pool import result_of, worker_pool
 
-
-class Died(Exception):
-    """A worker ended in the midst of a task; its message says how."""
+if TYPE_CHECKING:
+    from pebble import ProcessPool
 
 
 class TooSlow(Exception):
@@ -80,16 +77,9 @@ class Processes:
     batch = 2_000_000
     """A minute of sound, half a second of work."""
 
-    def __init__(self, setup: Setup, size: int) -> None:
-        from pebble import ProcessPool
-
+    def __init__(self, pool: ProcessPool, setup: Setup, size: int) -> None:
         self.size = size
-        self._setup = setup
-        # A fork would copy the threads of the progress bar, and with them locks nobody opens.
-        spawn = multiprocessing.get_context("spawn")
-        self._pool = ProcessPool(
-            size, initializer=begin_worker, initargs=(os.getpid(),), context=spawn
-        )
+        self._pool, self._setup = pool, setup
 
     def submit(self, task: Task, limit: float | None) -> Any:
         """Begin a task; its worker is killed if it takes longer than the limit."""
@@ -97,31 +87,15 @@ class Processes:
 
     def result(self, future: Any) -> Result:
         """Give the result of a task; raises what `Pool.result` does."""
-        from pebble import ProcessExpired
-
         try:
-            done: Result = future.result()
-        except ProcessExpired as error:
-            raise Died(_how(error.exitcode)) from error
+            done: Result = result_of(future)
         except TimeoutError as error:
             raise TooSlow from error
         return done
-
-    def close(self) -> None:
-        """End all workers, whatever they do."""
-        self._pool.stop()  # type: ignore[no-untyped-call]
-        self._pool.join()
 
 
 @contextmanager
 def processes(setup: Setup, size: int) -> Iterator[Processes]:
     """Have workers for the length of a `with` block, however it ends."""
-    pool = Processes(setup, size)
-    try:
-        yield pool
-    finally:
-        pool.close()
-
-
-def _how(code: int | None) -> str:
-    return f"killed by signal {-code}" if code and code < 0 else f"ended with {code}"
+    with worker_pool(size) as pool:
+        yield Processes(pool, setup, size)

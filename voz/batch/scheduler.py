@@ -10,11 +10,12 @@ from queue import SimpleQueue
 from typing import Any, NamedTuple
 
 from voz.batch.long_files import Done, Plan, first_mismatch, joined, joined_parts, parts_of
-from voz.batch.pool import Died, Pool, TooSlow
+from voz.batch.pool import Pool, TooSlow
 from voz.batch.remote import is_remote, shown_name
 from voz.batch.rows import Outcome, failure
 from voz.batch.tasks import Cutting, Files, PartOf, Task
 from voz.errors import AudioError
+from voz.process.pool import Died
 
 MOST_FILES = 1000
 """Handed out at once, however small they are."""
@@ -23,7 +24,7 @@ UNKNOWN_SIZE = 500_000
 """Taken for that of a recording elsewhere, bytes."""
 
 EACH = 4
-"""Times as many tasks as workers at least, so that none waits long for the last one."""
+"""Tasks of what is left for each worker: the last ones are small, so none waits for another."""
 
 IN_HAND = 2
 """Tasks for each worker: it never waits for the next one."""
@@ -85,7 +86,6 @@ class Scheduler:
         self._last: deque[Asked] = deque()  # what is tried with nothing beside it
         self._cut: dict[int, Cut] = {}
         self._ended: SimpleQueue[tuple[Asked, Any]] = SimpleQueue()
-        self._most = max(1, min(MOST_FILES, len(numbers) // (EACH * pool.size)))
 
     def run(self) -> Iterator[Known]:
         """Decode; yields the outcomes as they come."""
@@ -108,9 +108,10 @@ class Scheduler:
         """The next task: what is left of a long or suspicious recording, or a few new ones."""
         if self._first:
             return self._first.popleft()
+        most = max(1, min(MOST_FILES, len(self._left) // (EACH * self._pool.size)))
         numbers: list[int] = []
         size = 0
-        while self._left and len(numbers) < self._most and size < self._pool.batch:
+        while self._left and len(numbers) < most and size < self._pool.batch:
             numbers.append(self._left.popleft())
             size += _size(self._names[numbers[-1]])
         return self._files(numbers) if numbers else None

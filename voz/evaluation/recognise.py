@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import resource
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -24,8 +22,11 @@ from voz.evaluation.engines import Engine, EngineChoice, load_engine
 from voz.evaluation.results import OUT_OF_NOTHING, Result, Understood, unheard
 from voz.evaluation.streams import Stretch, seconds_outside, shared_out
 from voz.files import shown_path
-from voz.process.workers import begin_worker
+from voz.process.pool import Died, cores, result_of, worker_pool
 from voz.recordings.clips import Clip
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -84,16 +85,19 @@ def recognise_all(
         processes: how many work at the same time; None for one on each core.
 
     Returns:
-        The results of each task, in their order.
+        The results of each task, in their order; of one that its worker dies of, errors.
 
     Raises:
-        VozError: the engine cannot be loaded, or its process was killed.
+        VozError: the engine cannot be loaded.
     """
-    return in_processes(partial(recognise, choice=choice), tasks, processes)
+    return in_processes(partial(recognise, choice=choice), tasks, processes, _lost)
 
 
 def in_processes(
-    work: Callable[[Item], Outcome], items: Iterable[Item], processes: int | None
+    work: Callable[[Item], Outcome],
+    items: Iterable[Item],
+    processes: int | None,
+    lost: Callable[[Item, str], Outcome] | None = None,
 ) -> Iterator[Outcome]:
     """Do the same work on many items, in many processes.
 
@@ -101,23 +105,46 @@ def in_processes(
         work: a function of a module, or a partial of one.
         items: what it is done on.
         processes: how many work at the same time; None for one on each core.
+        lost: gives the outcome for an item that two workers died of, and is told why; None if all
+            ends with it.
 
     Yields:
         The outcomes, in the order of the items.
 
     Raises:
-        VozError: the work raised it, or its process was killed.
+        VozError: the work raised it, or its workers died.
     """
-    # A fork would copy the threads of the progress bar, and with them locks that nobody opens.
-    spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, spawn, initializer=begin_worker) as pool:
-        try:
-            yield from pool.map(work, items)
-        except BrokenProcessPool as error:
-            raise ConfigError(
-                "a process that recognises was killed, perhaps for want of memory; "
-                "use fewer by --jobs"
-            ) from error
+    with worker_pool(processes or cores()) as pool:
+        begun = deque((item, pool.schedule(work, args=(item,))) for item in items)
+        while begun:
+            item, future = begun.popleft()
+            try:
+                outcome = _at_last(pool, work, item, future)
+            except Died as death:
+                if lost is None:
+                    raise ConfigError(
+                        f"a process that recognises ended twice on the same recording ({death}), "
+                        "perhaps for want of memory; use fewer by --jobs"
+                    ) from death
+                outcome = lost(item, str(death))
+            yield outcome
+
+
+def _at_last(
+    pool: ProcessPool, work: Callable[[Item], Outcome], item: Item, future: Any
+) -> Outcome:
+    """The outcome for an item; if its worker died, another one tries: it may have been innocent."""
+    try:
+        outcome: Outcome = result_of(future)
+    except Died:
+        outcome = result_of(pool.schedule(work, args=(item,)))
+    return outcome
+
+
+def _lost(task: Task, how: str) -> list[Result]:
+    """What is known of a recording that two workers died of."""
+    error = f"{shown_path(task.clips[0].path)}: made its worker end twice ({how}); leave it out"
+    return [replace(unheard(clip), snr=task.snr, error=error) for clip in task.clips]
 
 
 def recognise(task: Task, choice: EngineChoice) -> list[Result]:

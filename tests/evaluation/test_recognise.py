@@ -203,6 +203,6 @@ def test_a_clip_that_kills_its_worker_is_an_error(
     results = [result for of_task in recognise_all(tasks, choice, 2) for result in of_task]
     assert sizes.count(sizes[2]) == 1
     errors = [result.error for result in results]
-    said = f"{clips[2].path}: made its worker end twice (killed by signal 9); leave it out"
+    said = f"{clips[2].path}: made its worker end twice (killed by signal 9); use --jobs 1"
     assert errors == [None, None, said, None, None]
     assert [result.texts for result in results if not result.error] == [["stop"]] * 4

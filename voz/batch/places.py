@@ -92,16 +92,12 @@ def written(output: Place) -> Iterator[Path]:
     with TemporaryDirectory(prefix="voz-") as folder:
         path = Path(folder, "output").with_suffix(PurePath(output).suffix)
         yield path
-        how = {"method": "put"} if is_web(output) else {}
+        is_web = output.startswith(("http://", "https://"))
+        how = {"method": "put"} if is_web else {}
         try:
             system.put_file(str(path), there, **how)
         except Exception as error:
             raise ConfigError(f"{output}: cannot be written ({_reason(error)})") from error
-
-
-def is_web(address: str) -> bool:
-    """Whether it is a web server that has an object."""
-    return address.startswith(("http://", "https://"))
 
 
 def _file_system(address: str) -> tuple[Any, str]:

@@ -143,7 +143,7 @@ def _at_last(
 
 def _lost(task: Task, how: str) -> list[Result]:
     """What is known of a recording that two workers died of."""
-    error = f"{shown_path(task.clips[0].path)}: made its worker end twice ({how}); leave it out"
+    error = f"{shown_path(task.clips[0].path)}: made its worker end twice ({how}); use --jobs 1"
     return [replace(unheard(clip), snr=task.snr, error=error) for clip in task.clips]
 
 

@@ -11,10 +11,10 @@ from threading import Thread
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.batch.pool import Died
 from voz.batch.rows import Nothing, Outcome
 from voz.batch.scheduler import Scheduler
 from voz.batch.tasks import Files, Result, Task
+from voz.process.pool import Died
 
 Given = tuple[Future[Result], Files]
 

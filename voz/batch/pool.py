@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import Future, TimeoutError
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from msgspec.structs import replace
 
 from voz.batch.tasks import Result, Setup, Task
 from voz.batch.worker import work
-from voz.process.pool import result_of, worker_pool
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
+from voz.process.pool import WorkerPool, worker_pool
 
 
 class TooSlow(Exception):
@@ -77,7 +74,7 @@ class Processes:
     batch = 2_000_000
     """A minute of sound, half a second of work."""
 
-    def __init__(self, pool: ProcessPool, setup: Setup, size: int) -> None:
+    def __init__(self, pool: WorkerPool, setup: Setup, size: int) -> None:
         self.size = size
         self._pool, self._setup = pool, setup
 
@@ -88,7 +85,7 @@ class Processes:
     def result(self, future: Any) -> Result:
         """Give the result of a task; raises what `Pool.result` does."""
         try:
-            done: Result = result_of(future)
+            done: Result = future.result()
         except TimeoutError as error:
             raise TooSlow from error
         return done

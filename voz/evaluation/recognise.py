@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -22,11 +22,8 @@ from voz.evaluation.engines import Engine, EngineChoice, load_engine
 from voz.evaluation.results import OUT_OF_NOTHING, Result, Understood, unheard
 from voz.evaluation.streams import Stretch, seconds_outside, shared_out
 from voz.files import shown_path
-from voz.process.pool import Died, cores, result_of, worker_pool
+from voz.process.pool import Died, WorkerPool, cores, worker_pool
 from voz.recordings.clips import Clip
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -130,14 +127,12 @@ def in_processes(
             yield outcome
 
 
-def _at_last(
-    pool: ProcessPool, work: Callable[[Item], Outcome], item: Item, future: Any
-) -> Outcome:
+def _at_last(pool: WorkerPool, work: Callable[[Item], Outcome], item: Item, future: Any) -> Outcome:
     """The outcome for an item; if its worker died, another one tries: it may have been innocent."""
     try:
-        outcome: Outcome = result_of(future)
+        outcome: Outcome = future.result()
     except Died:
-        outcome = result_of(pool.schedule(work, args=(item,)))
+        outcome = pool.schedule(work, args=(item,)).result()
     return outcome
 
 

@@ -1,0 +1,49 @@
+"""Workers on this machine: whichever of them end, and when, others go on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from concurrent.futures import TimeoutError
+from pathlib import Path
+from typing import Any
+
+import pytest
+from programs import PATIENCE
+
+from voz.process.pool import Died, WorkerPool, worker_pool
+
+pytestmark = pytest.mark.slow
+
+
+def called(pool: WorkerPool, function: Any, *args: Any) -> Any:
+    """What a call gives; as of any work that a worker may have died beside, it is tried again."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return pool.schedule(function, args).result(PATIENCE)
+        except Died:
+            assert time.monotonic() < until
+
+
+def test_all_that_end_with_nothing_to_do_have_successors() -> None:
+    with worker_pool(1) as pool:
+        for _ in range(3):
+            os.kill(before := called(pool, os.getpid), signal.SIGKILL)
+            assert called(pool, os.getpid) != before
+            os.kill(before := called(pool, os.getpid), signal.SIGKILL)
+            while Path(f"/proc/{before}").exists():  # until it is noticed
+                time.sleep(0.01)
+            assert called(pool, os.getpid) != before
+
+
+def test_what_a_worker_ends_in_is_told_of() -> None:
+    with worker_pool(1) as pool:
+        with pytest.raises(Died, match="ended with 3"):
+            pool.schedule(os._exit, (3,)).result(PATIENCE)
+        with pytest.raises(TimeoutError):
+            pool.schedule(time.sleep, (60.0,), timeout=0.1).result(PATIENCE)
+        with pytest.raises(ZeroDivisionError):
+            pool.schedule(divmod, (1, 0)).result(PATIENCE)
+        assert called(pool, abs, -1) == 1

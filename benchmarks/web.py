@@ -3,13 +3,16 @@
 Run `python benchmarks/web.py` (`--watchers 50 --seconds 300`). A `voz run --web` with the simulator
 is driven by one page, which speaks into it and answers each state, and watched by others, some of
 which read nothing. Printed are the beat, the time to a confirmed stop and to a spoken command, and
-the processor time of the robot's program alone.
+the processor time of the robot's program alone. Before that it prints how soon the robot does what
+a page's microphone hears, as `benchmarks/latency.py` does for one of the robot's own: from the last
+sample of a command, of which there are `--commands 40`, to the changed `cmd_vel`.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import random
 import statistics
 import sys
 import tempfile
@@ -20,12 +23,29 @@ from contextlib import ExitStack, contextmanager
 from itertools import cycle, pairwise
 from pathlib import Path
 
+import numpy as np
+from latency import FIXTURES as MANIFEST
+from latency import GIVEN_UP, MOVING, UNSEEN, spoken, velocity
 from machine import machine
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from operator_page import Page, PageRobot, heard, opened, page_robot, with_noise
+from operator_page import (
+    BLOCK,
+    Microphone,
+    Page,
+    PageRobot,
+    heard,
+    opened,
+    page_robot,
+    room_noise,
+    with_noise,
+)
 from recordings import FIXTURES
+
+from voz.audio import SAMPLE_RATE
+from voz.recordings.clips import Clip
+from voz.recordings.manifest import read_manifests
 
 SAID = ("go_forward", "go_back")
 ASLEEP = 5
@@ -78,6 +98,58 @@ def drive(robot: PageRobot, seconds: float) -> list[float]:
     return stops
 
 
+def latencies(robot: PageRobot, clips: list[Clip]) -> list[float | None]:
+    """How long each command took, s; None for one that was not obeyed."""
+    with opened(robot) as page:
+        page.drive()
+        with heard(robot, page) as ear:
+            ear.begin()
+            return [latency(robot, page, ear, clip) for clip in clips]
+
+
+def latency(robot: PageRobot, page: Page, ear: Microphone, clip: Clip) -> float | None:
+    """Speak a command; the time runs from when its last block is sent, as a browser does then."""
+    ear.speak(room_noise(1.2), page)
+    for text in ("start speech", "stop", *(["go forward"] if clip.text in MOVING else [])):
+        robot.command(text, page=page.welcome["secret"]).raise_for_status()
+    ear.speak(room_noise(0.3), page)
+    since, sound = len(robot.robot.arrived), spoken(clip.path)
+    whole = -(-len(sound) // BLOCK) * BLOCK  # the noise fills the last block up
+    noise = room_noise((whole + BLOCK) / SAMPLE_RATE)
+    ear.speak(noise + np.pad(sound, (0, len(noise) - len(sound))), page)
+    ended = time.monotonic() - BLOCK / SAMPLE_RATE
+    while time.monotonic() < ended + GIVEN_UP:
+        if (at := effect(robot, since)) is not None:
+            return at - ended
+        ear.speak(room_noise(2 * BLOCK / SAMPLE_RATE), page)
+    return None
+
+
+def effect(robot: PageRobot, since: int) -> float | None:
+    """When the first event came that a command causes."""
+    before = [a.event for a in robot.robot.arrived[:since] if a.event["type"] == "cmd_vel"][-1]
+    for arrived in robot.robot.arrived[since:]:
+        event = arrived.event
+        if event["type"] == "selected_object":
+            return arrived.when
+        if event["type"] == "cmd_vel" and velocity(event) != velocity(before):
+            return arrived.when
+    return None
+
+
+def print_latencies(robot: PageRobot, count: int) -> None:
+    """Print how soon what a page hears takes effect."""
+    clips = [c for c in read_manifests([MANIFEST]) if c.kind == "command"]
+    clips = [c for c in clips if c.text not in UNSEEN and not c.speaker.startswith("espeak")]
+    took = latencies(robot, random.Random(0).sample(clips, min(count, len(clips))))
+    obeyed = [seconds for seconds in took if seconds is not None]
+    median, most = np.percentile(obeyed, [50, 95])
+    print(
+        f"by a page's microphone: {len(obeyed)} of {len(took)} obeyed, "
+        f"median {median:.3f} s, 95 % {most:.3f} s"
+    )
+
+
 def processor_time(process: int) -> float:
     """Of a process so far, s."""
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
@@ -107,13 +179,17 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--watchers", type=int, default=50)
     parser.add_argument("--seconds", type=float, default=300.0)
+    parser.add_argument("--commands", type=int, default=40)
     wanted = parser.parse_args()
     print(machine())
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "alsa.conf"
         config.write_text("pcm.default { type hw card 99 }")
         environment = os.environ | {"ALSA_CONFIG_PATH": str(config)}
-        for watchers in (0, wanted.watchers):
+        if wanted.commands:
+            with page_robot(environment, "--listening") as robot:
+                print_latencies(robot, wanted.commands)
+        for watchers in (0, wanted.watchers) if wanted.seconds else ():
             with page_robot(environment, "--listening") as robot, watching(robot, watchers):
                 process, since = robot.robot.process.pid, robot.since
                 begun, used = time.monotonic(), processor_time(process)

@@ -85,6 +85,10 @@ class Page:
         self.send("drive", over=over)
         return bool(self.wait_for(lambda record: record["type"] == "drive")["driving"])
 
+    def take_the_wheel(self) -> None:
+        """Drive, once the server knows that whoever drove before is gone."""
+        wait_until(self.drive)
+
     def stay(self, seconds: float) -> None:
         """Answer states for some time."""
         until = time.monotonic() + seconds

@@ -124,7 +124,7 @@ def test_only_the_page_that_drives_may_mark_and_play(
     robot: PageRobot, folder: Path, forward: np.ndarray
 ) -> None:
     with opened_without_browser(robot) as page, opened_without_browser(robot) as watcher:
-        assert page.drive()
+        page.take_the_wheel()
         file = say(robot, page, forward)
         marks = {"file": file, "said": "go back"}
         assert mark(robot, watcher, **marks).status_code == 409
@@ -150,7 +150,7 @@ def test_a_mark_that_cannot_be_is_one_line(
     more: dict[str, object], status: int, error: str, robot: PageRobot, folder: Path
 ) -> None:
     with opened_without_browser(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         known = page.welcome["recordings"][-1]["file"]
         before = (folder / MANIFEST).read_text()
         answer = mark(robot, page, **{"file": known, **more})
@@ -175,7 +175,7 @@ def test_a_recording_is_served_to_those_who_may_come_in_and_kept_by_nobody(
 
 def test_what_a_page_plays_drives_nothing(robot: PageRobot, forward: np.ndarray) -> None:
     with opened_without_browser(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         secret = page.welcome["secret"]
         sounds = {"page": secret, "seconds": 30}
         robot.api.post("/api/sounding", json=sounds).raise_for_status()

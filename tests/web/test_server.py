@@ -126,7 +126,7 @@ def test_a_page_can_stop_without_driving(robot: PageRobot) -> None:
 
 def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> None:
     with opened(robot) as first, opened(robot) as second:
-        assert first.drive()
+        first.take_the_wheel()
         assert not second.drive()
         assert robot.command("go forward", page=second.welcome["secret"]).status_code == 409
         assert robot.command("go forward").status_code == 409
@@ -145,20 +145,20 @@ def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> No
 
 def test_s5_the_robot_stops_when_the_page_that_drives_is_closed(robot: PageRobot) -> None:
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
         page.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
         since = robot.since
     robot.robot.wait_for(warns("the operator's page is gone: the robot stops"), since)
     robot.robot.wait_for(rests, since)
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         robot.robot.wait_for(warns("the operator's page is there"), since)
 
 
 def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRobot) -> None:
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
         since = robot.since
         # Its socket stays open and takes what comes, but nobody answers.
@@ -171,7 +171,7 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
 def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRobot) -> None:
     since = robot.since
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
     wait_until(lambda: robot.state["now"]["pages"] == 0)
     robot.drives("go forward")
     time.sleep(0.5)
@@ -237,7 +237,7 @@ def test_others_need_the_token(no_sound_card: dict[str, str]) -> None:
         assert robot.api.get("/api/state").status_code == 200
         (name, value), *_ = robot.api.cookies.items()
         with opened(robot, Cookie=f"{name}={value}") as page:
-            assert page.drive()
+            page.take_the_wheel()
         assert robot.robot.words.count(robot.token) == 1  # the link, and no log
 
 
@@ -256,7 +256,7 @@ def test_with_https_the_certificate_it_offers_is_all_that_a_phone_needs(
                 assert client.get("/api/state").status_code == 200
         address = robot.link.replace("https", "wss") + "api/events"
         with connect(address, ssl=trusting, additional_headers=bearer) as socket:
-            assert Page(socket).drive()
+            Page(socket).take_the_wheel()
         entered = robot.api.post("/api/login", json={"token": robot.token})
         assert "; Secure" in entered.headers["set-cookie"]
     kept = (tmp_path / "voz" / "certificates" / "authority.key").stat()
@@ -339,7 +339,7 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
         with suppress(ConnectionClosed):  # it does not drive, and may be sent away before
             microphone_of_a_watcher.begin()
         assert microphone_of_a_watcher.told() is None
-        assert page.drive()
+        page.take_the_wheel()
         with heard(robot, page) as microphone:
             microphone.begin()
             microphone.speak(forward, page)
@@ -356,7 +356,7 @@ def test_sound_that_comes_late_does_not_drive_and_is_told(
 ) -> None:
     since = robot.since
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         with heard(robot, page) as microphone:
             microphone.begin()
             microphone.speak(forward, page, late=0.5)
@@ -374,7 +374,7 @@ def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) 
     since = robot.since
     middle = len(forward) // 3
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         with heard(robot, page) as microphone:
             microphone.begin()
             microphone.speak(forward[:middle], page)
@@ -388,7 +388,7 @@ def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) 
 
 def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
     with opened(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         secret = page.welcome["secret"]
         with heard(robot, page) as microphone:
             microphone.begin()
@@ -408,7 +408,7 @@ def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
 def test_garbage_in_place_of_sound_ends_its_socket(robot: PageRobot) -> None:
     for garbage in (b"", b"\x00", bytes(17), bytes(40_000), "[]", json.dumps({"type": "hello"})):
         with opened(robot) as page:
-            assert page.drive()
+            page.take_the_wheel()
             with heard(robot, page) as microphone:
                 microphone.begin()
                 microphone.socket.send(garbage)

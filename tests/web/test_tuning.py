@@ -54,7 +54,7 @@ def test_it_changes_what_is_accepted_at_once_and_all_are_told(
     robot: PageRobot, unsure: np.ndarray
 ) -> None:
     with opened_without_browser(robot) as page:
-        assert page.drive()
+        page.take_the_wheel()
         refused = say(robot, page, unsure)
         since = robot.since
         assert turn(robot, page, 5).json() == {"alarms": 5}
@@ -71,7 +71,7 @@ def test_it_changes_what_is_accepted_at_once_and_all_are_told(
 
 def test_what_cannot_be_is_one_line_and_changes_nothing(robot: PageRobot) -> None:
     with opened_without_browser(robot) as page, opened_without_browser(robot) as watcher:
-        assert page.drive()
+        page.take_the_wheel()
         before = robot.state["now"]["alarms"]
         assert turn(robot, watcher, 1).status_code == 409
         assert turn(robot, page, 50).json()["error"] == (

@@ -92,7 +92,10 @@ class Page:
     def stay(self, seconds: float) -> None:
         """Answer states for some time."""
         until = time.monotonic() + seconds
-        self.wait_for(lambda _: time.monotonic() > until)
+        with suppress(TimeoutError):
+            while (left := until - time.monotonic()) > 0:
+                if json.loads(self.socket.recv(left))["type"] == "state":
+                    self.send("seen")
 
 
 class Microphone:

@@ -171,7 +171,7 @@ def report(robot: PageRobot, since: int, stops: list[float]) -> None:
         f"spoken commands obeyed: {len(latencies)} of {len(stops)}, "
         f"latency median {statistics.median(latencies):.2f} s, worst {max(latencies):.2f} s"
     )
-    print(f"warnings: {robot.robot.warnings(since) or 'none'}")
+    print(f"warnings: {', '.join(dict.fromkeys(robot.robot.warnings(since))) or 'none'}")
 
 
 def main() -> None:

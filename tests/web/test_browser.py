@@ -109,9 +109,8 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
 def test_stop(way: str, robot: PageRobot, context: BrowserContext) -> None:
     page = opened(context, robot.link)
     drive(page)
-    tap(page, "go back")
-    since = robot.since
-    robot.robot.wait_for(moves, since)
+    # On a busy machine the page may be silent for so long that the robot stops.
+    wait_until(lambda: tap(page, "go back") or robot.state["now"]["linear"])
     stop = page.locator("#stop")
     if way == "tap":
         stop.click()

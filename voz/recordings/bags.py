@@ -139,7 +139,7 @@ def read_sayings(path: Path) -> Sayings:
 
 def is_bag(path: Path) -> bool:
     """Tell by the name whether something is a bag; what is no folder and has no ending is none."""
-    return path.is_dir() or path.suffix in (".mcap", ".db3", ".bag")
+    return path.is_dir() or (path.suffix != "" and path.suffix in ENDINGS)
 
 
 def read_events(path: Path) -> list[Event]:

@@ -42,7 +42,7 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     since = robot.since
     page.get_by_role("button", name="Use this microphone").click()
     talk = page.get_by_role("button", name="Hold to talk")
-    expect(talk).to_be_visible()
+    expect(talk).to_be_enabled()
     before = shown_at(page)
     box = talk.bounding_box()
     assert box
@@ -103,6 +103,46 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
     page.evaluate("() => window.context.suspend()")
     robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
     expect(page.locator("#status")).to_contain_text("deaf")
+
+
+def test_nobody_can_speak_before_the_way_for_the_sound_is_open(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    context.add_init_script(
+        "const messages = Object.getOwnPropertyDescriptor(WebSocket.prototype, 'onmessage');"
+        "const slow = (told) => (message) => setTimeout(() => told(message), 500);"
+        "Object.defineProperty(WebSocket.prototype, 'onmessage', { set(told) {"
+        "  messages.set.call(this, this.url.endsWith('audio') ? slow(told) : told); } });"
+    )
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    expect(page.get_by_role("button", name="Hold to talk")).to_be_disabled()
+    page.get_by_label("hands-free").check()  # once it is enabled
+
+
+def test_a_broken_way_for_the_sound_stops_the_robot_and_is_opened_again(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    context.add_init_script(
+        "const open = window.WebSocket; window.sounds = [];"
+        "window.WebSocket = class extends open { constructor(address) {"
+        "  super(address); if (address.endsWith('audio')) window.sounds.push(this); } };"
+    )
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    free = page.get_by_label("hands-free")
+    free.check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    since = robot.since
+    page.evaluate("() => window.sounds.at(-1).close()")
+    robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
+    expect(free).not_to_be_checked()
+    expect(free).to_be_enabled()  # a way is there again
+    free.check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    assert page.evaluate("() => window.sounds.length") == 2
 
 
 @pytest.mark.parametrize("way", ["tap", "space", "space on a command", "enter"])

@@ -19,7 +19,7 @@ const player = new Player(ask);
 const marking = new Marking(ask, player, (text) => put(at("marking-note"), text));
 const dial = new Dial(at, ask);
 const log = new Log(at("log"), (event) => marking.tools(event));
-const microphone = new Microphone((text) => put(at("voice-note"), text));
+const microphone = new Microphone((text) => put(at("voice-note"), text), quiet);
 let about = null; // what does not change, and which page this is
 let state = null; // how things are
 let room = null;
@@ -111,7 +111,8 @@ function showWheel(now) {
   at("rehearse").checked = now.rehearsing;
   for (const button of at("commands").children) button.disabled = !mine;
   allow(mine);
-  at("microphone").disabled = at("talk").disabled = at("hands-free").disabled = !mine;
+  at("microphone").disabled = !mine;
+  at("talk").disabled = at("hands-free").disabled = !mine || !microphone.ready;
 }
 
 // What only the page that drives may do besides commands.

@@ -3,12 +3,14 @@
 const HEADER = 16; // bytes: the number of the block, 0, and when it was heard
 const TAIL = 400; // ms that are still sent when the button is let go: the end of the last word
 const MOST_WAITING = 0.3; // s of sound that wait for a slow way; more is left out, and the gap is seen
+const AGAIN = 1000; // ms until a way that was shut is opened again
 
 export class Microphone {
-  // `told` gets lines for people; "" when all is well.
-  constructor(told) {
+  // `told` gets lines for people; "" when all is well. `shut` is called when the way for the sound breaks.
+  constructor(told, shut) {
     this.told = told;
-    this.talking = false;
+    this.shut = shut;
+    this.talking = this.ready = false;
     this.number = 0;
   }
 
@@ -41,12 +43,17 @@ export class Microphone {
     socket.onopen = () => socket.send(JSON.stringify({ type: "hello", page: secret, rate: this.context.sampleRate }));
     socket.onmessage = ({ data }) => this.take(socket, JSON.parse(data));
     socket.onclose = () => {
-      if (this.socket === socket) this.socket = null;
+      if (this.socket !== socket) return;
+      this.disconnect();
+      this.told("The way for your sound broke. It is opened again.");
+      this.shut();
+      this.opening = setTimeout(() => this.connect(secret), AGAIN);
     };
     this.socket = socket;
   }
 
   disconnect() {
+    clearTimeout(this.opening);
     this.socket?.close();
     this.socket = null;
     this.talking = this.ready = false;

@@ -39,9 +39,11 @@ from operator_page import (
     opened,
     page_robot,
     room_noise,
+    told,
     with_noise,
 )
 from recordings import FIXTURES
+from websockets.sync.client import ClientConnection
 
 from voz.audio import SAMPLE_RATE
 from voz.recordings.clips import Clip
@@ -57,14 +59,14 @@ def watching(robot: PageRobot, count: int) -> Iterator[None]:
     """Let many watch for the length of a `with` block, each on a thread."""
     over = threading.Event()
 
-    def watch(page: Page) -> None:
+    def watch(page: ClientConnection) -> None:
         while not over.is_set():
-            page.socket.recv(5)
+            page.recv(5)
 
     with ExitStack() as pages:
         threads = []
         for number in range(count):
-            page = pages.enter_context(opened(robot))
+            page = pages.enter_context(told(robot))
             if number % ASLEEP:
                 threads.append(threading.Thread(target=watch, args=(page,), daemon=True))
         for thread in threads:

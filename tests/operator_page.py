@@ -62,24 +62,45 @@ class PageRobot:
 
 
 class Page:
-    """What a page does, without a browser."""
+    """What a page does, without a browser: it answers states, whatever else goes on.
+
+    Attributes:
+        there: whether somebody sees it; it answers nothing else.
+    """
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
+        self.there = True
+        self._told: queue.SimpleQueue[Record | ConnectionClosed] = queue.SimpleQueue()
+        threading.Thread(target=self._read, daemon=True).start()
         self.welcome = self.wait_for(lambda record: record["type"] == "welcome")
+
+    def _read(self) -> None:
+        try:
+            while True:
+                record = json.loads(self.socket.recv())
+                if record["type"] == "state" and self.there:
+                    self.send("seen")
+                self._told.put(record)
+        except ConnectionClosed as closed:
+            self._told.put(closed)
 
     def send(self, kind: str, **more: object) -> None:
         self.socket.send(json.dumps({"type": kind, **more}))
 
-    def wait_for(self, sought: Callable[[Record], object], answers: bool = True) -> Record:
-        """Take what comes up to what is sought; states are answered as a page does."""
+    def _next(self, until: float) -> Record:
+        """Take what comes next, up to a time on the monotonic clock."""
+        record = self._told.get(timeout=max(0.0, until - time.monotonic()))
+        if isinstance(record, ConnectionClosed):
+            raise record
+        return record
+
+    def wait_for(self, sought: Callable[[Record], object]) -> Record:
+        """Take what comes up to what is sought."""
         until = time.monotonic() + PATIENCE
-        while True:
-            record: Record = json.loads(self.socket.recv(max(0.0, until - time.monotonic())))
-            if record["type"] == "state" and answers:
-                self.send("seen")
-            if sought(record):
-                return record
+        while not sought(record := self._next(until)):
+            pass
+        return record
 
     def drive(self, over: bool = False) -> bool:
         self.send("drive", over=over)
@@ -90,12 +111,11 @@ class Page:
         wait_until(self.drive)
 
     def stay(self, seconds: float) -> None:
-        """Answer states for some time."""
+        """Let pass what comes in some time."""
         until = time.monotonic() + seconds
-        with suppress(TimeoutError):
-            while (left := until - time.monotonic()) > 0:
-                if json.loads(self.socket.recv(left))["type"] == "state":
-                    self.send("seen")
+        with suppress(queue.Empty):
+            while True:
+                self._next(until)
 
 
 class Microphone:
@@ -167,11 +187,16 @@ def page_robot(environment: dict[str, str], *arguments: str, **how: Any) -> Iter
 @contextmanager
 def opened(robot: PageRobot, **headers: str) -> Iterator[Page]:
     """A page that is open for the length of a `with` block."""
-    address = robot.link.replace("http", "ws", 1) + "api/events"
-    with connect(
-        address, additional_headers=headers, max_size=None, ping_interval=None, close_timeout=1
-    ) as socket:
+    with told(robot, **headers) as socket:
         yield Page(socket)
+
+
+def told(robot: PageRobot, **headers: str) -> ClientConnection:
+    """Open the way by which a page is told what happens."""
+    address = robot.link.replace("http", "ws", 1) + "api/events"
+    return connect(
+        address, additional_headers=headers, max_size=None, ping_interval=None, close_timeout=1
+    )
 
 
 @contextmanager

@@ -161,10 +161,8 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
         page.take_the_wheel()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
         since = robot.since
-        # Its socket stays open and takes what comes, but nobody answers.
-        page.wait_for(
-            lambda r: r["type"] == "warning" and "page is gone" in r["text"], answers=False
-        )
+        page.there = False  # its socket stays open and takes what comes, but nobody answers
+        page.wait_for(lambda r: r["type"] == "warning" and "page is gone" in r["text"])
         robot.robot.wait_for(rests, since)
 
 

@@ -112,10 +112,11 @@ class Program:
     def end(self) -> None:
         self.process.terminate()
         try:
-            self.process.wait(10)
+            self.process.wait(PATIENCE)  # roslaunch gives its nodes 17 s
         except subprocess.TimeoutExpired:
             self.kill()
         self._reader.join(PATIENCE)
+        assert not self._reader.is_alive(), f"what it started still runs: {self.text}"
         with suppress(BrokenPipeError):
             self.process.stdin.close()
         self.process.stdout.close()

@@ -29,6 +29,7 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
     """
     signals.install(as_in_shells=False)
     set_up()
+    code = 1
     try:
         with quiet_libraries(), unblocked_output(), Ros1Node(name, sys.argv[1:]) as node:
             work(node)
@@ -36,10 +37,16 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
     except VozError as error:
         print(printable(f"{name}: {error}"), file=sys.stderr)
         code = WRONG_CALL
+    except BaseException:
+        # A signal raises while the node starts; cut short by it, an import may raise anything.
+        by_signal = signals.exit_code()
+        if by_signal is None:
+            raise
+        code = by_signal
     finally:
         signals.let_go()
-    if lingering():
-        end_by_force(code)
+        if lingering():
+            end_by_force(code)
     sys.exit(code)
 
 

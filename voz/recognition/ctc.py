@@ -1,77 +1,133 @@
-"""How likely sequences of symbols are, by a network that tells one symbol or none each moment.
+"""How likely sentences are, by a network that tells one symbol or none each moment.
 
 Connectionist temporal classification, Graves et al. 2006 (doi:10.1145/1143844.1143891): the
-probabilities of all ways to spread a sequence over the moments add up. Pure.
+probabilities of all ways to spread a sentence over the moments add up, and so do those of all ways
+to pronounce its words. Pure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Places = npt.NDArray[np.intp]
+
+Ways = Sequence[Sequence[int]]
+"""The symbols of a word, by number, in all the ways that it may be pronounced."""
 
 TINY = 1e-300
-"""Of a sequence that does not fit into the moments; its logarithm is still a number."""
+"""Of a sentence that does not fit into the moments; its logarithm is still a number."""
+
+
+class Node(NamedTuple):
+    """A symbol of a sentence, or the blank between two.
+
+    Attributes:
+        symbol: its number.
+        before: the nodes from which it is reached, itself among them.
+    """
+
+    symbol: int
+    before: Sequence[int]
 
 
 class Lattice(NamedTuple):
-    """Sequences laid side by side, to be followed together.
+    """Sentences laid side by side, to be followed together.
 
     Attributes:
-        symbols: of each state of each sequence; between two symbols, and at the ends, is a blank.
-        skips: 1 where the blank before a state may be left out, else 0.
-        lengths: the symbols of each sequence.
+        symbols: of each node.
+        sources: the nodes from which each node is reached, one node after the other.
+        reached: where those of each node begin in that.
+        firsts: the first node of each sentence.
+        sizes: how many nodes each sentence has.
+        starts: 1 for nodes at which a sentence may begin, else 0.
+        ends: 1 for nodes at which one may end.
     """
 
-    symbols: npt.NDArray[np.intp]
-    skips: Floats
-    lengths: npt.NDArray[np.intp]
+    symbols: Places
+    sources: Places
+    reached: Places
+    firsts: Places
+    sizes: Places
+    starts: Floats
+    ends: Floats
 
 
-def lattice(sequences: Sequence[Sequence[int]], blank: int) -> Lattice:
-    """Lay sequences side by side.
+def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
+    """Lay sentences side by side.
 
     Args:
-        sequences: their symbols, by number; none is empty.
+        sentences: their words, at least one each; no way to pronounce one is empty.
         blank: the number of the blank.
     """
-    states = 2 * max(map(len, sequences)) + 1
-    symbols = np.full((len(sequences), states), blank)
-    skips = np.zeros((len(sequences), states))
-    for row, sequence in enumerate(sequences):
-        symbols[row, 1 : 2 * len(sequence) : 2] = sequence
-        for place in range(1, len(sequence)):
-            skips[row, 2 * place + 1] = sequence[place] != sequence[place - 1]
-    return Lattice(symbols, skips, np.array([len(sequence) for sequence in sequences]))
+    nodes: list[Node] = []
+    firsts, starts, ends = [], [], []
+    for words in sentences:
+        firsts.append(len(nodes))
+        nodes.append(Node(blank, [len(nodes)]))
+        last = [firsts[-1]]
+        for word in words:
+            last = _append(nodes, word, last, blank)
+        starts += [n for n in range(firsts[-1], len(nodes)) if firsts[-1] in nodes[n].before]
+        ends += last
+    counts = [len(node.before) for node in nodes]
+    return Lattice(
+        np.array([node.symbol for node in nodes]),
+        np.array([source for node in nodes for source in node.before]),
+        np.cumsum([0, *counts[:-1]]),
+        np.array(firsts),
+        np.diff([*firsts, len(nodes)]),
+        _marked(starts, len(nodes)),
+        _marked(ends, len(nodes)),
+    )
 
 
-def log_likelihoods(probabilities: Floats, sequences: Lattice) -> Floats:
-    """Tell how likely each sequence is.
+def _append(nodes: list[Node], word: Ways, last: Sequence[int], blank: int) -> list[int]:
+    """Lay a word behind the last nodes of the one before it; gives its own last ones."""
+    ends: list[int] = []
+    for way in word:
+        before = last
+        for place, symbol in enumerate(way):
+            if place:
+                nodes.append(Node(blank, [before[0], len(nodes)]))
+                before = [*before, len(nodes) - 1]
+            # One that is said twice needs a blank between.
+            others = [n for n in before if nodes[n].symbol != symbol]
+            nodes.append(Node(symbol, [*others, len(nodes)]))
+            before = [len(nodes) - 1]
+        ends += before
+    nodes.append(Node(blank, [*ends, len(nodes)]))
+    return [*ends, len(nodes) - 1]
+
+
+def _marked(places: Sequence[int], size: int) -> Floats:
+    marks = np.zeros(size)
+    marks[list(places)] = 1
+    return marks
+
+
+def log_likelihoods(probabilities: Floats, sentences: Lattice) -> Floats:
+    """Tell how likely each sentence is.
 
     Args:
         probabilities: moments x symbols.
-        sequences: as `lattice` lays them.
+        sentences: as `lattice` lays them.
 
     Returns:
         A natural logarithm for each.
     """
-    rows, states = sequences.symbols.shape
-    emitted = probabilities[:, sequences.symbols]
-    forward = np.zeros((rows, states + 2))  # two states before the first, which are never reached
-    forward[:, 2:4] = emitted[0, :, :2]
-    total = np.zeros(rows)
-    for moment in emitted[1:]:
-        scale = forward.sum(axis=1, keepdims=True) + TINY  # else the numbers become too small
-        total += np.log(scale[:, 0])
-        forward /= scale
-        forward[:, 2:] += forward[:, 1:-1] + sequences.skips * forward[:, :-2]
-        forward[:, 2:] *= moment
-    last = 2 * sequences.lengths + 2  # the blank at the end
-    every = np.arange(rows)
-    ends = forward[every, last] + forward[every, last - 1]
-    found: Floats = total + np.log(np.maximum(ends, TINY))
+    forward = sentences.starts * probabilities[0, sentences.symbols]
+    total = np.zeros(len(sentences.firsts))
+    for moment in probabilities[1:]:
+        scale = np.add.reduceat(forward, sentences.firsts) + TINY  # else they become too small
+        total += np.log(scale)
+        forward /= np.repeat(scale, sentences.sizes)
+        forward = np.add.reduceat(forward[sentences.sources], sentences.reached)
+        forward *= moment[sentences.symbols]
+    ended = np.add.reduceat(forward * sentences.ends, sentences.firsts)
+    found: Floats = total + np.log(np.maximum(ended, TINY))
     return found

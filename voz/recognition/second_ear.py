@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
-from itertools import islice, product
+from itertools import product
+from math import prod
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 from voz.audio import Samples
 from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
-from voz.recognition.ctc import Floats, Lattice, lattice, log_likelihoods
+from voz.recognition.ctc import Floats, Lattice, Ways, lattice, log_likelihoods
 from voz.recognition.language import Language, load_language
 from voz.recognition.phoneme_engine import load_network
 from voz.recognition.phoneme_network import BLANKS, UnknownNetworkError
@@ -27,16 +28,20 @@ LEAST = 1e-10
 LISTS = 4
 """Lists of commands that are laid out; most often it is asked about one of the last."""
 
-MOST_WAYS = 32
-"""Pronunciations of a command; eight words that may each be said in three ways have thousands."""
+MOST_WAYS = 8
+"""Pronunciations of a command of which the best counts.
+
+All together count for one that has more: eight words that may each be said in three ways have
+thousands, most of them nearly as good as the best.
+"""
 
 
 class Fit(NamedTuple):
     """How a command fits what was heard.
 
     Attributes:
-        score: the log-likelihood of the best of its pronunciations, nats.
-        phones: how many that has.
+        score: its log-likelihood, nats.
+        phones: how many it has.
     """
 
     score: float
@@ -79,12 +84,17 @@ class SecondEar:
             UnknownNetworkError: the network is not there, or is of no use for these words.
         """
         self._network = load_network()
-        self._spellings = {word: list(ways) for word, ways in spellings.items()}
+        known = {word: list(ways) for word, ways in spellings.items()}
         sounds = _read_sounds()
-        unknown = {p for ways in self._spellings.values() for way in ways for p in way} - {*sounds}
+        unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
-        self._numbers = {phone: number for number, phone in enumerate(sounds)}
+        numbers = {phone: number for number, phone in enumerate(sounds)}
+        self._numbered: dict[str, Ways] = {
+            word: [[numbers[phone] for phone in way] for way in ways]
+            for word, ways in known.items()
+        }
+        self._blank = len(sounds)
         self._merged = _merged(self._network.symbols, sounds.values())
         self._laid_out = lru_cache(LISTS)(self._lay_out)
 
@@ -99,24 +109,26 @@ class SecondEar:
         blank = heard[:, -BLANKS:].sum(axis=1)
         best = np.maximum(heard[:, :-BLANKS].max(axis=1), blank)
         probabilities = np.maximum(heard.astype(np.float64) @ self._merged, LEAST)
-        said, sequences = self._laid_out(tuple(commands))
+        said, sentences = self._laid_out(tuple(commands))
         fits: dict[str, Fit] = {}
-        scores = log_likelihoods(probabilities, sequences)
-        for command, score, phones in zip(said, scores, sequences.lengths, strict=True):
+        scores = log_likelihoods(probabilities, sentences)
+        for (command, phones), score in zip(said, scores, strict=True):
             if command not in fits or score > fits[command].score:
-                fits[command] = Fit(float(score), int(phones))
+                fits[command] = Fit(float(score), phones)
         return Opinion(fits, float(np.log(best).sum()))
 
-    def _lay_out(self, commands: tuple[str, ...]) -> tuple[list[str], Lattice]:
-        """Lay out all pronunciations of the commands, and tell whose they are."""
-        ways = [(command, way) for command in commands for way in self._ways(command)]
-        sequences = [[self._numbers[phone] for phone in way] for _, way in ways]
-        return [command for command, _ in ways], lattice(sequences, len(self._numbers))
+    def _lay_out(self, commands: tuple[str, ...]) -> tuple[list[tuple[str, int]], Lattice]:
+        """Lay out the commands, and tell of each line whose it is, and how many phones it has."""
+        lines = [(command, words) for command in commands for words in self._ways(command)]
+        said = [(command, sum(len(ways[0]) for ways in words)) for command, words in lines]
+        return said, lattice([words for _, words in lines], self._blank)
 
-    def _ways(self, command: str) -> Iterable[list[str]]:
-        words = (self._spellings[word] for word in command.split())
-        ways = islice(product(*words), MOST_WAYS)
-        return ([phone for word in way for phone in word] for way in ways)
+    def _ways(self, command: str) -> Iterable[Sequence[Ways]]:
+        """Tell the ways of its words: each of its pronunciations alone, or all of them at once."""
+        words = [self._numbered[word] for word in command.split()]
+        if prod(map(len, words)) > MOST_WAYS:
+            return [words]
+        return ([[way] for way in ways] for ways in product(*words))
 
 
 def second_ear_for(language: Language) -> SecondEar:

@@ -28,8 +28,8 @@ from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.given import read_list
 from voz.language.languages import add_language, read_language, sources_of
-from voz.recognition.interpreter import needed
 from voz.recognition.recognizer import Recognizer
+from voz.recognition.thresholds import needed
 from voz.settings import Recognition
 
 SPANISH = Path(__file__).parent.parent / "examples" / "spanish"

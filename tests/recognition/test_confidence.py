@@ -25,7 +25,6 @@ from voz.recognition.confidence import (
     in_company,
     load_models,
     probability,
-    threshold_for,
     trust_in_speech,
     two_ears,
     voices_around,
@@ -158,15 +157,6 @@ def test_the_models_of_the_package_trust_a_better_match_more() -> None:
         assert models.one_ear.weights[name] < 0
     for name in ("worst word", "margin", "second fit", "second margin", "length"):
         assert models.two_ears.weights[name] > 0
-
-
-def test_fewer_false_alarms_need_a_higher_threshold() -> None:
-    asked = (0.1, 0.5, 2.0, 10.0)
-    found = [threshold_for(MADE_UP, alarms) for alarms in asked]
-    assert found == sorted(found, reverse=True)
-    assert found[asked.index(2.0)] == 0.5  # as many as there are at even odds
-    # The alarms fall with the root of the odds here: four times fewer at 16 times the odds.
-    assert found[asked.index(0.5)] == pytest.approx(16 / 17)
 
 
 @given(st.floats(0, 1), st.floats(0.01, 100))

@@ -6,17 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from msgspec.structs import replace
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.language.templates.commands import plain_commands
-from voz.recognition.confidence import Around, load_models
-from voz.recognition.interpreter import Hypothesis, Interpreter, thresholds
+from voz.recognition.confidence import Around
+from voz.recognition.interpreter import Hypothesis, Interpreter
 from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
@@ -215,24 +212,3 @@ def test_a_stop_is_spotted_before_it_is_over_and_other_commands_are_not(
     assert interpreter.spot(of(recordings, "rotate right").samples) is None
     alone = Interpreter(loaded, Recognition(second_ear=False), Profile(), learning=False)
     assert alone.spot(stop.samples) is None
-
-
-@given(st.floats(0.01, 100), st.floats(1, 100))
-def test_what_must_not_be_missed_needs_less_and_all_others_the_same(
-    alarms: float, cost: float
-) -> None:
-    model = load_models().two_ears
-    settings = Recognition(false_alarms_per_hour=alarms, missed_cost=cost)
-    needed = thresholds(model, settings, COMMANDS)
-    assert list(needed) == COMMANDS
-    assert 0 <= needed["stop"] <= needed["go back"] == needed["turn left"] <= 1
-    cheaper = thresholds(model, replace(settings, missed_cost=1.0), COMMANDS)
-    assert cheaper["go back"] == needed["go back"]
-    assert cheaper["stop"] == pytest.approx(cheaper["go back"])
-
-
-@given(st.floats(0, 1))
-def test_a_threshold_that_is_given_is_that_of_every_command(threshold: float) -> None:
-    model = load_models().two_ears
-    needed = thresholds(model, Recognition(threshold=threshold, missed_cost=50), COMMANDS)
-    assert needed == dict.fromkeys(COMMANDS, threshold)

@@ -17,9 +17,9 @@ from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence import load_models, with_odds
-from voz.recognition.interpreter import thresholds
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
+from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition
 
 

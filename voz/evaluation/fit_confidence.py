@@ -31,8 +31,8 @@ from voz.recognition.confidence import (
     probability,
 )
 from voz.recognition.costs import Cost, rates_around
-from voz.recognition.interpreter import thresholds
 from voz.recognition.recognizer import Recognizer
+from voz.recognition.thresholds import thresholds
 from voz.recordings.clips import Clip
 from voz.settings import Recognition
 

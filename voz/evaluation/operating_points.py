@@ -12,7 +12,7 @@ from voz.evaluation.scores import alarms_in
 from voz.evaluation.statistics import AlarmRate
 from voz.recognition.confidence import Model
 from voz.recognition.costs import rates_around
-from voz.recognition.interpreter import thresholds
+from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition
 
 

@@ -252,7 +252,7 @@ def probability(model: Model, values: Mapping[str, float]) -> float:
     Returns:
         Of so many utterances with such features this share is right.
     """
-    return _chance(model.intercept + sum(w * values[name] for name, w in model.weights.items()))
+    return chance(model.intercept + sum(w * values[name] for name, w in model.weights.items()))
 
 
 def trust_in_speech(voice: float) -> float:
@@ -280,19 +280,6 @@ def with_odds(share: float, factor: float) -> float:
     return more / (more + (1 - share))  # so bracketed, never above 1
 
 
-def threshold_for(model: Model, alarms: float) -> float:
-    """Find the confidence that is needed for so few false alarms.
-
-    Args:
-        model: knows how many there are at each threshold.
-        alarms: false alarms in an hour of people's talk, above 0.
-
-    Returns:
-        A threshold, 0 to 1.
-    """
-    return _chance(math.log(model.alarms / alarms) / model.alarms_fall)
-
-
 def _spoken_words(
     spans: Sequence[Span], phones_of: Mapping[str, Sequence[str]]
 ) -> list[tuple[Span, Sequence[str]]]:
@@ -317,7 +304,8 @@ def _within(value: float, limit: float) -> float:
     return max(-limit, min(limit, value))
 
 
-def _chance(log_odds: float) -> float:
+def chance(log_odds: float) -> float:
+    """Turn log-odds to a probability."""
     return 1 / (1 + math.exp(-min(700.0, max(-700.0, log_odds))))
 
 

@@ -13,7 +13,7 @@ from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
 from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, search_graph
-from voz.recognition.second_ear import Opinion
+from voz.recognition.second_ear import Fit, Opinion
 
 UNPRUNED = 0.0
 """A beam without an end.
@@ -30,6 +30,16 @@ SCORE_UNIT = 1024 * math.log(1.0001)
 
 MOST_RIVALS = 60
 """Commands searched side by side; of longer lists, those that sound most like what was heard."""
+
+MOST_FOLLOWED = 160
+"""The same, where the second ear can sort them: it follows 160 in less time than those 60 take."""
+
+MOST_SEARCHED = 16
+"""Of those, the ones that the second ear hears best.
+
+Of 162 orders of coffee in noise that are spoken by synthetic voices .67 are heard right, .72 with
+these two numbers, for the same time.
+"""
 
 MOST_NEVER_MISSED = 8
 """Sentences of a template that are searched always, if its command must not be missed."""
@@ -171,17 +181,21 @@ class Comparison:
         Returns:
             The evidence; None if the sound is too short for any command.
         """
+        opinion = None
         if not self.finds_alone:
-            self._search_for(self._rivals_of(text))
+            rivals = self._rivals_of(text, MOST_FOLLOWED if ask else MOST_RIVALS)
+            opinion = ask(rivals) if ask and rivals else None
+            self._search_for(self._nearest(text, opinion) if opinion else rivals)
         process(self._decoder, samples, start)
         scores = {command: self._score(end) for command, end in self._graph.ends.items()}
         found = {command: score for command, score in scores.items() if score is not None}
         phones = self._path(self._graph.loop)
         if not found or not phones.spans:
             return None
-        opinion = ask(found) if ask else None
+        if ask and opinion is None:
+            opinion = ask(found)
         if opinion:
-            best = max(found, key=lambda c: found[c] + SECOND_WEIGHT * opinion.fits[c].score)
+            best = max(found, key=lambda c: worth(found[c], opinion.fits[c]))
         else:
             best = text if text in found else max(found, key=found.__getitem__)
             best = self._in_doubt(best, found, phones)
@@ -200,12 +214,18 @@ class Comparison:
         enough = covered(self._path(self._graph.ends[careful]), phones) >= EXPLAINS * explained
         return careful if enough else best
 
-    def _rivals_of(self, text: str) -> list[str]:
+    def _rivals_of(self, text: str, most: int) -> list[str]:
         """What was heard, what must not be missed, and what sounds most like what was heard."""
         if not text:
             return self._never_missed
-        near = self._commands.neighbours(text, MOST_RIVALS, self._sound)
-        return list(dict.fromkeys([text, *self._never_missed, *near]))[:MOST_RIVALS]
+        near = self._commands.neighbours(text, most, self._sound)
+        return list(dict.fromkeys([text, *self._never_missed, *near]))[:most]
+
+    def _nearest(self, text: str, opinion: Opinion) -> list[str]:
+        """What was heard, what must not be missed, and what the second ear hears best."""
+        nearest = sorted(opinion.fits, key=lambda c: opinion.fits[c].score, reverse=True)
+        always = (command for command in (text, *self._never_missed) if command)
+        return list(dict.fromkeys([*always, *nearest]))[:MOST_SEARCHED]
 
     def _search_for(self, commands: list[str]) -> None:
         self._graph = search_graph(commands, self._phones)
@@ -227,6 +247,11 @@ class Comparison:
             if s.word not in (SILENCE, "(NULL)")
         )
         return Alignment(-math.inf if score is None else score, tuple(spans))
+
+
+def worth(score: float, fit: Fit) -> float:
+    """Add up what both ears think of a command, in nats of pocketsphinx."""
+    return score + SECOND_WEIGHT * fit.score
 
 
 def covered(command: Alignment, phones: Alignment) -> int:

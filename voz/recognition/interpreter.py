@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
@@ -13,33 +13,32 @@ from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segment import LONGEST_WORD, Segment
 from voz.audio.endpointing.segmenter import MARGIN
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
-from voz.events import Ear, RefusedBy, Utterance
+from voz.events import Ear, Reason, RefusedBy, Utterance
 from voz.language.templates.commands import Commands
 from voz.recognition.confidence import (
     CONVINCED,
     VOICES_AROUND,
     Around,
-    Model,
     features,
     in_company,
     load_models,
     probability,
-    threshold_for,
     trust_in_speech,
     two_ears,
     voices_around,
     with_log_odds,
-    with_odds,
 )
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language
+from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.refusal import why_refused
 from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
+from voz.recognition.thresholds import needed
 from voz.settings import Recognition
 
 DECODER_FRAME = 160
@@ -59,6 +58,7 @@ class Hypothesis(NamedTuple):
         trust: how far the sound is to be trusted to be speech, 0 to 1.
         sure: the probability that it was said, if there is no other speech around it.
         values: the features of that probability; empty without evidence.
+        against: what else may have been meant, if it has slots.
     """
 
     segment: Segment
@@ -67,6 +67,7 @@ class Hypothesis(NamedTuple):
     trust: float = 0.0
     sure: float = 0.0
     values: Mapping[str, float] = MappingProxyType({})
+    against: Rival | None = None
 
     @property
     def spoken_until(self) -> float:
@@ -144,7 +145,9 @@ class Interpreter:
         values = features(evidence, self._phones_of, self._usual) | two_ears(evidence, above)
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
         sure = trust * probability(self.model, values)
-        return Hypothesis(segment, evidence.text, evidence, trust, sure, values)
+        against = None if self._is_careful(evidence.text) else rival(evidence, self.commands.parse)
+        sure = min(sure, most_sure(against))
+        return Hypothesis(segment, evidence.text, evidence, trust, sure, values, against)
 
     def spot(self, so_far: Samples) -> Spotted | None:
         """Tell which command that must not be missed may have been said just now, if any.
@@ -198,11 +201,14 @@ class Interpreter:
 
     def needed(self, text: str) -> float | None:
         """How sure a command must be to be accepted, 0 to 1; None if the text is none."""
-        parse = self.commands.parse(text)
-        if parse is None:
+        if self.commands.parse(text) is None:
             return None
-        is_careful = bool(self._never_missed & {parse.text, parse.command})
-        return self._needed.careful if is_careful else self._needed.usual
+        return self._needed.careful if self._is_careful(text) else self._needed.usual
+
+    def _is_careful(self, text: str) -> bool:
+        """Whether it is worse to miss a command than others."""
+        parse = self.commands.parse(text)
+        return parse is not None and bool(self._never_missed & {parse.text, parse.command})
 
     def _accepts(self, text: str, sure: float) -> bool:
         least = self.needed(text)
@@ -217,12 +223,11 @@ class Interpreter:
             decided: the time of the decision, s.
             source: where it comes from.
         """
-        segment, text, evidence, trust, sure, values = heard
-        sure = in_company(sure, around)
+        segment, text, evidence = heard.segment, heard.text, heard.evidence
+        sure = in_company(heard.sure, around)
         accepted = self._accepts(text, sure)
-        refusal = None if accepted else why_refused(segment.samples, evidence, trust)
-        reason, between = refusal or (None, None)
-        ears = _ears(evidence, values["worst word"]) if evidence else None
+        reason, between = (None, None) if accepted else _why(heard)
+        ears = _ears(evidence, heard.values["worst word"]) if evidence else None
         parse = self.commands.parse(text) if accepted else None
         return Utterance(
             t=round(decided, 3),
@@ -237,7 +242,7 @@ class Interpreter:
             between=between,
             above=round(segment.above, 1),
             ears=ears,
-            refused_by=self._refused_by(heard, around) if refusal and ears and trust else None,
+            refused_by=self._refused_by(heard, around) if reason and ears and heard.trust else None,
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
         )
@@ -251,6 +256,12 @@ class Interpreter:
         if would["first_ear"] == would["second_ear"]:
             return "both_ears"
         return "first_ear" if would["first_ear"] else "second_ear"
+
+
+def _why(heard: Hypothesis) -> tuple[Reason, tuple[str, str] | None]:
+    if stands_in_the_way(heard.against):
+        return "unsure_between", (heard.text, heard.against.text)
+    return why_refused(heard.segment.samples, heard.evidence, heard.trust)
 
 
 def _ears(evidence: Evidence, worst_word: float) -> tuple[Ear, Ear] | None:
@@ -278,33 +289,3 @@ def _spotter(
     watched = commands.named(never_missed, MOST_NEVER_MISSED)
     others = commands if len(commands) <= MOST_RIVALS else ()
     return Spotter(ear, watched, others) if ear and watched else None
-
-
-def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
-    """Tell how sure each command must be: the less, the worse it is to miss it.
-
-    Args:
-        model: knows how many false alarms there are at each threshold.
-        settings: how many there may be, and which commands must not be missed.
-        commands: all sentences.
-
-    Returns:
-        A threshold from 0 to 1 for each command.
-    """
-    usual, careful = needed(model, settings)
-    return {c: careful if c in settings.never_missed else usual for c in commands}
-
-
-class Needed(NamedTuple):
-    """How sure a command must be: one as any, and one that it is worse to miss."""
-
-    usual: float
-    careful: float
-
-
-def needed(model: Model, settings: Recognition) -> Needed:
-    """Tell how sure commands must be; the arguments are those of `thresholds`."""
-    if settings.threshold is not None:
-        return Needed(settings.threshold, settings.threshold)
-    usual = threshold_for(model, settings.false_alarms_per_hour or model.usual_alarms)
-    return Needed(usual, with_odds(usual, 1 / settings.missed_cost))

@@ -7,7 +7,7 @@ import pytest
 from recordings import ROOT
 
 from voz.config import Config, load_config, overridden
-from voz.control.steps import Step
+from voz.control.steps import Step, filled
 from voz.errors import ConfigError
 
 
@@ -23,6 +23,13 @@ def test_what_the_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
     assert config.safety.max_angular == Config().safety.max_angular
     assert config.recognition == Config().recognition
     assert load_config(write(tmp_path, "")) == Config()
+
+
+def test_what_a_function_gets_is_what_the_file_says(tmp_path: Path) -> None:
+    path = write(tmp_path, '[commands]\nwave = { call = ["arm:wave", 3, 3.0, "{far}", "a"] }\n')
+    step = load_config(path).commands["wave"]
+    assert isinstance(step, Step)
+    assert repr(filled(step, {"far": 2}).call) == "('arm:wave', 3, 3.0, 2, 'a')"
 
 
 @pytest.mark.parametrize(

@@ -218,7 +218,7 @@ class Call(msgspec.Struct, frozen=True, tag_field="type", tag="call", omit_defau
 
     t: float
     function: str
-    arguments: tuple[str | float, ...] = ()
+    arguments: tuple[str | int | float, ...] = ()
     seconds: float | None = None
 
 

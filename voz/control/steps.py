@@ -81,7 +81,7 @@ class Step(
     state: str | None = None
     publish: Value | None = None
     run: Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)] | None = None
-    call: Annotated[tuple[Text | float, ...], msgspec.Meta(min_length=1)] | None = None
+    call: Annotated[tuple[Text | int | float, ...], msgspec.Meta(min_length=1)] | None = None
     again: bool = False
     answer: bool | None = None
     say: Text | None = None
@@ -190,7 +190,7 @@ def filled(step: Step, slots: Mapping[str, str | float]) -> Step:
 
 def _argument(text: str | float, slots: Mapping[str, str | float]) -> str | float:
     """Give an argument; a slot alone keeps what it is, a text or a number."""
-    if isinstance(text, float) or not SLOT.search(text):
+    if not isinstance(text, str) or not SLOT.search(text):
         return text
     return slots[text[1:-1]] if SLOT.fullmatch(text) else _in_place(text, slots)
 

@@ -143,6 +143,14 @@ def test_a_robot_that_cannot_be_imported_is_one_line(name: str) -> None:
         make_robots([name], setup())
 
 
+@pytest.mark.parametrize("module", ["no_such_module", "own_wheels.py"])
+def test_a_module_that_is_not_there_is_told_with_where_it_should_be(
+    module: str, wheels: Path
+) -> None:
+    with pytest.raises(RobotError, match=rf"no module {module} in the folder .* without its \.py$"):
+        make_robots([f"{module}:Wheels"], setup())
+
+
 class Kept(Robot):
     def __init__(self, log: list[str], name: str, fails: bool = False) -> None:
         self._log, self._name, self._fails = log, name, fails

@@ -80,6 +80,7 @@ def test_a_function_is_called_and_what_it_raises_is_told(
     (tmp_path / "gripper_of_a_test.py").write_text(
         "def close(thing, force):\n    if force > 2:\n        raise RuntimeError(thing)\n"
     )
+    monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     target = "gripper_of_a_test:close"
     said: queue.Queue[Ended] = queue.Queue()
@@ -87,7 +88,7 @@ def test_a_function_is_called_and_what_it_raises_is_told(
         programs.receive(Call(0, target, ("cup", 1.0)))
         assert ended(said) == Ended(0, target)
         programs.receive(Call(0, target, ("cup", 3.0)))
-        assert ended(said) == Ended(0, target, "RuntimeError: cup")
+        assert ended(said) == Ended(0, target, "RuntimeError: cup (gripper_of_a_test.py, line 3)")
 
 
 def test_a_function_that_hangs_is_told() -> None:

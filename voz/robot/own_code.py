@@ -13,10 +13,21 @@ def imported(target: str) -> Any:
 
     Args:
         target: MODULE:NAME, where the module may be in the folder that the user is in.
+
+    Raises:
+        ModuleNotFoundError: there is no such module; another one that it imports tells itself.
     """
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it
     invalidate_caches()  # it may have been written since
     module, _, name = target.partition(":")
-    return getattr(import_module(module), name)
+    try:
+        return getattr(import_module(module), name)
+    except ModuleNotFoundError as error:
+        if error.name != module:
+            raise
+        raise ModuleNotFoundError(
+            f"there is no module {module} in the folder you are in; name a file without its .py",
+            name=module,
+        ) from None

@@ -118,7 +118,7 @@ class Programs:
         try:
             self._functions[event.function](*event.arguments)
         except Exception as error:
-            return f"{type(error).__name__}: {error}"
+            return in_words(error)
         finally:
             late.cancel()
         return ""

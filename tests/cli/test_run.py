@@ -69,6 +69,17 @@ def test_what_does_nothing_is_told(
     assert (result.code, result.err) == (0, told)
 
 
+def test_what_the_table_has_and_nobody_can_say_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = '[commands]\nb.say = "b"\nstop = { stop = true }\n'
+    Path("voz.toml").write_text(f'{own}[states.menu]\nc.say = "c"\nb.say = "b"\nd.say = "d"\n')
+    result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
+    told = 'no line of the list of commands is "b" or "c" or 1 more: add it, and run `voz build'
+    assert told in result.err
+
+
 def test_without_safety_the_bare_rules_hold(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "typed.txt").write_text("start speech\nrotate left\nstop\nslow down\n")
     arguments = ["run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -56,6 +56,7 @@ def run(options: Running) -> None:
         commands = read_commands(language)
         options.listening = _listening(options, settings, commands, str(language.sentences))
         _tell_what_does_nothing(commands, settings, plan)
+        _tell_what_is_never_said(commands, settings)
         if options.live:
             _run_live(options, settings, plan, language, parts)
             return
@@ -83,9 +84,23 @@ def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPla
     names = idle(commands, settings.table)
     if not names or not {CONSOLE, SIMULATOR}.issuperset(plan.names):
         return
+    tell(f"no line of [commands] in voz.toml says what to do at {_some(names)}")
+
+
+def _tell_what_is_never_said(commands: Commands, settings: Config) -> None:
+    """Tell which commands of the user's own table are not in the list of what may be said."""
+    from voz.run.commands import never_said
+
+    own = (settings.commands, *settings.states.values())
+    names = never_said(commands, [name for table in own for name in table])
+    if names:
+        tell(f"no line of the list of commands is {_some(names)}: add it, and run `voz build-lm`")
+
+
+def _some(names: Sequence[str]) -> str:
+    """Quote the first two, and count the others."""
     shown = " or ".join(f'"{name}"' for name in names[:2])
-    more = f" or {len(names) - 2} others" if len(names) > 2 else ""
-    tell(f"no line of [commands] in voz.toml says what to do at {shown}{more}")
+    return shown + (f" or {len(names) - 2} more" if len(names) > 2 else "")
 
 
 def _has_a_clock(options: Running, settings: Config) -> bool:

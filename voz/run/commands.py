@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from voz.control.steps import Step
 from voz.control.table import CommandTable, check_commands
 from voz.errors import ConfigError
@@ -38,6 +40,11 @@ def begins_listening(commands: Commands, table: CommandTable) -> bool:
 def idle(commands: Commands, table: CommandTable) -> list[str]:
     """Name the commands of a list that do nothing, in any state."""
     return [name for name in commands.names if not any(name in own for own in table.sets.values())]
+
+
+def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
+    """Name the commands of a table that a list does not have: nobody can say them."""
+    return [name for name in dict.fromkeys(named) if name not in commands.names]
 
 
 def _check_slots(commands: Commands, name: str, step: Step, where: str) -> None:

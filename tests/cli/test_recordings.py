@@ -170,6 +170,15 @@ def test_sound_on_standard_input_that_cannot_be_used_is_a_line(tmp_path: Path) -
     assert json.loads(done.stdout)["error"].startswith("-: is no WAV that can be read")
 
 
+def test_samples_without_their_rate_are_no_list_of_thousands_of_names(session: Recording) -> None:
+    command = [*VOZ, "decode", "-"]
+    sound = session.samples().tobytes()
+    done = subprocess.run(command, input=sound, capture_output=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stdout == b""
+    assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a WAV")
+
+
 @pytest.mark.slow
 def test_a_manifest_is_scored(tmp_path: Path) -> None:
     result = in_process("decode", "audio_fixtures/manifest.tsv", "--out", tmp_path / "h.csv")

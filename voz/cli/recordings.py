@@ -171,8 +171,11 @@ def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
 
 
 def _listed() -> Iterator[str]:
-    """The names on standard input, which need be no text."""
-    return (os.fsdecode(line.rstrip(b"\r\n")) for line in _stdin())
+    """The names on standard input, which need be no text; raises ConfigError if it is sound."""
+    for line in _stdin():
+        if b"\0" in line:
+            raise ConfigError("-: is no list, a name a line; pipe a WAV, or samples with --rate")
+        yield os.fsdecode(line.rstrip(b"\r\n"))
 
 
 def _stdin() -> BufferedReader:

@@ -94,8 +94,8 @@ def _found(name: str, glob: str | None) -> Iterator[str]:
     found = [each for each in inside if (glob or each.suffix.lower() in ENDINGS)]
     found = [each for each in found if not each.is_dir()]
     if not found:
-        what = f"that matches {glob}" if glob else "with the ending of a recording"
-        raise ConfigError(f"{shown_path(path)}: holds no file {what}; use --glob")
+        what = f"that matches {glob}" if glob else "with the ending of a recording; use --glob"
+        raise ConfigError(f"{shown_path(path)}: holds no file {what}")
     yield from map(str, found)
 
 

@@ -180,6 +180,13 @@ def test_a_model_is_written_where_it_is_said_alone(tmp_path: Path) -> None:
     assert "--out" in in_process("fit-confidence", lists).complaint
 
 
+def test_that_there_is_no_talk_is_told_before_anything_is_recognised(tmp_path: Path) -> None:
+    lists = tmp_path / "list.tsv"
+    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
+    result = in_process("fit-confidence", lists, "--out", tmp_path / "mine.json")
+    assert result.complaint.startswith("voz: the manifests need more recordings of the kind talk")
+
+
 @pytest.fixture
 def own_model(tmp_path: Path) -> Path:
     """The package's, which now believes nothing; voz.toml beside it names it."""

@@ -82,7 +82,7 @@ def fit_confidence(
     recordings, to tell how often it sounds like a command. `confidence = "FILE.json"` in the table
     [recognition] of a voz.toml makes voz judge by them.
 
-    Example: voz fit-confidence audio_fixtures/manifest.tsv --out mine.json
+    Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
     from voz.evaluation import fit_confidence as fitting
     from voz.evaluation.recognise import tasks_for
@@ -93,6 +93,7 @@ def fit_confidence(
     clips = read_manifests(manifests, streams=True)
     check_writable(out)
     check_not_read([out], [*manifests, *(clip.path for clip in clips)])
+    fitting.check_talk(clips)
     recordings = len(tasks_for(clips, [], [], room=False))
     found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]

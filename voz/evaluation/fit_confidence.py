@@ -52,6 +52,11 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 37 minutes is above .33.
 """
 
+TOO_LITTLE_TALK = (
+    "the manifests need more recordings of the kind talk, half an hour or so, to tell how often it "
+    "sounds like a command"
+)
+
 USUAL_ALARMS_OF_ONE_EAR = 20.0
 """In an hour; so many single sentences of people it takes for commands where it obeys most."""
 
@@ -213,15 +218,18 @@ def with_alarms(
         reverse=True,
     )
     if len(odds) <= LIKELIEST:
-        raise ConfigError(
-            "the manifests need more recordings of the kind talk, half an hour or so, to tell "
-            "how often it sounds like a command"
-        )
+        raise ConfigError(TOO_LITTLE_TALK)
     tail = odds[LIKELIEST]
     fall = LIKELIEST / sum(one - tail for one in odds[:LIKELIEST])
     # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
     alarms = (LIKELIEST + 1) / hours * math.exp(fall * tail)
     return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
+
+
+def check_talk(clips: Iterable[Clip]) -> None:
+    """Refuse recordings without any talk, before minutes go by; raises ConfigError."""
+    if not any(clip.kind == "talk" for clip in clips):
+        raise ConfigError(TOO_LITTLE_TALK)
 
 
 def with_costs(

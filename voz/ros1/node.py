@@ -105,8 +105,8 @@ def load_rospy() -> Any:
         import rospy
     except ImportError as error:
         raise RobotError(
-            f"ROS 1 is not there for {sys.executable} ({error}); on Debian 12 "
-            "`sh tools/install.sh ros1` installs it"
+            f"ROS 1 is not there for {sys.executable} ({error}); `make ros1` in a clone installs "
+            "it, for the voz in .venv-ros1/bin"
         ) from error
     return rospy
 

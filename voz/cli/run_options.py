@@ -122,6 +122,8 @@ class Running(Recognising):
             raise ConfigError("--record keeps what a microphone hears: leave out --wav and --text")
         if self.web and not self.live:
             raise ConfigError("--web shows a live run: leave out --wav, --text and --replay")
+        if self.listen_ros and not self.live:
+            raise ConfigError("--listen-ros is for live runs: leave out --wav, --text and --replay")
         if (self.https or self.web_host != LOCAL) and not self.web:
             raise ConfigError("--web-host and --https are for the operator page: add --web")
         self.check_written(

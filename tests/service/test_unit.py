@@ -67,7 +67,9 @@ def test_systemd_itself_takes_it(tmp_path: Path) -> None:
     verify = shutil.which("systemd-analyze")
     assert verify, "it comes with Debian"
     file = tmp_path / "voz.service"
-    file.write_text(printed("--robot", "console,ros2", "--config", "my %h $HOME.toml"))
+    (tmp_path / "my %h $HOME.toml").touch()
+    robots = ("--robot", "console,ros2")
+    file.write_text(printed(*robots, "--config", "my %h $HOME.toml", cwd=tmp_path))
     done = subprocess.run(
         [verify, "--user", "verify", str(file)],
         env=os.environ | {"XDG_RUNTIME_DIR": str(tmp_path)},
@@ -98,7 +100,16 @@ def test_its_command_runs_in_its_folder(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("options", "said"),
-    [(["--nonsense"], "--nonsense"), (["--robot"], "--robot"), (["--threshold", "x"], "threshold")],
+    [
+        (["--nonsense"], "--nonsense"),
+        (["--robot"], "--robot"),
+        (["--threshold", "x"], "threshold"),
+        (["--robot", "nobody"], "there is no robot nobody"),
+        (["--profile", "nobody"], 'there is no profile "nobody"'),
+        (["--config", "none.toml"], "none.toml: "),
+        (["--lm", "none"], "none/comandos_voz.dic: is missing"),
+        (["--https"], "add --web"),
+    ],
 )
 def test_options_that_voz_run_does_not_take_are_refused(options: list[str], said: str) -> None:
     assert said in in_process("service", "install", "--", *options).complaint

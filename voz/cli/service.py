@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from voz.cli.exit_codes import NOT_WELL
+from voz.cli.options import with_options
+from voz.cli.run_options import Running
 from voz.cli.terminal import put, show
 
 service = typer.Typer(
@@ -68,10 +70,24 @@ def status() -> None:
 
 
 def _check(options: list[str]) -> None:
-    """Refuse what `voz run` would not take: in the journal nobody would look for that."""
+    """Refuse what `voz run` would refuse: in the journal nobody would look for that."""
     from typer.main import get_command
 
-    from voz.cli.app import app
+    checked = typer.Typer(add_completion=False)
+    checked.command()(with_options(_look_at))
+    run = get_command(checked)
+    with run.make_context("voz run", list(options)) as context:
+        run.invoke(context)
 
-    run = get_command(app).commands["run"]  # type: ignore[attr-defined]
-    run.make_context("voz run", list(options))
+
+def _look_at(options: Running) -> None:
+    """Refuse names of what is not there; nothing is opened."""
+    from voz.recognition.speaker.profiles import load_profile
+    from voz.robot.robots import robot_names
+
+    options.check()
+    settings = options.settings()
+    robot_names(settings.robot)
+    options.language(settings)
+    if options.profile:
+        load_profile(options.profile)

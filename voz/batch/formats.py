@@ -46,7 +46,7 @@ NESTED = ("between", "ears", "slots")
 """Written as JSON in tables."""
 
 BEFORE_HEADER = "# "
-"""Of a CSV: `pandas.read_csv(..., comment="#")` leaves such a line out."""
+"""Of the first line of a CSV: `pandas.read_csv(..., skiprows=1)` leaves it out."""
 
 AT_ONCE = 20_000
 """Rows of Parquet that are written together; that many are held in memory."""

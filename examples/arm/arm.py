@@ -1,4 +1,4 @@
-"""An arm that brings things: voz run --robot arm:Arm, in this folder."""
+"""An arm that brings things; voz.toml beside it says how it is called."""
 
 from __future__ import annotations
 

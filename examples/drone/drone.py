@@ -1,4 +1,4 @@
-"""A drone with numbers: voz run --robot drone:Drone, in this folder."""
+"""A drone with numbers; voz.toml beside it says how it is called."""
 
 from __future__ import annotations
 

@@ -25,6 +25,11 @@ def test_what_the_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
     assert load_config(write(tmp_path, "")) == Config()
 
 
+def test_who_gives_a_robot_a_table_is_told_its_place(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"`my_robot`; .*; \[own\.MODULE\] is for robots of your"):
+        load_config(write(tmp_path, "[my_robot]\nport = 3\n"))
+
+
 def test_what_a_function_gets_is_what_the_file_says(tmp_path: Path) -> None:
     path = write(tmp_path, '[commands]\nwave = { call = ["arm:wave", 3, 3.0, "{far}", "a"] }\n')
     step = load_config(path).commands["wave"]

@@ -115,9 +115,15 @@ def load_config(path: Path) -> Config:
     except RecursionError:
         raise ConfigError(f"{path}: has too many tables in each other; remove some") from None
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {error}; docs/settings.md lists the settings") from error
+        raise ConfigError(f"{path}: {error}; {_advice(error)}") from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long; shorten it") from None
+
+
+def _advice(error: msgspec.ValidationError) -> str:
+    """Say where a setting belongs; a table of no known name may be that of a user's own robot."""
+    lists = "docs/settings.md lists the settings"
+    return lists if " - at " in str(error) else f"{lists}; [own.MODULE] is for robots of your own"
 
 
 def _check_commands(settings: dict[str, Any], text: str, path: Path) -> None:

@@ -53,7 +53,7 @@ def test_the_package_brings_the_fourteen_commands():
 
 
 def test_a_folder_without_the_files_says_what_to_run(tmp_path: Path):
-    with pytest.raises(LanguageError, match=r"comandos_voz\.dic: is missing; .*`voz build-lm`"):
+    with pytest.raises(LanguageError, match=r"dic: is missing; .*`voz build-lm LIST --out"):
         find_language(tmp_path)
 
 

@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
-from voz.files import read_bytes, read_json
+from voz.files import read_bytes, read_json, shown_path
 from voz.language.commands import MAX_BYTES, MAX_LETTERS, SIGN, parse_commands
 from voz.language.lexicon import PHONES
 from voz.language.spoken import Spoken, english
@@ -110,7 +110,10 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
         files = LanguageFiles(PACKAGED)
     for path in (files.dictionary, files.lm, files.grammar, files.sentences):
         if not path.is_file():
-            raise LanguageError(f"{path}: is missing; make the language files with `voz build-lm`")
+            raise LanguageError(
+                f"{path}: is missing; make the language files with `voz build-lm LIST --out "
+                f"{shown_path(path.parent)}`"
+            )
     return files
 
 

@@ -32,7 +32,7 @@ class Listener:
             What is known by it, most often nothing: utterances, and what may be a `stop` at once.
 
         Raises:
-            AudioError: it is something else.
+            AudioError: it is something else, or the stream was ended.
         """
         return list(self._stream.feed(self._converter.feed(array)))
 

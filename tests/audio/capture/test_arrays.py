@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -67,3 +69,19 @@ def test_what_is_no_sound_is_one_clear_error(array: np.ndarray, said: str) -> No
 def test_a_rate_without_speech_is_refused(rate: float) -> None:
     with pytest.raises(AudioError, match=r"sample rate of .* Hz is not usable"):
         converted(np.zeros(9, np.int16), rate)
+
+
+@pytest.mark.parametrize("rate", ["16000", None, [16000]])
+def test_what_is_no_rate_is_refused_as_clearly(rate: Any) -> None:
+    with pytest.raises(AudioError, match="is not usable; give one from"):
+        converted(np.zeros(9, np.int16), rate)
+
+
+@pytest.mark.parametrize("rate", [SAMPLE_RATE, 44_100])
+def test_a_stream_that_is_finished_says_so(rate: int) -> None:
+    converter = Converter(rate)
+    converter.feed(np.zeros(rate, np.int16))
+    converter.finish()
+    with pytest.raises(AudioError, match="is finished; begin another"):
+        converter.feed(np.zeros(rate, np.int16))
+    assert len(converter.finish()) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -30,12 +31,13 @@ class Converter:
         Raises:
             AudioError: there is no speech in sound of that rate.
         """
-        if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+        if not _is_usable(rate):
             raise AudioError(
-                f"a sample rate of {rate:g} Hz is not usable; give one from {LOWEST_RATE} to "
+                f"a sample rate of {rate!r} Hz is not usable; give one from {LOWEST_RATE} to "
                 f"{HIGHEST_RATE} Hz"
             )
         self._resampler = Resampler(rate)
+        self._finished = False
 
     def feed(self, array: npt.ArrayLike) -> Samples:
         """Take the next sound.
@@ -47,12 +49,17 @@ class Converter:
             The mean of its channels, as far as it is known by now.
 
         Raises:
-            AudioError: it is something else.
+            AudioError: it is something else, or the stream was ended.
         """
+        if self._finished:
+            raise AudioError("this stream is finished; begin another one")
         return self._resampler.feed(_mono(np.asarray(array)))
 
     def finish(self) -> Samples:
-        """End the stream; returns what was still to come."""
+        """End the stream; returns what was still to come, which is nothing the second time."""
+        if self._finished:
+            return np.empty(0, np.int16)
+        self._finished = True
         return self._resampler.finish()
 
 
@@ -60,6 +67,10 @@ def converted(array: npt.ArrayLike, rate: float) -> Samples:
     """Turn a whole recording into `Samples`; arguments and errors are those of `Converter`."""
     converter = Converter(rate)
     return np.concatenate([converter.feed(array), converter.finish()])
+
+
+def _is_usable(rate: object) -> bool:
+    return isinstance(rate, Real) and LOWEST_RATE <= float(rate) <= HIGHEST_RATE
 
 
 def _mono(array: npt.NDArray[Any]) -> Mono:

@@ -9,6 +9,7 @@ COUNTED = voz/audio/*,voz/control/*,voz/evaluation/*,voz/language/*,voz/robot/dr
 
 # One more than there are cores: most tests wait for a program, a sound or a clock.
 WORKERS = $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
+SIDE_BY_SIDE = -n $(WORKERS) --dist loadfile --max-worker-restart 2
 
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -48,7 +49,7 @@ check: ## Check style and types, and run the tests of what is pure or quick, in 
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile -m "not slow" $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow" $(QUICK)
 
 test: ## Install what the tests need, then check style and types and run all tests
 	@sh tools/install.sh tests
@@ -57,14 +58,14 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
-	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile --cov --cov-report= $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --cov --cov-report= $(QUICK)
 	.venv/bin/coverage report --include="$(COUNTED)"
 	.venv/bin/coverage report --include="voz/control/*" --fail-under=100 --show-missing
-	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile $(QUICK:%=--ignore=%)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(QUICK:%=--ignore=%)
 
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests
-	.venv/bin/python -m pytest -q -n $(WORKERS) --dist loadfile --cov --cov-report=term-missing
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --cov --cov-report=term-missing
 
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests

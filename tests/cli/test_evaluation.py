@@ -17,7 +17,7 @@ from calls import VOZ, Result, in_process
 from msgspec.structs import replace
 from recordings import FIXTURES, GO_BACK, read_manifest
 
-from voz.recognition.confidence import load_models, save_models
+from voz.recognition.confidence_model import load_models, save_models
 
 Call = Callable[..., tuple[int, str, str]]
 

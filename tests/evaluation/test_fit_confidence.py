@@ -24,13 +24,12 @@ from voz.evaluation.fit_confidence import (
     with_alarms,
     with_costs,
 )
-from voz.recognition.confidence import (
+from voz.recognition.confidence import Around, probability
+from voz.recognition.confidence_model import (
     ONE_EAR,
     TWO_EARS,
     VOICES_AROUND,
-    Around,
     load_models,
-    probability,
     save_models,
 )
 from voz.recordings.clips import Clip

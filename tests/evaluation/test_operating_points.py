@@ -6,7 +6,7 @@ from voz.config import Recognition
 from voz.evaluation.operating_points import operating_points
 from voz.evaluation.results import Result, Understood
 from voz.evaluation.statistics import alarm_rate
-from voz.recognition.confidence import Model
+from voz.recognition.confidence_model import Model
 from voz.recognition.costs import rates_around
 from voz.recordings.clips import Kind
 

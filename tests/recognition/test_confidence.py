@@ -14,22 +14,18 @@ from voz.recognition.confidence import (
     HURRIED,
     LONGEST,
     NO_SPEECH,
-    ONE_EAR,
     SURE_SPEECH,
-    TWO_EARS,
-    VOICES_AROUND,
     WORST_FIT,
     Around,
-    Model,
     features,
     in_company,
-    load_models,
     probability,
     trust_in_speech,
     two_ears,
     voices_around,
     with_odds,
 )
+from voz.recognition.confidence_model import ONE_EAR, TWO_EARS, VOICES_AROUND, Model, load_models
 from voz.recognition.evidence import Alignment, Evidence, Span
 from voz.recognition.second_ear import Fit, Opinion
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.recognition.confidence import Model, load_models
+from voz.recognition.confidence_model import Model, load_models
 from voz.recognition.costs import Cost, missed_at, rates_around
 
 COSTS = (Cost(0.1, 0.3), Cost(1.0, 0.2), Cost(10.0, 0.0))

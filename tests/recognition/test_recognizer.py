@@ -16,7 +16,8 @@ from voz.audio.endpointing.segmenter import segments
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
-from voz.recognition.confidence import load_models, with_odds
+from voz.recognition.confidence import with_odds
+from voz.recognition.confidence_model import load_models
 from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.thresholds import thresholds

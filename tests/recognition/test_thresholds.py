@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.recognition.confidence import Model, load_models
+from voz.recognition.confidence_model import Model, load_models
 from voz.recognition.thresholds import threshold_for, thresholds
 from voz.settings import Recognition
 

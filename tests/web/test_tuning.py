@@ -17,7 +17,7 @@ from playwright.sync_api import BrowserContext, expect
 from programs import wait_until
 from recordings import FIXTURES
 
-from voz.recognition.confidence import Models, load_models, save_models
+from voz.recognition.confidence_model import Models, load_models, save_models
 
 pytestmark = pytest.mark.slow
 

@@ -14,7 +14,7 @@ from voz import __version__
 from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.files import LanguageFiles
-from voz.recognition.confidence import MODEL, load_models
+from voz.recognition.confidence_model import MODEL, load_models
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 

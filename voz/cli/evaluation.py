@@ -86,7 +86,7 @@ def fit_confidence(
     """
     from voz.evaluation import fit_confidence as fitting
     from voz.evaluation.recognise import tasks_for
-    from voz.recognition.confidence import save_models
+    from voz.recognition.confidence_model import save_models
     from voz.recognition.thresholds import threshold_for
     from voz.recordings.manifest import read_manifests
 

@@ -19,16 +19,14 @@ from voz.errors import AudioError, ConfigError
 from voz.evaluation.recognise import Task, in_processes, tasks_for
 from voz.evaluation.streams import shared_out
 from voz.language.files import find_language
-from voz.recognition.confidence import (
+from voz.recognition.confidence import Around, in_company, probability
+from voz.recognition.confidence_model import (
     ONE_EAR,
     TWO_EARS,
     VOICES_AROUND,
-    Around,
     Model,
     Models,
-    in_company,
     load_models,
-    probability,
 )
 from voz.recognition.costs import Cost, rates_around
 from voz.recognition.recognizer import Recognizer

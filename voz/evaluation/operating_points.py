@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from voz.evaluation.results import Result, Understood
 from voz.evaluation.scores import alarms_in
 from voz.evaluation.statistics import AlarmRate
-from voz.recognition.confidence import Model
+from voz.recognition.confidence_model import Model
 from voz.recognition.costs import rates_around
 from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition

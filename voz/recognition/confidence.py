@@ -5,20 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from pathlib import Path
-from typing import Annotated
 
-import msgspec
-from msgspec.structs import replace
-
-from voz.errors import ConfigError
 from voz.events import RefusedBy
-from voz.files import FEW_BYTES, read_json, replaced, shown_path, told
 from voz.language.phone_distances import read_distances
-from voz.recognition.costs import Cost
+from voz.recognition.confidence_model import Model
 from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
-
-MODEL = Path(__file__).with_name("confidence.json")
 
 NO_SPEECH, SURE_SPEECH = 0.5, 0.65
 """Between these the voice detector is not sure: of what the end-pointer takes for speech, 97 of 100
@@ -29,21 +20,6 @@ A_BREATH = 5
 
 HURRIED = 0.3
 """In log durations: a word in less than three quarters of its usual time is said in haste."""
-
-VOICES_AROUND = "voices around"
-"""The one feature of one ear whose weight is not fitted, but was found in rooms by hand."""
-
-ONE_EAR = ("phones", "worst word", "hurried", "not covered", "sound after")
-TWO_EARS = (
-    "worst word",
-    "margin",
-    "margin drowned",
-    "second fit",
-    "second fit drowned",
-    "second margin",
-    "length",
-)
-"""The features that each model has; beside the second ear, most of the first one's are idle."""
 
 CLEAR = 30.0
 """What stands out of the room by so much is heard as well as in a quiet one, dB."""
@@ -78,77 +54,6 @@ class Around(Enum):
     QUIET = 1.0
     QUIET_SO_FAR = 8.0
     SPEECH = 12.0
-
-
-Positive = Annotated[float, msgspec.Meta(gt=0)]
-
-
-class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A logistic model.
-
-    Attributes:
-        fitted_on: what it was made from, for the reader.
-        intercept: the log-odds when all features are 0.
-        weights: what one unit of each feature adds to the log-odds.
-        alarms: how many false alarms there are in an hour of talk when everything above even odds
-            is accepted.
-        alarms_fall: the power of the odds with which they become fewer.
-        usual_alarms: how many of them there may be in an hour, if nobody says otherwise.
-        costs: the commands missed at several rates of them, which rise; empty if that is unknown.
-    """
-
-    fitted_on: list[str]
-    intercept: float
-    weights: dict[str, float]
-    alarms: Positive
-    alarms_fall: Positive
-    usual_alarms: Positive = 0.5
-    costs: tuple[Cost, ...] = ()
-
-
-class Models(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a confidence is computed by, with the second ear and without it."""
-
-    two_ears: Model
-    one_ear: Model
-
-
-def load_models(file: str | None = None) -> Models:
-    """Read what `voz fit-confidence` wrote.
-
-    Args:
-        file: its name; without one, the models of the package.
-
-    Raises:
-        ConfigError: it cannot be read, is damaged or knows other features than voz does.
-    """
-    path, advice = Path(file or MODEL), "name what `voz fit-confidence` wrote"
-    models = read_json(path, Models, ConfigError, advice, FEW_BYTES)
-    one_ear = {*ONE_EAR, VOICES_AROUND}
-    for weights, known in (
-        (models.one_ear.weights, one_ear),
-        (models.two_ears.weights, one_ear.union(TWO_EARS)),
-    ):
-        if strange := sorted(weights.keys() - known):
-            what = f'"{strange[0]}" is no feature of this voz'
-            raise ConfigError(f"{shown_path(path)}: cannot be used ({what}); {advice}")
-    return models
-
-
-def save_models(models: Models, path: Path) -> None:
-    """Write models as readable JSON.
-
-    Raises:
-        ConfigError: the file cannot be written.
-    """
-    text = msgspec.json.format(msgspec.json.encode(models), indent=2).decode()
-    with told(path), replaced(path) as file:
-        file.write(f"{text}\n")
-
-
-def with_log_odds(model: Model, more: float) -> Model:
-    """Trust a speaker more than others: add to the log-odds of every utterance."""
-    return replace(model, intercept=model.intercept + more)
 
 
 def features(

@@ -17,17 +17,15 @@ from voz.events import Ear, Reason, RefusedBy, Utterance
 from voz.language.templates.commands import Commands
 from voz.recognition.confidence import (
     CONVINCED,
-    VOICES_AROUND,
     Around,
     features,
     in_company,
-    load_models,
     probability,
     trust_in_speech,
     two_ears,
     voices_around,
-    with_log_odds,
 )
+from voz.recognition.confidence_model import VOICES_AROUND, load_models, with_log_odds
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language

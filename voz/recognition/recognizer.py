@@ -18,7 +18,8 @@ from voz.events import Partial, Utterance
 from voz.language.checks import locked
 from voz.language.files import LanguageFiles
 from voz.language.templates.commands import Commands
-from voz.recognition.confidence import Around, Model
+from voz.recognition.confidence import Around
+from voz.recognition.confidence_model import Model
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
 from voz.recognition.listener import Listener

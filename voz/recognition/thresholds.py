@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from voz.recognition.confidence import Model, chance, with_odds
+from voz.recognition.confidence import chance, with_odds
+from voz.recognition.confidence_model import Model
 from voz.settings import Recognition
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from recordings import Recording
 
-from voz.recognition import phoneme_network
+from voz.recognition import hama_weights, phoneme_network
+from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.phoneme_engine import PhonemeEngine, load_network
-from voz.recognition.phoneme_network import BESIDES, SHORTEST, PhonemeNetwork, UnknownNetworkError
+from voz.recognition.phoneme_network import BESIDES, SHORTEST, PhonemeNetwork
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +50,7 @@ def test_what_is_short_is_filled_up(network: PhonemeNetwork) -> None:
 
 
 def test_the_package_may_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(phoneme_network, "find_spec", lambda name: None)
+    monkeypatch.setattr(hama_weights, "find_spec", lambda name: None)
     with pytest.raises(UnknownNetworkError, match="not installed"):
         PhonemeNetwork()
 
@@ -65,7 +66,7 @@ def test_of_another_network_the_engine_of_the_package_is_taken(
     (tmp_path / "g2p_vocab.json").write_bytes((assets / "g2p_vocab.json").read_bytes())
     whole = (assets / "asr_waveform.hama").read_bytes()
     (tmp_path / "asr_waveform.hama").write_bytes(whole[:kept])
-    monkeypatch.setattr(phoneme_network, "_assets", lambda: tmp_path)
+    monkeypatch.setattr(phoneme_network, "find_assets", lambda: tmp_path)
     with pytest.raises(UnknownNetworkError):
         PhonemeNetwork()
     assert isinstance(load_network(), PhonemeEngine)

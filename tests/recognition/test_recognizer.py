@@ -18,7 +18,7 @@ from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence import with_odds
 from voz.recognition.confidence_model import load_models
-from voz.recognition.phoneme_network import UnknownNetworkError
+from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition

@@ -111,8 +111,8 @@ def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
         ConfigError: it cannot be had.
     """
     from voz.audio.endpointing.segmenter import segments
+    from voz.recognition.hama_weights import UnknownNetworkError
     from voz.recognition.language import load_language
-    from voz.recognition.phoneme_network import UnknownNetworkError
     from voz.recognition.second_ear import second_ear_for
 
     loaded = load_language(language)

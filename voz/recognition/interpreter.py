@@ -28,9 +28,9 @@ from voz.recognition.confidence import (
 from voz.recognition.confidence_model import VOICES_AROUND, load_models, with_log_odds
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
+from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language
 from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
-from voz.recognition.phoneme_network import UnknownNetworkError
 from voz.recognition.refusal import why_refused
 from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches

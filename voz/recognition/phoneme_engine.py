@@ -8,14 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from voz.audio import Samples
-from voz.recognition.phoneme_network import (
-    BESIDES,
-    FULL_SCALE,
-    SHORTEST,
-    Floats,
-    PhonemeNetwork,
-    UnknownNetworkError,
-)
+from voz.recognition.hama_weights import Floats, UnknownNetworkError
+from voz.recognition.phoneme_network import BESIDES, FULL_SCALE, SHORTEST, PhonemeNetwork
 
 
 class PhonemeEngine:

@@ -7,20 +7,20 @@ of sound; numpy takes 4. The tensors are named as their export to ONNX named the
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Mapping
-from importlib.util import find_spec
-from pathlib import Path
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
-import numpy.typing as npt
 
 from voz.audio import Samples
 from voz.process.one_thread import on_one_thread
-
-Floats = npt.NDArray[np.float32]
+from voz.recognition.hama_weights import (
+    Floats,
+    UnknownNetworkError,
+    find_assets,
+    read_symbols,
+    read_tensors,
+)
 
 WINDOW = 400
 """Samples of a spectrum, 25 ms."""
@@ -49,12 +49,6 @@ TINY = 1e-5
 
 ERROR_FUNCTION = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592, 0.0)
 
-MAGIC = b"HAMAPK"
-HEADER = len(MAGIC) + 2
-"""With its version."""
-
-NUMBERS = ("<f4", "<f2")
-
 MODEL = "acoustic_model.model"
 FIRST = ("onnx::Conv_801", "onnx::Conv_802")
 DEEP = "onnx::Conv_{}"
@@ -64,10 +58,6 @@ BESIDES = ("<wb>", "<blank>")
 """The last symbols: between two words, and nothing new."""
 
 BLANKS = len(BESIDES)
-
-
-class UnknownNetworkError(Exception):
-    """The package is not there, or brings a network that is none of those known here."""
 
 
 class Linear(NamedTuple):
@@ -97,9 +87,9 @@ class PhonemeNetwork:
         Raises:
             UnknownNetworkError: it is not installed, or brings another network.
         """
-        folder = _assets()
-        found = _read_tensors(folder / "asr_waveform.hama")
-        self.symbols = (*_read_symbols(folder / "g2p_vocab.json"), *BESIDES)
+        folder = find_assets()
+        found = read_tensors(folder / "asr_waveform.hama")
+        self.symbols = (*read_symbols(folder / "g2p_vocab.json"), *BESIDES)
         try:
             self._real, self._imaginary = (
                 np.ascontiguousarray(found[f"stft_{part}_kernel"][:, 0].T)
@@ -258,53 +248,3 @@ def _pointwise(found: Mapping[str, Floats], name: str) -> Linear:
     """A convolution that looks at one moment is a product."""
     weight = found[f"{name}.weight"][:, :, 0].T
     return Linear(np.ascontiguousarray(weight), found[f"{name}.bias"])
-
-
-def _assets() -> Path:
-    package = find_spec("hama")
-    folders = package.submodule_search_locations if package else None
-    for folder in folders or ():
-        return Path(folder) / "assets"
-    raise UnknownNetworkError("PyPI's `hama` is not installed")
-
-
-def _read_symbols(path: Path) -> list[str]:
-    class Vocabulary(msgspec.Struct):
-        decoder: list[str]
-
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=Vocabulary).decoder
-    except (OSError, msgspec.DecodeError) as error:
-        raise UnknownNetworkError(f"{path}: {error}") from error
-
-
-def _read_tensors(path: Path) -> dict[str, Floats]:
-    """Read the weights.
-
-    After the header and their number, each tensor has the length of its name, its name, its type (0
-    for 32-bit numbers, 1 for 16), its number of dimensions, these, and its place and size in what
-    comes after all of that, at the end of the file.
-    """
-    try:
-        content = path.read_bytes()
-        if not content.startswith(MAGIC):
-            raise UnknownNetworkError(f"{path}: is no file of weights")
-        (count,) = struct.unpack_from("<I", content, HEADER)
-        at, listed = HEADER + 4, []
-        for _ in range(count):
-            (length,) = struct.unpack_from("<H", content, at)
-            name = content[at + 2 : at + 2 + length].decode("ascii")
-            kind, rank = struct.unpack_from("<BB", content, at + 2 + length)
-            at += 4 + length
-            *shape, place, size = struct.unpack_from(f"<{rank}IQQ", content, at)
-            at += 4 * rank + 16
-            listed.append((name, NUMBERS[kind], tuple(shape), place, size))
-        begin = len(content) - max(place + size for *_, place, size in listed)
-        return {
-            name: np.frombuffer(content, numbers, math.prod(shape), begin + place)
-            .reshape(shape)
-            .astype(np.float32)
-            for name, numbers, shape, place, _ in listed
-        }
-    except (OSError, ValueError, LookupError, struct.error) as error:
-        raise UnknownNetworkError(f"{path}: {error}") from error

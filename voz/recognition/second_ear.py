@@ -15,9 +15,10 @@ from voz.audio import Samples
 from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
 from voz.recognition.ctc import Floats, Lattice, Ways, lattice, log_likelihoods
+from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language, load_language
 from voz.recognition.phoneme_engine import load_network
-from voz.recognition.phoneme_network import BLANKS, UnknownNetworkError
+from voz.recognition.phoneme_network import BLANKS
 
 IPA = Path(__file__).with_name("ipa.tsv")
 """The symbols that each phone of the dictionary may sound like; their probabilities add up."""

@@ -19,6 +19,7 @@ from typing import Any
 
 import pytest
 from calls import VOZ, Result, in_process
+from keeping_up import where_the_machine_keeps_up
 from recordings import Recording
 
 MOVES = ("cmd_vel", "selected_object")
@@ -146,6 +147,7 @@ def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> 
     assert "the robot hit a wall" in result.err  # the console is not among the robots
 
 
+@where_the_machine_keeps_up
 def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
     arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
     begun = time.monotonic()

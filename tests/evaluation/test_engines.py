@@ -12,7 +12,7 @@ from voz.evaluation import engines
 from voz.evaluation.engines import ENGINES, EngineChoice, load_engine, program_engine
 from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles
-from voz.recognition.phoneme_network import UnknownNetworkError
+from voz.recognition.hama_weights import UnknownNetworkError
 from voz.settings import Recognition
 
 COMMANDS = frozenset({"go back"})

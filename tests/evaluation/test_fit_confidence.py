@@ -13,12 +13,10 @@ from msgspec.structs import replace
 from recordings import FIXTURES
 
 from voz.errors import ConfigError
+from voz.evaluation.examples import Example, collect, description
 from voz.evaluation.fit_confidence import (
-    Example,
     acceptance,
-    collect,
     cross_validated,
-    description,
     fit,
     fit_models,
     with_alarms,
@@ -186,19 +184,3 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     assert len(likely) == len(found) + len(talk)
     save_models(models, tmp_path / "models.json")
     assert load_models(str(tmp_path / "models.json")) == models
-
-
-def test_in_a_stream_everything_belongs_to_what_was_said_there(tmp_path: Path) -> None:
-    session = FIXTURES / "long" / "session.wav"
-    said = Clip("lab", "session.wav", session, "start speech", "me", "command", "all", 0.5, 2.0)
-    other = replace(said, text="", kind="near-miss", start=2.5, end=4.0)
-    (collected,) = collect([said, other], None, 1)
-    kinds = [(e.clip.kind, e.text, e.right) for e in collected.examples]
-    assert kinds[:2] == [("command", "start speech", True), ("near-miss", "go forward", False)]
-    assert {kind for kind, _, _ in kinds[2:]} == {"noise"}
-    assert collected.talk == 0
-
-
-def test_a_model_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="cannot be written"):
-        save_models(load_models(), tmp_path / "none" / "model.json")

@@ -32,3 +32,8 @@ def test_what_is_no_such_file_is_one_line(text: str, tmp_path: Path) -> None:
     (tmp_path / "mine.json").write_text(text)
     with pytest.raises(ConfigError, match="name what `voz fit-confidence` wrote"):
         load_models(str(tmp_path / "mine.json"))
+
+
+def test_a_model_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="cannot be written"):
+        save_models(load_models(), tmp_path / "none" / "model.json")

@@ -85,6 +85,7 @@ def fit_confidence(
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
     from voz.evaluation import fit_confidence as fitting
+    from voz.evaluation.examples import check_talk, collect, description
     from voz.evaluation.recognise import tasks_for
     from voz.recognition.confidence_model import save_models
     from voz.recognition.thresholds import threshold_for
@@ -93,11 +94,11 @@ def fit_confidence(
     clips = read_manifests(manifests, streams=True)
     check_writable(out)
     check_not_read([out], [*manifests, *(clip.path for clip in clips)])
-    fitting.check_talk(clips)
+    check_talk(clips)
     recordings = len(tasks_for(clips, [], [], room=False))
-    found = list(with_bar(fitting.collect(clips, lm, jobs), RECOGNISING, recordings))
+    found = list(with_bar(collect(clips, lm, jobs), RECOGNISING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
-    fitted_on = [fitting.description(clips, name) for name in sorted({c.set for c in clips})]
+    fitted_on = [description(clips, name) for name in sorted({c.set for c in clips})]
     hours = sum(of_recording.talk for of_recording in found) / 3600
     commands = [clip for of_recording in found for clip in of_recording.commands]
     models, likely = fitting.fit_models(examples, fitted_on, hours, commands)

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cache, partial
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 from msgspec.structs import replace
 
-from voz.audio import SAMPLE_RATE
-from voz.audio.capture.files import read_blocks
-from voz.errors import AudioError, ConfigError
-from voz.evaluation.recognise import Task, in_processes, tasks_for
-from voz.evaluation.streams import shared_out
-from voz.language.files import find_language
-from voz.recognition.confidence import Around, in_company, probability
+from voz.errors import ConfigError
+from voz.evaluation.examples import TOO_LITTLE_TALK, Example
+from voz.recognition.confidence import in_company, probability
 from voz.recognition.confidence_model import (
     ONE_EAR,
     TWO_EARS,
@@ -29,7 +21,6 @@ from voz.recognition.confidence_model import (
     load_models,
 )
 from voz.recognition.costs import Cost, rates_around
-from voz.recognition.recognizer import Recognizer
 from voz.recognition.thresholds import thresholds
 from voz.recordings.clips import Clip
 from voz.settings import Recognition
@@ -50,11 +41,6 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 37 minutes is above .33.
 """
 
-TOO_LITTLE_TALK = (
-    "the manifests need more recordings of the kind talk, half an hour or so, to tell how often it "
-    "sounds like a command"
-)
-
 USUAL_ALARMS_OF_ONE_EAR = 20.0
 """In an hour; so many single sentences of people it takes for commands where it obeys most."""
 
@@ -62,64 +48,6 @@ COMMAND_SHARE = 1 / 2
 """Of what is said near someone who drives a robot, so much are commands: the prior."""
 
 Matrix = npt.NDArray[np.float64]
-
-
-class Collected(NamedTuple):
-    """What is in a recording; nothing if it cannot be read.
-
-    Attributes:
-        examples: its utterances.
-        talk: how much talk it is, s.
-        commands: those that are said in it.
-    """
-
-    examples: list[Example]
-    talk: float
-    commands: list[Clip]
-
-
-@dataclass(frozen=True)
-class Example:
-    """What is known of one utterance.
-
-    Attributes:
-        clip: the recording or the stretch of one that it is in.
-        text: the command that was heard.
-        values: its features.
-        trust: how far it is to be trusted to be speech, 0 to 1.
-        around: what is around it.
-        right: whether it is the command that was said.
-    """
-
-    clip: Clip
-    text: str
-    values: dict[str, float]
-    trust: float
-    around: Around
-    right: bool
-
-
-def collect(clips: Sequence[Clip], lm: str | None, processes: int | None) -> Iterator[Collected]:
-    """Recognise labelled recordings and keep what the confidence is computed from.
-
-    Args:
-        clips: the recordings, and stretches of streams.
-        lm: folder of the language files, None for the usual ones.
-        processes: how many work at the same time; None for one on each core.
-
-    Returns:
-        What is in each recording, in their order.
-    """
-    tasks = tasks_for(clips, [], [], room=False)
-    return in_processes(partial(_examples, lm=lm), tasks, processes)
-
-
-def description(clips: Iterable[Clip], name: str) -> str:
-    """Tell of a set of recordings how many there are of each kind, and by how many speakers."""
-    chosen = [clip for clip in clips if clip.set == name]
-    kinds = Counter(clip.kind for clip in chosen)
-    counts = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
-    return f"{name}: {counts}; {len({clip.speaker for clip in chosen})} speakers"
 
 
 def fit_models(
@@ -224,12 +152,6 @@ def with_alarms(
     return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
 
 
-def check_talk(clips: Iterable[Clip]) -> None:
-    """Refuse recordings without any talk, before minutes go by; raises ConfigError."""
-    if not any(clip.kind == "talk" for clip in clips):
-        raise ConfigError(TOO_LITTLE_TALK)
-
-
 def with_costs(
     model: Model,
     examples: Sequence[Example],
@@ -314,11 +236,6 @@ def _logistic(x: Matrix, y: Matrix, weights: Matrix) -> tuple[float, Matrix]:
     return float(beta[0]), beta[1:]
 
 
-@cache
-def _recognizer(lm: str | None) -> Recognizer:
-    return Recognizer(find_language(lm), Recognition())
-
-
 def _held_out(
     examples: Sequence[Example], folds: Sequence[int], names: Sequence[str]
 ) -> list[float]:
@@ -343,31 +260,7 @@ def _likely(model: Model, example: Example) -> float:
     return in_company(sure, example.around)
 
 
-def _examples(task: Task, lm: str | None) -> Collected:
-    """Recognise a recording; what is heard around the stretches of a stream is nothing's."""
-    first = task.clips[0]
-    try:
-        blocks = list(read_blocks(first.path))
-    except AudioError:
-        return Collected([], 0.0, [])
-    seconds = sum(map(len, blocks)) / SAMPLE_RATE
-    stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
-    parts, rest = shared_out(list(_recognizer(lm).candidates(blocks)), stretches)
-    around = replace(first, kind="noise", speaker=first.file, condition="all")
-    examples = [
-        Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
-        for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
-        for o in part
-    ]
-    talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
-    return Collected(examples, talk, [clip for clip in task.clips if clip.kind == "command"])
-
-
 def _is_in(command: str, talk: Clip) -> bool:
     """Tell whether all words of a command are in what was said: `stop` is in `it stopped`."""
     said = talk.text.split()
     return all(any(word.startswith(one) for word in said) for one in command.split())
-
-
-def _is_said(clip: Clip, text: str) -> bool:
-    return clip.kind == "command" and clip.text == text

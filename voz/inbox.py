@@ -15,9 +15,15 @@ MOST_WAITING = 64
 
 
 class Halt(NamedTuple):
-    """Somebody wants the robot to stand still, by a key or a button; `why` is for people."""
+    """Somebody wants the robot to stand still, by a key or a button.
+
+    Attributes:
+        why: for people.
+        t: when, as a time of the run, s.
+    """
 
     why: str = "stopped by a key"
+    t: float = 0.0
 
 
 class End(NamedTuple):

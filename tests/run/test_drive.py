@@ -174,6 +174,35 @@ def test_a_key_stops_whatever_drives_the_robot() -> None:
     assert events[-1] == Warning(2.0, "stopped by a key", good=True, stops=True)
 
 
+def said(text: str, start: float, decided: float, source: str = "microphone") -> Utterance:
+    return Utterance(decided, text, 0.9, True, start, decided - 0.3, source)
+
+
+@pytest.mark.parametrize("ended", [1.8, 2.1])
+def test_what_somebody_began_to_say_before_a_key_was_pressed_moves_nothing(ended: float) -> None:
+    drive, events = listening_drive()
+    drive.stop_by_hand(2.0, "stopped by a key", 2.0)
+    drive.hear(said("go forward", 1.4, ended + 0.3))
+    assert drive.velocities == (0, 0)
+    (utterance,) = [e for e in events if isinstance(e, Utterance)]
+    assert (utterance.obeyed, utterance.ignored) == (False, "too_late")
+    drive.hear(said("go forward", 2.0, 2.9))
+    assert drive.velocities == (0.1, 0)
+
+
+@pytest.mark.parametrize("text", STOPPING)
+def test_what_was_begun_before_a_stop_from_elsewhere_and_settled_after_it_moves_nothing(
+    text: str,
+) -> None:
+    drive, _ = listening_drive(["go back"])
+    drive.hear(replace(said(text, 2.0, 2.0), source="text"))
+    drive.hear(said("go forward", 1.5, 2.4))
+    assert drive.velocities == (0, 0)
+    drive.hear(said("start speech", 1.6, 2.5))
+    drive.hear(said("go forward", 2.01, 3.0))
+    assert drive.velocities == (0.1, 0)
+
+
 def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
     drive, events = listening_drive()
     drive.stop(1.0, "it is lost")

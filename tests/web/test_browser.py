@@ -10,7 +10,7 @@ import pytest
 from browser_page import barriers, drive, opened, tap
 from live_robot import moves, rests, warns
 from operator_page import PageRobot, page_robot
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 from programs import wait_until
 
 pytestmark = pytest.mark.slow
@@ -162,11 +162,31 @@ def test_stop(way: str, robot: PageRobot, context: BrowserContext) -> None:
             page.locator("#commands button").first.focus()
         page.keyboard.press("Space")
     expect(stop).to_have_text("stopped")
+    assert robot.since  # all events until then have arrived
     assert rests(robot.robot.of("cmd_vel")[-1])
     assert set(robot.robot.commands()[-2:]) <= {"stop", "go back"}  # and not the command's button
     expect(stop).to_have_text("STOP")
     expect(page.locator("#stop-note")).to_contain_text("no emergency stop")
     assert page.complaints == []  # type: ignore[attr-defined]
+
+
+def test_a_tap_that_arrives_after_the_stop_that_followed_it_moves_nothing(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    held: list[Route] = []
+    page.route("**/api/command", lambda route: held.append(route))
+    tap(page, "go forward")
+    page.keyboard.press("Space")
+    expect(page.locator("#stop")).to_have_text("stopped")
+    wait_until(lambda: page.wait_for_timeout(10) or held)
+    held[0].continue_()
+    expect(page.get_by_role("alert")).to_contain_text("a stop came after it")
+    assert robot.state["now"]["linear"] == 0
+    page.unroute("**/api/command")
+    tap(page, "go back")
+    expect(page.locator("#linear")).to_have_text("\N{MINUS SIGN}0.10")
 
 
 @pytest.mark.parametrize("broken", ["api/stop", "events"])

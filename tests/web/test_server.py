@@ -143,6 +143,29 @@ def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> No
         second.wait_for(lambda record: record["type"] == "state" and record["driver"] is None)
 
 
+@pytest.mark.parametrize("way", ["socket", "post", "post of nobody"])
+def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
+    way: str, robot: PageRobot
+) -> None:
+    with opened(robot) as page:
+        page.take_the_wheel()
+        secret = page.welcome["secret"]
+        if way == "socket":
+            page.send("stop", number=1)
+            page.wait_for(lambda record: record["type"] == "stop")
+        else:
+            known = {"X-Voz-Page": secret, "X-Voz-Stop": "1" if way == "post" else "9" * 5000}
+            assert robot.api.post("/api/stop", headers=known).json()["stopped"]
+        late = robot.command("go forward", page=secret, stops=0)
+        if way == "post of nobody":
+            assert late.json()["obeyed"]
+            return
+        assert late.status_code == 409
+        assert "a stop came after it" in late.json()["error"]
+        assert robot.state["now"]["linear"] == 0
+        assert robot.command("go forward", page=secret, stops=1).json()["obeyed"]
+
+
 def test_s5_the_robot_stops_when_the_page_that_drives_is_closed(robot: PageRobot) -> None:
     with opened(robot) as page:
         page.take_the_wheel()

@@ -73,7 +73,7 @@ def take(drive: Controller, taken: Taken, now: float) -> None:
     if isinstance(message, Utterance | Partial):
         drive.hear(message, late=taken.overtaken)
     elif isinstance(message, Halt):
-        drive.stop_by_hand(now, message.why)
+        drive.stop_by_hand(now, message.why, message.t)
     elif not isinstance(message, End):
         drive.emit(message)
 

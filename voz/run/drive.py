@@ -49,6 +49,7 @@ class Controller:
         self._state = State(listening=listening)
         self._last_command = 0.0
         self.stopped_at = 0.0
+        self._told_to_stop = 0.0  # when somebody last began to say so, or pressed a key, s
         self.rehearsing = False
         self._behind: set[str] = set()
 
@@ -82,7 +83,7 @@ class Controller:
         elif not event.accepted:
             self.emit(replace(event, obeyed=False))
         else:
-            late = late or event.end < self.stopped_at or event.source in self._behind
+            late = late or self._is_overtaken(event) or event.source in self._behind
             why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
             self._obey(replace(event, ignored=why) if why else event)
 
@@ -107,9 +108,16 @@ class Controller:
         # What is back stops nothing: the robot stands still since it was lost.
         self.emit(Warning(now, why, good, stops=not good))
 
-    def stop_by_hand(self, now: float, why: str) -> None:
-        """Ask the robot to stand still as somebody wants it; the time is that of the run, s."""
+    def stop_by_hand(self, now: float, why: str, pressed: float = 0.0) -> None:
+        """Ask the robot to stand still as somebody wants it.
+
+        Args:
+            now: the time of the run, s.
+            why: for people.
+            pressed: when the key was; what was begun to be said before moves nothing.
+        """
         self.halt()
+        self._told_to_stop = max(self._told_to_stop, pressed)
         self.emit(Warning(now, why, good=True, stops=True))
 
     def send(self, now: float) -> None:
@@ -134,6 +142,13 @@ class Controller:
         for receive in self._receivers:
             receive(event)
 
+    def _is_overtaken(self, event: Utterance) -> bool:
+        """Whether the robot was stopped after somebody began to say this.
+
+        What is spoken is settled when it pauses; by then a key may have been pressed.
+        """
+        return event.end < self.stopped_at or event.start < self._told_to_stop
+
     def _try(self, event: Utterance | Partial) -> Transition:
         """What a command would do."""
         slots = event.slots if isinstance(event, Utterance) else {}
@@ -151,6 +166,8 @@ class Controller:
         else:
             self.emit(replace(utterance, obeyed=True, ignored=None))
             self._last_command = utterance.t
+            if utterance.name in self.table.halts:
+                self._told_to_stop = max(self._told_to_stop, utterance.start)
             self._follow(transition)
 
     def _follow(self, transition: Transition) -> None:

@@ -16,7 +16,7 @@ from voz.control.bound import Place
 from voz.events import Event, Receiver
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
-from voz.inbox import Inbox
+from voz.inbox import Halt, Inbox
 from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
@@ -145,7 +145,7 @@ def run_live(
         )
         parts.enter_context(hearing)
         parts.enter_context(renewing(recognizer, table, warn))
-        line = parts.enter_context(keys(inbox, obey, warn))
+        line = parts.enter_context(keys(partial(_stop, inbox, clock), obey, warn))
         if seat.also:
             parts.enter_context(seat.also(obey))
         start = parts.enter_context(starting(table, inbox, clock))
@@ -159,6 +159,10 @@ def run_live(
             ears = parts.enter_context(page.serving(shown))
             robots = {**robots, PAGE: partial(_trouble, page, drive)}
         drive_by_clock(drive, inbox, clock, robots, ears)
+
+
+def _stop(inbox: Inbox, clock: Clock) -> None:
+    inbox.put(Halt(t=clock.now()))
 
 
 def _obey(

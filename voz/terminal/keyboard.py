@@ -13,7 +13,7 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import TextIO
 
-from voz.inbox import Halt, Inbox
+from voz.inbox import Halt
 
 ESCAPE = "\x1b"
 
@@ -80,11 +80,13 @@ class Line:
 
 
 @contextlib.contextmanager
-def keys(inbox: Inbox, typed: Callable[[str], None], warn: Callable[[str], None]) -> Iterator[Line]:
+def keys(
+    stop: Callable[[], None], typed: Callable[[str], None], warn: Callable[[str], None]
+) -> Iterator[Line]:
     """Read the keyboard for the length of a `with` block, on a thread of its own.
 
     Args:
-        inbox: gets a `Halt` for the keys that stop.
+        stop: called for each of the keys that stop.
         typed: called with each line.
         warn: called if it cannot be read any more.
 
@@ -97,7 +99,7 @@ def keys(inbox: Inbox, typed: Callable[[str], None], warn: Callable[[str], None]
         yield line
         return
     ended = threading.Event()
-    take = _keys_into(line, inbox, typed) if stream.isatty() else _lines_into(typed)
+    take = _keys_into(line, stop, typed) if stream.isatty() else _lines_into(typed)
 
     def read() -> None:
         try:
@@ -106,7 +108,7 @@ def keys(inbox: Inbox, typed: Callable[[str], None], warn: Callable[[str], None]
             if not stream.isatty():
                 take("\n")  # the last line may have no end
         except BaseException as error:  # whatever it is: what was typed to stop it may be lost
-            inbox.put(Halt())
+            stop()
             warn(f"nothing that is typed is read any more ({error!r}): the robot stops")
 
     thread = threading.Thread(target=read, name="voz-keyboard", daemon=True)
@@ -141,12 +143,14 @@ def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
         yield decoder.decode(data)
 
 
-def _keys_into(line: Line, inbox: Inbox, typed: Callable[[str], None]) -> Callable[[str], None]:
+def _keys_into(
+    line: Line, stop: Callable[[], None], typed: Callable[[str], None]
+) -> Callable[[str], None]:
     def take(text: str) -> None:
         for character in text:
             done = line.press(character)
             if isinstance(done, Halt):
-                inbox.put(done)
+                stop()
             elif done is not None:
                 typed(done)
 

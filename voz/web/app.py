@@ -22,7 +22,7 @@ from voz.config import Config
 from voz.web.answers import decoded, decoded_body, refused
 from voz.web.asking import NotDone
 from voz.web.board import Record, encoded
-from voz.web.desk import Desk, TakenError
+from voz.web.desk import Desk, OvertakenError, TakenError
 from voz.web.diagnostics import bundle
 from voz.web.doors import Doors
 from voz.web.limits import Limit
@@ -51,6 +51,9 @@ COMMANDS_EACH_SECOND, COMMANDS_AT_ONCE = 5.0, 20.0
 
 LATE_EACH_SECOND = 2.0
 """How often a page is told that its sound is late."""
+
+MOST_DIGITS = 10
+"""Of how often a page has asked for a stop."""
 
 ASKED_EVERY = 1.0
 """How often a page that is heard is asked for its time, s."""
@@ -129,18 +132,23 @@ class Api:
         if not self._commands.allows(time.monotonic()):
             return refused(HTTPStatus.TOO_MANY_REQUESTS, "too many commands at a time")
         try:
-            utterance = await self._desk.command(command.text, command.page)
+            utterance = await self._desk.command(command.text, command.page, command.stops)
         except TakenError:
             return refused(
                 HTTPStatus.CONFLICT, "another page drives, or none: take the wheel first"
             )
+        except OvertakenError:
+            return refused(HTTPStatus.CONFLICT, "a stop came after it: give it again")
         except NotDone:
             return refused(HTTPStatus.SERVICE_UNAVAILABLE, "the control loop does not answer")
         return JSONResponse(msgspec.to_builtins(utterance))
 
-    async def stop(self, _: Request) -> Response:
+    async def stop(self, request: Request) -> Response:
         """POST /api/stop: stops the robot, whoever asks; answers when it is stopped."""
-        return JSONResponse(*await self._stopped())
+        page = self._desk.page_of(request.headers.get("X-Voz-Page", ""))
+        number = request.headers.get("X-Voz-Stop", "")
+        known = number.isdecimal() and len(number) < MOST_DIGITS
+        return JSONResponse(*await self._stopped(page, int(number) if known else 0))
 
     async def events(self, socket: WebSocket) -> None:
         """WS /api/events: what a page is told, and what it asks for."""
@@ -217,12 +225,12 @@ class Api:
                 return
 
     async def _stop_by(self, watcher: Watcher, number: int) -> None:
-        answer, _ = await self._stopped()
+        answer, _ = await self._stopped(watcher, number)
         watcher.put(encoded({"type": "stop", "number": number, **answer}))
 
-    async def _stopped(self) -> tuple[Record, HTTPStatus]:
+    async def _stopped(self, page: Watcher | None, number: int) -> tuple[Record, HTTPStatus]:
         try:
-            return {"stopped": True, "t": await self._desk.stop()}, HTTPStatus.OK
+            return {"stopped": True, "t": await self._desk.stop(page, number)}, HTTPStatus.OK
         except NotDone:
             error = "the control loop does not answer: use the switch that cuts its power"
             return {"stopped": False, "error": error}, HTTPStatus.SERVICE_UNAVAILABLE

@@ -68,12 +68,12 @@ class Asking:
         t = self._time()
         self._stops[t] = asyncio.get_running_loop().create_future()
         self._inbox.put(Utterance(t, STOP, 1.0, True, t, t, PAGE))
-        self._inbox.put(Halt(BY_PAGE))  # the bare rules obey `stop` only while listening
+        self._inbox.put(Halt(BY_PAGE, t))  # the bare rules obey `stop` only while listening
         return await _answer(self._stops, t)
 
     def halt(self) -> None:
         """Let the robot stand still, without an answer."""
-        self._inbox.put(Halt(BY_PAGE))
+        self._inbox.put(Halt(BY_PAGE, self._time()))
 
     def take(self, event: Event) -> None:
         """Look whether an event is what somebody waits for."""

@@ -28,6 +28,10 @@ class TakenError(Exception):
     """Another page drives."""
 
 
+class OvertakenError(Exception):
+    """The page asked for a stop after it, which came before it."""
+
+
 class Desk:
     """Knows the pages; used on the server's thread alone.
 
@@ -159,27 +163,38 @@ class Desk:
             told = "a rehearsal: commands are understood, and none but stop is obeyed"
             self._warn(told if on else "the rehearsal is over: commands are obeyed")
 
-    async def command(self, text: str, secret: str | None) -> Utterance:
+    async def command(self, text: str, secret: str | None, stops: int | None = None) -> Utterance:
         """Obey a sentence as if it were typed.
 
         Args:
             text: the sentence.
             secret: of the page that gives it; None of a program, which may while no page drives.
+            stops: how often the page had asked for a stop before; None if it does not say.
 
         Returns:
             What became of it.
 
         Raises:
             TakenError: another page drives.
+            OvertakenError: the page has asked for a stop since.
             NotDone: the control loop did not answer.
         """
         page = self.page_of(secret) if secret else None
         if self._wheel.driver != (page.number if page else None) or (secret and not page):
             raise TakenError
+        if page and stops is not None and stops < page.stops:
+            raise OvertakenError
         return await self._asking.command(text)
 
-    async def stop(self) -> float:
-        """Stop the robot, whoever asks; gives when it was, or raises NotDone."""
+    async def stop(self, page: Watcher | None = None, number: int = 0) -> float:
+        """Stop the robot, whoever asks; gives when it was, or raises NotDone.
+
+        Args:
+            page: which asks, if one does.
+            number: how often it has asked by now.
+        """
+        if page:
+            page.stops = max(page.stops, number)
         return await self._asking.stop()
 
     def page_of(self, secret: str) -> Watcher | None:

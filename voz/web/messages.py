@@ -14,10 +14,16 @@ Time = Annotated[float, msgspec.Meta(ge=0, le=1e13)]
 
 
 class Command(msgspec.Struct, frozen=True):
-    """POST /api/command: a sentence, and the secret of the page that drives."""
+    """POST /api/command: a sentence, and the secret of the page that drives.
+
+    Attributes:
+        stops: how often the page had asked for a stop before; a command that a stop has overtaken
+            on its way is refused.
+    """
 
     text: Short
     page: Short | None = None
+    stops: int | None = None
 
 
 class Mark(msgspec.Struct, frozen=True):

@@ -16,6 +16,7 @@ class Watcher:
         number: of the page, for people.
         secret: lets whoever knows it drive as this page.
         address: where it is.
+        stops: how often it has asked for a stop, as it counts them.
         too_slow: whether more waited than may.
     """
 
@@ -23,6 +24,7 @@ class Watcher:
         self.number = number
         self.secret = secret
         self.address = address
+        self.stops = 0
         self.too_slow = False
         self._records: deque[str] = deque()
         self._state: str | None = None

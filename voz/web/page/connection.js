@@ -74,7 +74,7 @@ export class Connection {
   }
 
   command(text) {
-    return this.ask("/api/command", { text });
+    return this.ask("/api/command", { text, stops: this.number });
   }
 
   // Send something to an address as this page.
@@ -91,7 +91,7 @@ export class Connection {
   // By both ways at once: the first that says that the robot is stopped counts.
   async stop() {
     const number = ++this.number;
-    const ways = [this.stopBySocket(number), this.stopByPost()];
+    const ways = [this.stopBySocket(number), this.stopByPost(number)];
     try {
       return await Promise.any(ways);
     } finally {
@@ -107,8 +107,9 @@ export class Connection {
     });
   }
 
-  async stopByPost() {
-    const answer = await fetch("/api/stop", { method: "POST", signal: AbortSignal.timeout(STOP_PATIENCE) });
+  async stopByPost(number) {
+    const headers = this.secret ? { "X-Voz-Page": this.secret, "X-Voz-Stop": String(number) } : {};
+    const answer = await fetch("/api/stop", { method: "POST", headers, signal: AbortSignal.timeout(STOP_PATIENCE) });
     const record = await answer.json();
     if (!record.stopped) throw new Error(record.error);
     return record;

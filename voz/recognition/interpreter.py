@@ -257,7 +257,7 @@ class Interpreter:
 
 
 def _why(heard: Hypothesis) -> tuple[Reason, tuple[str, str] | None]:
-    if stands_in_the_way(heard.against):
+    if heard.trust and stands_in_the_way(heard.against):
         return "unsure_between", (heard.text, heard.against.text)
     return why_refused(heard.segment.samples, heard.evidence, heard.trust)
 

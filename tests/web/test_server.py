@@ -367,6 +367,7 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
             microphone.end()
             moving = page.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
             assert not moving["talking"]
+    assert robot.since  # all events until then have arrived
     said = robot.robot.of("utterance")[-1]
     assert (said["text"], said["obeyed"]) == ("go forward", True)
     assert said["latency"] < 1

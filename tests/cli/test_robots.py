@@ -208,6 +208,7 @@ def test_a_robot_that_fails_stops_the_others_and_is_named(
     assert "stands still" in result.err
 
 
+@where_the_machine_keeps_up
 def test_where_no_robot_shows_it_a_loss_is_a_warning_and_what_is_back_is_none(
     voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

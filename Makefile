@@ -7,8 +7,8 @@ QUICK += $(wildcard tests/test_*.py)
 # What the quick tests are there to test; to count all the others too takes them a fifth longer.
 COUNTED = voz/audio/*,voz/control/*,voz/evaluation/*,voz/language/*,voz/robot/drawing/*,voz/simulation/*
 
-# One more than there are cores: most tests wait for a program, a sound or a clock.
-WORKERS = $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1)
+# With more than there are cores tests that go by the clock wait for each other.
+WORKERS = $(shell getconf _NPROCESSORS_ONLN)
 SIDE_BY_SIDE = -n $(WORKERS) --dist loadfile --max-worker-restart 2
 
 help: ## Show this list

@@ -30,7 +30,7 @@ def waited_for_processors() -> float:
     return int(PRESSURE.read_text().split("total=")[1].split()[0]) / 1e6
 
 
-class _Metronome:
+class Metronome:
     """Notices whether the machine lets threads wait."""
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class _Metronome:
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
-    def __enter__(self) -> _Metronome:
+    def __enter__(self) -> Metronome:
         self._thread.start()
         return self
 
@@ -71,7 +71,7 @@ def where_the_machine_keeps_up(test: Callable[P, None]) -> Callable[P, None]:
     @functools.wraps(test)
     def tried(*args: P.args, **kwargs: P.kwargs) -> None:
         for _ in range(TRIES - 1):
-            with _Metronome() as metronome:
+            with Metronome() as metronome:
                 try:
                     return test(*args, **kwargs)
                 except AssertionError:

@@ -22,7 +22,7 @@ NOISE = 0.1
 WATCHED = (0.3, 1.0)
 """So long it is watched whether all go on to stand still, s."""
 
-ENDED = 15.0
+ENDED = 40.0
 """A program that takes longer to end never does, s."""
 
 STARTS = 40.0

@@ -199,9 +199,9 @@ def test_stop_works_by_either_way_alone(
             "WebSocket.prototype.send = function (data) {"
             "  if (!String(data).includes('stop')) send.call(this, data); };"
         )
-    page = opened(context, robot.link)
     if broken == "api/stop":
-        page.route("**/api/stop", lambda route: route.abort())
+        context.route("**/api/stop", lambda route: route.abort())
+    page = opened(context, robot.link)
     expect(page.locator("#driver")).to_have_text("nobody drives")
     robot.drives("go forward")
     page.keyboard.press("Space")
@@ -211,8 +211,8 @@ def test_stop_works_by_either_way_alone(
 
 def test_a_stop_that_nobody_confirms_says_so(robot: PageRobot, context: BrowserContext) -> None:
     context.add_init_script("WebSocket.prototype.send = () => {};")
+    context.route("**/api/stop", lambda route: route.abort())
     page = opened(context, robot.link)
-    page.route("**/api/stop", lambda route: route.abort())
     page.keyboard.press("Space")
     expect(page.locator("#stop")).to_contain_text("NOT STOPPED")
     expect(page.get_by_role("alert")).to_contain_text("Cut its power")

@@ -1,15 +1,13 @@
-"""Tests that go by the clock, on a machine that may be too busy for them."""
+"""Slow tests that fail are tried again, where the machine was too busy for them."""
 
 from __future__ import annotations
 
-import functools
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import ParamSpec
 
-P = ParamSpec("P")
+import pytest
+from _pytest.runner import runtestprotocol
 
 STALL = 0.04
 """A thread that only sleeps and wakes, and was late by so much, s: nothing here is in time."""
@@ -20,7 +18,8 @@ CROWDED = 0.2
 PRESSURE = Path("/proc/pressure/cpu")
 """Which tells that: https://docs.kernel.org/accounting/psi.html"""
 
-TRIES = 5
+TRIES = 3
+AGAIN = "tried again on a busy machine"
 
 
 def waited_for_processors() -> float:
@@ -61,22 +60,35 @@ class Metronome:
             before = now
 
 
-def where_the_machine_keeps_up(test: Callable[P, None]) -> Callable[P, None]:
-    """Try a test that fails again, if the machine had no time for it.
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
+    """Try a slow test that fails again, if the machine had no time for it.
 
-    It had none if it did not let even a sleeping thread wake in time, or if somebody waited for
-    a processor often. On one that has, the first failure counts.
+    Slow ones wait for other programs, sounds and clocks. The machine had no time if it did not
+    let even a sleeping thread wake in time, or if somebody waited for a processor often. On one
+    that has, the first failure counts, and on any the third; those that were tried again are told
+    with the report.
     """
+    if item.get_closest_marker("slow") is None:
+        return None
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for tried in range(TRIES):
+        item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
+        with Metronome() as metronome:
+            reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        for report in reports:
+            report.user_properties += [(AGAIN, tried)] * bool(tried)
+        if metronome.keeps_up or not any(report.failed for report in reports):
+            break
+    for report in reports:
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
 
-    @functools.wraps(test)
-    def tried(*args: P.args, **kwargs: P.kwargs) -> None:
-        for _ in range(TRIES - 1):
-            with Metronome() as metronome:
-                try:
-                    return test(*args, **kwargs)
-                except AssertionError:
-                    if metronome.keeps_up:
-                        raise
-        return test(*args, **kwargs)
 
-    return tried
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell which tests were tried again."""
+    for category in ("passed", "failed"):
+        for report in terminalreporter.getreports(category):
+            if AGAIN in dict(report.user_properties) and report.when == "call":
+                terminalreporter.write_line(f"{AGAIN}: {report.nodeid}")

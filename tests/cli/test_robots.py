@@ -19,7 +19,6 @@ from typing import Any
 
 import pytest
 from calls import VOZ, Result, in_process
-from keeping_up import where_the_machine_keeps_up
 from recordings import Recording
 
 MOVES = ("cmd_vel", "selected_object")
@@ -147,7 +146,7 @@ def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> 
     assert "the robot hit a wall" in result.err  # the console is not among the robots
 
 
-@where_the_machine_keeps_up
+@pytest.mark.slow
 def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
     arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
     begun = time.monotonic()
@@ -208,7 +207,7 @@ def test_a_robot_that_fails_stops_the_others_and_is_named(
     assert "stands still" in result.err
 
 
-@where_the_machine_keeps_up
+@pytest.mark.slow
 def test_where_no_robot_shows_it_a_loss_is_a_warning_and_what_is_back_is_none(
     voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,7 +8,6 @@ import time
 from pathlib import Path
 
 import pytest
-from keeping_up import where_the_machine_keeps_up
 from ros1.ros import Client, Program, Ros, eventually
 
 COMMANDS = {
@@ -81,17 +80,13 @@ def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
     client.wait_for_velocity(0.1, 0, "/base/velocity")
 
 
+@pytest.mark.slow
 def test_the_beat_is_10_hertz(ros: Ros) -> None:
     driving(ros)
-
-    @where_the_machine_keeps_up
-    def measured() -> None:
-        counting = ros.start("rostopic", "hz", "-w", "50", "/cmd_vel")
-        counting.wait_for("window: 50")
-        rates = [float(line.split()[-1]) for line in counting.lines if "average rate" in line]
-        assert rates[-1] == pytest.approx(10, abs=0.1)
-
-    measured()
+    counting = ros.start("rostopic", "hz", "-w", "50", "/cmd_vel")
+    counting.wait_for("window: 50")
+    rates = [float(line.split()[-1]) for line in counting.lines if "average rate" in line]
+    assert rates[-1] == pytest.approx(10, abs=0.1)
 
 
 def test_rostopic_reads_what_is_published(ros: Ros) -> None:

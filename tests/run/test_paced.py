@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 from driving import speak, type_lines
-from keeping_up import where_the_machine_keeps_up
 from recordings import FIXTURES, GO_BACK
 
 from voz.errors import AudioError
@@ -33,7 +32,7 @@ class Clocked:
         self.times.append(time.monotonic())
 
 
-@where_the_machine_keeps_up
+@pytest.mark.slow
 def test_typed_lines_give_the_same_events_each_in_its_tenth_of_a_second() -> None:
     run, twin = Clocked(), Clocked()
     type_lines(LINES, run.receive, paced=True)
@@ -45,7 +44,7 @@ def test_typed_lines_give_the_same_events_each_in_its_tenth_of_a_second() -> Non
     assert all(t - begun > n / 10 - 0.05 for n, t in enumerate(beats[:-1]))
 
 
-@where_the_machine_keeps_up
+@pytest.mark.slow
 def test_recordings_give_the_same_events(recognizer: Recognizer) -> None:
     paths = [FIXTURES / "commands" / "festival_slt__start_speech.flac", GO_BACK, Path("none.wav")]
 
@@ -57,7 +56,7 @@ def test_recordings_give_the_same_events(recognizer: Recognizer) -> None:
     assert spoken(True) == spoken(False)
 
 
-@where_the_machine_keeps_up
+@pytest.mark.slow
 def test_an_utterance_takes_effect_at_its_time(recognizer: Recognizer) -> None:
     run = Clocked()
     speak(recognizer, [GO_BACK], run.receive, paced=True)
@@ -119,7 +118,7 @@ def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
     assert not any(e.linear for e in [*spells[2], *spells[4]])
 
 
-@where_the_machine_keeps_up
+@pytest.mark.slow
 def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace() -> None:
     run = Clocked()
     paused = False

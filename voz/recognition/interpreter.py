@@ -14,7 +14,7 @@ from voz.audio.endpointing.segment import LONGEST_WORD, Segment
 from voz.audio.endpointing.segmenter import MARGIN
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
 from voz.events import Ear, Reason, RefusedBy, Utterance
-from voz.language.templates.commands import Commands
+from voz.language.templates.commands import Commands, Parse
 from voz.recognition.confidence import (
     CONVINCED,
     Around,
@@ -143,7 +143,8 @@ class Interpreter:
         values = features(evidence, self._phones_of, self._usual) | two_ears(evidence, above)
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
         sure = trust * probability(self.model, values)
-        against = None if self._is_careful(evidence.text) else rival(evidence, self.commands.parse)
+        careful = self._is_careful(self.commands.parse(evidence.text))
+        against = None if careful else rival(evidence, self.commands.parse)
         sure = min(sure, most_sure(against))
         return Hypothesis(segment, evidence.text, evidence, trust, sure, values, against)
 
@@ -199,13 +200,13 @@ class Interpreter:
 
     def needed(self, text: str) -> float | None:
         """How sure a command must be to be accepted, 0 to 1; None if the text is none."""
-        if self.commands.parse(text) is None:
-            return None
-        return self._needed.careful if self._is_careful(text) else self._needed.usual
-
-    def _is_careful(self, text: str) -> bool:
-        """Whether it is worse to miss a command than others."""
         parse = self.commands.parse(text)
+        if parse is None:
+            return None
+        return self._needed.careful if self._is_careful(parse) else self._needed.usual
+
+    def _is_careful(self, parse: Parse | None) -> bool:
+        """Whether it is worse to miss a command than others."""
         return parse is not None and bool(self._never_missed & {parse.text, parse.command})
 
     def _accepts(self, text: str, sure: float) -> bool:

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import soundfile
 from calls import VOZ, in_process
-from keeping_up import where_the_machine_keeps_up
 from live_robot import LiveRobot, live_robot, moves, rests, speak, velocity
 from recordings import FIXTURES
 
@@ -46,7 +45,6 @@ def robot(pulse: dict[str, str]) -> Iterator[LiveRobot]:
         yield robot
 
 
-@where_the_machine_keeps_up
 def test_all_commands_that_are_spoken_are_obeyed(pulse: dict[str, str]) -> None:
     texts = ["go forward", "start speech", "go forward", "turn left", "speed up", "slow down"]
     texts += ["rotate right", "point beer", "fold arm", "go back", "stop", "stop speech"]

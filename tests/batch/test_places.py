@@ -6,6 +6,7 @@ import http.server
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import fsspec
 import pytest
@@ -118,6 +119,30 @@ def test_what_cannot_be_written_loses_nothing(
     assert decode(output, resume=True) == []
     assert handler.objects == {"/heard.jsonl": on_the_disk}
     assert not journal_path(output).exists()
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_what_another_run_wrote_meanwhile_is_not_written_over(
+    there: bool, on_the_disk: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = place_for((tmp_path / "bucket" / "heard.jsonl").as_uri())
+    path = tmp_path / "bucket" / "heard.jsonl"
+    path.parent.mkdir()
+    if there:
+        decode(output)
+    known = Many.decode
+
+    def while_another_runs(self: Many, *arguments: Any) -> Iterator[object]:
+        yield from known(self, *arguments)
+        path.write_text("of another run")
+
+    monkeypatch.setattr(Many, "decode", while_another_runs)
+    with pytest.raises(ConfigError, match=r"was written by another run meanwhile; .* by --resume"):
+        decode(output)
+    assert path.read_text() == "of another run"
+    path.unlink()
+    assert decode(output, resume=True) == []
+    assert path.read_bytes() == on_the_disk
 
 
 def test_an_unknown_address_is_refused_before_the_work() -> None:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from voz.batch.fingerprint import Header
 from voz.batch.formats import by_file, format_of, reading
 from voz.batch.journal import check_same_run, journal_for
-from voz.batch.places import Place, exists, journal_path, written
+from voz.batch.places import Place, exists, journal_path, shown_place, state_of, written
 from voz.batch.rows import Outcome, Row
 from voz.batch.scheduler import Known
 from voz.errors import ConfigError
@@ -58,6 +58,7 @@ def decode_into(
         ConfigError: it cannot be written, or holds what cannot be gone on with.
     """
     write = format_of(output).write
+    before = state_of(output)
     finished = _finished(output, header) if going.resume else iter(())
     with journal_for(output, header, names, going.resume, finished) as journal:
         left = journal.missing(going.failed)
@@ -72,6 +73,8 @@ def decode_into(
                 yield from outcome.rows
 
         with _telling_what_is_kept(), written(output) as path:
+            if state_of(output) != before:
+                raise ConfigError(f"{shown_place(output)}: was written by another run meanwhile")
             write(path, header, rows())
         journal_path(output).unlink()
 

@@ -61,6 +61,23 @@ def exists(output: Place) -> bool:
         raise ConfigError(f"{output}: cannot be looked for ({_reason(error)})") from error
 
 
+def state_of(output: Place) -> str:
+    """Tell what an object is like, so that it is seen when another run writes it.
+
+    Returns:
+        What differs when it was written meanwhile; empty if there is none, if that cannot be told,
+        and of a file, whose journal is locked.
+    """
+    if isinstance(output, Path):
+        return ""
+    system, path = _file_system(output)
+    system.invalidate_cache()
+    try:
+        return str(system.info(path))
+    except Exception:  # each file system fails in its own way
+        return ""
+
+
 @contextmanager
 def here(output: Place) -> Iterator[Path]:
     """Have what is there as a file, for a `with` block; raises ConfigError if it is not there."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segment import LONGEST_WORD, Segment
-from voz.audio.endpointing.segmenter import MARGIN
+from voz.audio.endpointing.under_way import MARGIN
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
 from voz.events import Ear, Reason, RefusedBy, Utterance
 from voz.language.templates.commands import Commands, Parse

@@ -10,9 +10,8 @@ import numpy as np
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import RISE, SILENT_SHARE, STEADY_FOR, Background, Noise
+from voz.audio.endpointing.background import RISE, STEADY_FOR, Background, Noise
 from voz.audio.endpointing.levels import FRAME, Level, Levels
-from voz.audio.endpointing.pieces import pieces
 from voz.audio.endpointing.segment import (
     LONGEST_WORD,
     PAUSE,
@@ -22,6 +21,7 @@ from voz.audio.endpointing.segment import (
     Sound,
     through,
 )
+from voz.audio.endpointing.under_way import GOES_ON, MARGIN, NEAR, UnderWay
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
 
 VAD_MODE = 2
@@ -30,9 +30,6 @@ to it."""
 
 BEGINS = 6.0
 """Above the background, dB: what stands out so far for 60 ms begins a segment."""
-
-GOES_ON = 3.0
-"""Above the background that it began in, dB: less is no longer part of it."""
 
 STEADY, UNSTEADY = 7.0, 16.0
 """By how much a sound that goes on may change in 0.4 s, dB: whatever it is, and if it is no voice.
@@ -46,32 +43,11 @@ NO_VOICE = 0.4
 TO_BEGIN = 2
 """Frames of the VAD that must stand out to begin."""
 
-LEAST = 4
-"""Frames of a segment that stand out: 0.12 s. Less is a click."""
-
 TOLD = 6
 """Frames, 0.18 s, after which it is told again what there is of a segment."""
 
-TO_END = 8
-"""Frames of the VAD that must not stand out to end."""
-
-HANGOVER = 3
-"""Frames that go on being part of it when their level falls: a stop within a word is no pause.
-
-The VAD has its own, of as much.
-"""
-
-MARGIN = int(0.1 * SAMPLE_RATE)
-"""Kept on either side of the speech; 0.3 s, or none at all, costs accuracy."""
-
 ONSET = 8
 """Frames, 0.24 s. What stood out within them, as the s of `speed`, belongs to what begins."""
-
-NEAR = int(2.5 * SAMPLE_RATE)
-AS_LOUD = 7.0
-"""Talk that goes on is as loud as what stands out of it now: of 300 stretches of it 95 in 100 have
-been less than 8 dB louder than the loudest of the 2.5 s before, and of commands at 10 dB over six
-people or 15 dB over one, 5 in 100."""
 
 LONGEST = 10.0
 """Seconds. A sentence of 12 words takes 6; what goes on for longer is cut, to bound the memory."""
@@ -87,7 +63,6 @@ FIRST_SIGN = PAUSE + MARGIN + 2 * FRAME
 
 QUIET_KNOWN = PAUSE + LOOK_BACK
 """After a segment, until what began within the pause is a segment."""
-
 
 RUN_IN = 300
 """Frames from which all that is remembered of a stream follows: the background is of 266."""
@@ -126,19 +101,11 @@ class Segmenter:
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
         self._stood: deque[bool] = deque(maxlen=ONSET)  # which frames stood out at all
         self._standing = 0  # frames that stood out, up to now
-        self._silent = 0  # frames since the last that did
         self._kept: Samples = np.empty(0, np.int16)  # what a segment may still need
         self._kept_from = 0  # where that begins in the stream, in samples
         self._heard = 0  # samples that the VAD has seen
-        self._start: int | None = None  # of the segment under way, in samples
-        self._least = 0.0  # the level that goes on with it
-        self._voices = 0.0  # share of the time before it
-        self._before = 0.0  # the highest level near before it
+        self._under_way: UnderWay | None = None  # the segment that goes on
         self._told = 0  # up to here all was for the robot
-        self._loudest = 0.0  # level of it
-        self._levels: list[float] = []  # of each frame of it
-        self._loud = 0  # frames of it that stood out
-        self._low = 0  # frames since it was as loud as that
         self._last_end = 0
         self._quiet_told = True  # about the silence after the last segment
 
@@ -173,7 +140,7 @@ class Segmenter:
     def at_rest(self) -> bytes | None:
         """Tell all that what follows hangs on; None if that is a segment under way or just over."""
         since = self._heard - max(self._last_end, self._told)
-        if self._start is not None or not self._quiet_told or since < NEAR:
+        if self._under_way or not self._quiet_told or since < NEAR:
             return None
         stood = bytes([*self._stood, self._standing])
         followed = self._loudness.remembered() + self._background.remembered()
@@ -182,16 +149,14 @@ class Segmenter:
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the segment under way, if any, and that nothing follows."""
         self._heard += len(self._unheard())
-        if self._start is not None:
-            yield self._over(self._paused_at())
+        if self._under_way:
+            yield self._over(self._under_way)
         yield from self._quiet()
 
     def cut(self) -> None:
         """Take the segment that has paused for over; what follows is another."""
-        if self._start is not None:
-            self._last_end = self._paused_at()
-            self._start = None
-            self._quiet_told = False
+        if self._under_way:
+            self._end(self._under_way.paused_at(self._heard))
             self._standing = 0
 
     @property
@@ -216,11 +181,11 @@ class Segmenter:
         """Follow the stream by a frame."""
         voice = self._is_voice(frame)
         background = self._background.follow(level, voice)
-        if self._start is None:
+        if self._under_way is None:
             yield from self._begin(voice, level, background)
         else:
-            yield from self._go_on(voice, level[0])
-            if self._pause and self._start is not None and self._heard // FRAME % TOLD == 0:
+            yield from self._go_on(self._under_way, voice, level[0])
+            if self._pause and self._under_way and self._heard // FRAME % TOLD == 0:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
@@ -242,61 +207,47 @@ class Segmenter:
     def _start_above(self, background: Level, frames: int) -> None:
         """Begin a segment so many frames ago."""
         begin = self._heard - frames * FRAME - MARGIN
-        self._start, self._silent = max(self._last_end, begin), 0
-        self._least = background[0] + GOES_ON
         since = min(NEAR, self._heard - self._told) // FRAME
-        self._before = self._background.loudest(since, frames)
-        self._voices = self._background.voices
-        self._loud, self._loudest = TO_BEGIN, 0.0
-        self._levels = [background[0]] * frames
-        self._standing = self._low = 0
+        self._under_way = UnderWay(
+            start=max(self._last_end, begin),
+            least=background[0] + GOES_ON,
+            voices=self._background.voices,
+            before=self._background.loudest(since, frames),
+            levels=[background[0]] * frames,
+            loud=TO_BEGIN,
+        )
+        self._standing = 0
         self._stood.clear()
 
-    def _go_on(self, voice: bool, level: float) -> Iterator[Sound]:
-        assert self._start is not None
-        self._levels.append(level)
-        self._low = 0 if level > self._least else self._low + 1
-        self._loud += voice and not self._low
-        self._loudest = max(self._loudest, level)
-        self._silent = 0 if voice and self._low <= HANGOVER else self._silent + 1
-        if (noise := self._noise_under()) is not None:
-            yield self._over(self._heard - RISE * FRAME)
+    def _go_on(self, now: UnderWay, voice: bool, level: float) -> Iterator[Sound]:
+        now.follow(voice, level)
+        if (noise := self._noise_under(now)) is not None:
+            yield self._over(now, self._heard - RISE * FRAME)
             self._background.settle(noise.usual)
             self._start_above(noise.highest, RISE)
-        elif self._silent >= TO_END and self._loud < LEAST:
-            self._start = None
-        elif self._silent >= TO_END:
-            yield self._over(self._paused_at())
-        elif self._heard - self._start > self._longest:
-            yield from self._divided()
-        elif self._silent == self._pause and self._loud >= LEAST:
-            yield self._segment(self._start, self._paused_at())._replace(over=False)
+        elif now.ended and now.is_click:
+            self._under_way = None
+        elif now.ended:
+            yield self._over(now)
+        elif self._heard - now.start > self._longest:
+            yield from self._divided(now)
+        elif now.silent == self._pause and not now.is_click:
+            yield self._segment(now, now.paused_at(self._heard))._replace(over=False)
 
-    def _divided(self) -> Iterator[Segment]:
+    def _divided(self, whole: UnderWay) -> Iterator[Segment]:
         """Look for utterances in what goes on for longer than any; the last one may go on."""
-        first = self._heard - len(self._levels) * FRAME
-        levels = self._levels
-        usual, found = pieces(levels, GOES_ON, TO_END)
-        self._least, self._start = usual + GOES_ON, None
-        for piece in found:
-            if piece.end - piece.start < LEAST:
-                continue
-            self._start = max(self._last_end, first + piece.start * FRAME - MARGIN)
-            self._loudest = max(levels[slice(*piece)])
-            near = levels[max(0, piece.start - NEAR // FRAME) : piece.start]
-            self._before = max([self._before, *near])
-            self._silent = self._low = len(levels) - piece.end
-            self._loud = piece.end - piece.start
-            self._levels = levels[piece.start :]
-            if self._silent >= TO_END:
-                yield self._over(self._paused_at())
-        if self._start is None:
-            self._last_end, self._quiet_told = self._heard, False
+        self._under_way = None
+        for part in whole.divided(self._heard):
+            part.start = max(self._last_end, part.start)
+            self._under_way = part
+            if part.ended:
+                yield self._over(part)
+        if self._under_way is None:
+            self._end(self._heard)
 
-    def _noise_under(self) -> Noise | None:
+    def _noise_under(self, now: UnderWay) -> Noise | None:
         """The levels of a noise that began the segment, if something rises out of it now."""
-        assert self._start is not None
-        if self._heard - self._start < (STEADY_FOR + RISE) * FRAME + MARGIN:
+        if self._heard - now.start < (STEADY_FOR + RISE) * FRAME + MARGIN:
             return None
         steady = self._background.risen_from(BEGINS, STEADY)
         if steady is not None:
@@ -309,36 +260,29 @@ class Segmenter:
         end = self._heard - RISE * FRAME - self._kept_from
         return voice_detector().probability(self._kept[end - STEADY_FOR * FRAME - RUN_UP : end])
 
-    def _paused_at(self) -> int:
-        return min(self._heard, self._heard - self._silent * FRAME + MARGIN)
-
     def _quiet(self) -> Iterator[Quiet]:
         if not self._quiet_told:
             self._quiet_told = True
             yield Quiet(self._heard / SAMPLE_RATE)
 
-    def _over(self, end: int) -> Segment:
-        assert self._start is not None
-        segment = self._segment(self._start, end)
-        self._last_end = end
-        self._start = None
-        self._quiet_told = False
+    def _over(self, now: UnderWay, end: int | None = None) -> Segment:
+        """End the segment under way, where it paused if not elsewhere."""
+        end = now.paused_at(self._heard) if end is None else end
+        segment = self._segment(now, end)
+        self._end(end)
         return segment
 
-    def _segment(self, start: int, end: int) -> Segment:
-        samples = self._kept[start - self._kept_from : end - self._kept_from]
-        return Segment(
-            start / SAMPLE_RATE,
-            end / SAMPLE_RATE,
-            self._heard / SAMPLE_RATE,
-            samples.copy(),
-            above=self._loudest - self._least + GOES_ON,
-            voices=self._voices,
-            amid=self._voices > 1 - SILENT_SHARE and self._loudest < self._before + AS_LOUD,
-        )
+    def _end(self, at: int) -> None:
+        self._last_end = at
+        self._under_way = None
+        self._quiet_told = False
+
+    def _segment(self, now: UnderWay, end: int) -> Segment:
+        samples = self._kept[now.start - self._kept_from : end - self._kept_from]
+        return now.segment(end, self._heard, samples.copy())
 
     def _forget(self) -> None:
-        needed = self._heard - RECENT if self._start is None else self._start
+        needed = self._under_way.start if self._under_way else self._heard - RECENT
         surplus = min(needed, self._heard - RECENT) - self._kept_from
         if surplus > 0:
             self._kept = self._kept[surplus:]

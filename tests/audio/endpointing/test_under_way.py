@@ -1,0 +1,74 @@
+"""A segment that goes on: how it is followed, when it has ended, and into what it falls."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.audio.endpointing.levels import FRAME
+from voz.audio.endpointing.under_way import HANGOVER, LEAST, MARGIN, TO_END, UnderWay
+
+LOUD, LOW = 40.0, 10.0
+
+frames = st.lists(st.tuples(st.booleans(), st.sampled_from([LOUD, LOW])), max_size=60)
+
+
+def begun(start: int = 0) -> UnderWay:
+    return UnderWay(start, least=20.0, voices=0.0, before=30.0, levels=[], loud=2)
+
+
+def test_a_level_that_falls_is_part_of_it_for_three_frames_more() -> None:
+    now = begun()
+    for _ in range(HANGOVER):
+        now.follow(True, LOW)
+    assert now.silent == 0
+    now.follow(True, LOW)
+    assert (now.silent, now.loud) == (1, 2)
+    now.follow(True, LOUD)
+    assert (now.silent, now.low, now.loud, now.loudest) == (0, 0, 3, LOUD)
+
+
+@given(frames)
+def test_it_has_ended_after_eight_silent_frames_and_not_before(
+    seen: list[tuple[bool, float]],
+) -> None:
+    now = begun()
+    for voice, level in seen:
+        now.follow(voice, level)
+    silent = 0
+    while not now.ended:
+        now.follow(False, LOW)
+        silent += 1
+    assert silent <= TO_END
+    assert now.silent == TO_END
+    assert now.is_click == (now.loud < LEAST)
+    heard = (len(seen) + silent) * FRAME
+    assert now.paused_at(heard) == heard - TO_END * FRAME + MARGIN
+
+
+@given(st.lists(st.tuples(st.integers(LEAST, 20), st.integers(TO_END, 20)), min_size=1, max_size=5))
+def test_what_stood_out_of_what_goes_on_is_found_in_its_place(
+    spells: list[tuple[int, int]],
+) -> None:
+    room = [LOW] * sum(loud for loud, _ in spells)  # most of the time nobody speaks
+    levels = [*room, *(x for loud, low in spells for x in [LOUD] * loud + [LOW] * low)]
+    now = begun()
+    now.levels = levels
+    begins = [n for n, x in enumerate(levels) if x == LOUD and levels[n - 1] == LOW]
+    parts = list(now.divided(len(levels) * FRAME))
+    assert [part.start for part in parts] == [n * FRAME - MARGIN for n in begins]
+    assert [part.loud for part in parts] == [loud for loud, _ in spells]
+    assert all(part.ended and part.loudest == LOUD for part in parts)
+    assert [part.before for part in parts] == [30.0] + [LOUD] * (len(parts) - 1)
+
+
+def test_talk_that_goes_on_is_known_by_what_was_as_loud_before() -> None:
+    sound = np.zeros(FRAME, np.int16)
+    for voices, before, amid in ((0.9, 35.0, True), (0.9, 32.0, False), (0.0, 35.0, False)):
+        now = begun()
+        now.voices, now.before, now.loudest = voices, before, LOUD
+        segment = now.segment(FRAME, 2 * FRAME, sound)
+        assert segment.amid == amid
+        assert (segment.start, segment.end, segment.decided) == (0, 0.03, 0.06)
+        assert segment.above == 23.0

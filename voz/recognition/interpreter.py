@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import cleaned
+from voz.audio.endpointing.open_segment import MARGIN
 from voz.audio.endpointing.segment import LONGEST_WORD, Segment
-from voz.audio.endpointing.under_way import MARGIN
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
 from voz.events import Ear, Reason, RefusedBy, Utterance
 from voz.language.templates.commands import Commands, Parse

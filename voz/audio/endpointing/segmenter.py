@@ -12,6 +12,7 @@ from pocketsphinx import Vad
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.background import RISE, STEADY_FOR, Background, Noise
 from voz.audio.endpointing.levels import FRAME, Level, Levels
+from voz.audio.endpointing.open_segment import GOES_ON, MARGIN, NEAR, OpenSegment
 from voz.audio.endpointing.segment import (
     LONGEST_WORD,
     PAUSE,
@@ -21,7 +22,6 @@ from voz.audio.endpointing.segment import (
     Sound,
     through,
 )
-from voz.audio.endpointing.under_way import GOES_ON, MARGIN, NEAR, UnderWay
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
 
 VAD_MODE = 2
@@ -104,7 +104,7 @@ class Segmenter:
         self._kept: Samples = np.empty(0, np.int16)  # what a segment may still need
         self._kept_from = 0  # where that begins in the stream, in samples
         self._heard = 0  # samples that the VAD has seen
-        self._under_way: UnderWay | None = None  # the segment that goes on
+        self._open: OpenSegment | None = None  # the segment that goes on
         self._told = 0  # up to here all was for the robot
         self._last_end = 0
         self._quiet_told = True  # about the silence after the last segment
@@ -140,7 +140,7 @@ class Segmenter:
     def at_rest(self) -> bytes | None:
         """Tell all that what follows hangs on; None if that is a segment under way or just over."""
         since = self._heard - max(self._last_end, self._told)
-        if self._under_way or not self._quiet_told or since < NEAR:
+        if self._open or not self._quiet_told or since < NEAR:
             return None
         stood = bytes([*self._stood, self._standing])
         followed = self._loudness.remembered() + self._background.remembered()
@@ -149,14 +149,14 @@ class Segmenter:
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the segment under way, if any, and that nothing follows."""
         self._heard += len(self._unheard())
-        if self._under_way:
-            yield self._over(self._under_way)
+        if self._open:
+            yield self._over(self._open)
         yield from self._quiet()
 
     def cut(self) -> None:
         """Take the segment that has paused for over; what follows is another."""
-        if self._under_way:
-            self._end(self._under_way.paused_at(self._heard))
+        if self._open:
+            self._end(self._open.paused_at(self._heard))
             self._standing = 0
 
     @property
@@ -181,11 +181,11 @@ class Segmenter:
         """Follow the stream by a frame."""
         voice = self._is_voice(frame)
         background = self._background.follow(level, voice)
-        if self._under_way is None:
+        if self._open is None:
             yield from self._begin(voice, level, background)
         else:
-            yield from self._go_on(self._under_way, voice, level[0])
-            if self._pause and self._under_way and self._heard // FRAME % TOLD == 0:
+            yield from self._go_on(self._open, voice, level[0])
+            if self._pause and self._open and self._heard // FRAME % TOLD == 0:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
@@ -208,7 +208,7 @@ class Segmenter:
         """Begin a segment so many frames ago."""
         begin = self._heard - frames * FRAME - MARGIN
         since = min(NEAR, self._heard - self._told) // FRAME
-        self._under_way = UnderWay(
+        self._open = OpenSegment(
             start=max(self._last_end, begin),
             least=background[0] + GOES_ON,
             voices=self._background.voices,
@@ -219,14 +219,14 @@ class Segmenter:
         self._standing = 0
         self._stood.clear()
 
-    def _go_on(self, now: UnderWay, voice: bool, level: float) -> Iterator[Sound]:
+    def _go_on(self, now: OpenSegment, voice: bool, level: float) -> Iterator[Sound]:
         now.follow(voice, level)
         if (noise := self._noise_under(now)) is not None:
             yield self._over(now, self._heard - RISE * FRAME)
             self._background.settle(noise.usual)
             self._start_above(noise.highest, RISE)
         elif now.ended and now.is_click:
-            self._under_way = None
+            self._open = None
         elif now.ended:
             yield self._over(now)
         elif self._heard - now.start > self._longest:
@@ -234,18 +234,18 @@ class Segmenter:
         elif now.silent == self._pause and not now.is_click:
             yield self._segment(now, now.paused_at(self._heard))._replace(over=False)
 
-    def _divided(self, whole: UnderWay) -> Iterator[Segment]:
+    def _divided(self, whole: OpenSegment) -> Iterator[Segment]:
         """Look for utterances in what goes on for longer than any; the last one may go on."""
-        self._under_way = None
+        self._open = None
         for part in whole.divided(self._heard):
             part.start = max(self._last_end, part.start)
-            self._under_way = part
+            self._open = part
             if part.ended:
                 yield self._over(part)
-        if self._under_way is None:
+        if self._open is None:
             self._end(self._heard)
 
-    def _noise_under(self, now: UnderWay) -> Noise | None:
+    def _noise_under(self, now: OpenSegment) -> Noise | None:
         """The levels of a noise that began the segment, if something rises out of it now."""
         if self._heard - now.start < (STEADY_FOR + RISE) * FRAME + MARGIN:
             return None
@@ -265,7 +265,7 @@ class Segmenter:
             self._quiet_told = True
             yield Quiet(self._heard / SAMPLE_RATE)
 
-    def _over(self, now: UnderWay, end: int | None = None) -> Segment:
+    def _over(self, now: OpenSegment, end: int | None = None) -> Segment:
         """End the segment under way, where it paused if not elsewhere."""
         end = now.paused_at(self._heard) if end is None else end
         segment = self._segment(now, end)
@@ -274,15 +274,15 @@ class Segmenter:
 
     def _end(self, at: int) -> None:
         self._last_end = at
-        self._under_way = None
+        self._open = None
         self._quiet_told = False
 
-    def _segment(self, now: UnderWay, end: int) -> Segment:
+    def _segment(self, now: OpenSegment, end: int) -> Segment:
         samples = self._kept[now.start - self._kept_from : end - self._kept_from]
         return now.segment(end, self._heard, samples.copy())
 
     def _forget(self) -> None:
-        needed = self._under_way.start if self._under_way else self._heard - RECENT
+        needed = self._open.start if self._open else self._heard - RECENT
         surplus = min(needed, self._heard - RECENT) - self._kept_from
         if surplus > 0:
             self._kept = self._kept[surplus:]

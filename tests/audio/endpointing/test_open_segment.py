@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.audio.endpointing.levels import FRAME
-from voz.audio.endpointing.under_way import HANGOVER, LEAST, MARGIN, TO_END, UnderWay
+from voz.audio.endpointing.open_segment import HANGOVER, LEAST, MARGIN, TO_END, OpenSegment
 
 LOUD, LOW = 40.0, 10.0
 
 frames = st.lists(st.tuples(st.booleans(), st.sampled_from([LOUD, LOW])), max_size=60)
 
 
-def begun(start: int = 0) -> UnderWay:
-    return UnderWay(start, least=20.0, voices=0.0, before=30.0, levels=[], loud=2)
+def begun(start: int = 0) -> OpenSegment:
+    return OpenSegment(start, least=20.0, voices=0.0, before=30.0, levels=[], loud=2)
 
 
 def test_a_level_that_falls_is_part_of_it_for_three_frames_more() -> None:

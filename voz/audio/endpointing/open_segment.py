@@ -37,7 +37,7 @@ people or 15 dB over one, 5 in 100."""
 
 
 @dataclass
-class UnderWay:
+class OpenSegment:
     """A segment that is not over yet.
 
     Attributes:
@@ -84,7 +84,7 @@ class UnderWay:
         """Tell where in the stream it paused, given how much of that was heard, in samples."""
         return min(heard, heard - self.silent * FRAME + MARGIN)
 
-    def divided(self, heard: int) -> Iterator[UnderWay]:
+    def divided(self, heard: int) -> Iterator[OpenSegment]:
         """Find the utterances in what goes on for longer than any; the last one may go on.
 
         Args:
@@ -99,7 +99,7 @@ class UnderWay:
                 continue
             before = max([before, *self.levels[max(0, piece.start - NEAR // FRAME) : piece.start]])
             silent = len(self.levels) - piece.end
-            yield UnderWay(
+            yield OpenSegment(
                 start=first + piece.start * FRAME - MARGIN,
                 least=usual + GOES_ON,
                 voices=self.voices,

@@ -13,6 +13,7 @@ from voz.events import Event, Utterance
 from voz.web.asking import Asking
 from voz.web.board import Board, Record, encoded
 from voz.web.browser_microphone import BrowserMicrophone
+from voz.web.doors import same_secret
 from voz.web.watcher import Watcher
 from voz.web.wheel import Wheel
 
@@ -199,7 +200,7 @@ class Desk:
 
     def page_of(self, secret: str) -> Watcher | None:
         """Find the page that a secret is of."""
-        return next((w for w in self._watchers.values() if w.secret == secret), None)
+        return next((w for w in self._watchers.values() if same_secret(secret, w.secret)), None)
 
     def driven_by(self, secret: str) -> bool:
         """Whether it is the page with this secret that drives."""

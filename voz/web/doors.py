@@ -73,15 +73,15 @@ class Doors:
         if self._token is None:
             return True
         bearer = _first(headers, b"authorization").removeprefix("Bearer ")
-        if _same(bearer, self._token):
+        if same_secret(bearer, self._token):
             return True
         cookies = (part.strip().partition("=") for part in _first(headers, b"cookie").split(";"))
         shown = [value for name, _, value in cookies if name == self.cookie]
-        return any(_same(one, session) for one in shown for session in self._sessions)
+        return any(same_secret(one, session) for one in shown for session in self._sessions)
 
     def enter(self, token: str) -> str | None:
         """Let somebody in who shows the token; gives the value of the cookie, None if not."""
-        if self._token is not None and not _same(token, self._token):
+        if self._token is not None and not same_secret(token, self._token):
             return None
         self._sessions.append(session := new_token())
         return session
@@ -95,7 +95,7 @@ def _name(host: str) -> str:
         return ""
 
 
-def _same(shown: str, known: str) -> bool:
+def same_secret(shown: str, known: str) -> bool:
     """Compare two secrets in a time that does not tell where they differ."""
     return hmac.compare_digest(shown.encode("utf-8", "replace"), known.encode())
 

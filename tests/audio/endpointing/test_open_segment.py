@@ -34,16 +34,17 @@ def test_it_has_ended_after_eight_silent_frames_and_not_before(
     seen: list[tuple[bool, float]],
 ) -> None:
     now = begun()
-    for voice, level in seen:
+    followed = silent = 0
+    for voice, level in [*seen, *[(False, LOW)] * TO_END]:
+        assert not now.ended
         now.follow(voice, level)
-    silent = 0
-    while not now.ended:
-        now.follow(False, LOW)
-        silent += 1
-    assert silent <= TO_END
-    assert now.silent == TO_END
+        followed += 1
+        silent = 0 if voice and now.low <= HANGOVER else silent + 1
+        if silent == TO_END:
+            break
+    assert now.ended
     assert now.is_click == (now.loud < LEAST)
-    heard = (len(seen) + silent) * FRAME
+    heard = followed * FRAME
     assert now.paused_at(heard) == heard - TO_END * FRAME + MARGIN
 
 

@@ -57,7 +57,8 @@ def test_an_older_voz_is_gone_once_it_is_installed_again(tmp_path: Path) -> None
     old.mkdir()
     (old / "METADATA").write_text("Metadata-Version: 2.1\nName: voz\nVersion: 0.1.0\n")
     (old / "INSTALLER").write_text("pip\n")
-    (old / "RECORD").write_text("".join(f"{old.name}/{file.name},,\n" for file in old.iterdir()))
+    files = ("METADATA", "INSTALLER", "RECORD")
+    (old / "RECORD").write_text("".join(f"{old.name}/{name},,\n" for name in files))
     subprocess.run(["sh", tmp_path / "tools" / "install.sh"], check=True, capture_output=True)
     command = [tmp_path / ".venv/bin/python", "-m", "pip", "list", "--format=freeze"]
     done = subprocess.run([*command, "--path", packages], check=True, capture_output=True)

@@ -51,7 +51,7 @@ def test_localhost_uses_the_loopback_interface_alone(environment: dict[str, str]
     tree = settings(**environment)
     assert [place.get("address") for place in tree.iter("NetworkInterface")] == ["127.0.0.1"]
     assert tree.findtext(".//AllowMulticast") == "false"
-    assert peers(tree) == ["localhost"]
+    assert peers(tree) == ["127.0.0.1"]
 
 
 @pytest.mark.parametrize("environment", [{}, {"ROS_LOCALHOST_ONLY": "0"}])
@@ -59,11 +59,11 @@ def test_the_subnet_is_the_default(environment: dict[str, str]) -> None:
     tree = settings(**environment)
     assert not list(tree.iter("NetworkInterface"))
     assert tree.find(".//AllowMulticast") is None
-    assert peers(tree) == ["localhost"]
+    assert peers(tree) == ["127.0.0.1"]
 
 
 def test_static_peers_are_asked_too_however_they_are_written() -> None:
-    assert peers(settings(ROS_STATIC_PEERS='10.0.0.7;;a"b<c')) == ["localhost", "10.0.0.7", 'a"b<c']
+    assert peers(settings(ROS_STATIC_PEERS='10.0.0.7;;a"b<c')) == ["127.0.0.1", "10.0.0.7", 'a"b<c']
 
 
 def test_off_is_found_by_nobody() -> None:

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing.connection import Pipe
 from pathlib import Path
 
+import msgspec
 import pytest
 from programs import wait_until
 
 from voz.errors import RobotError
 from voz.events import Reply, Twist
 from voz.robot.child import SILENCE
-from voz.robot.process import RobotProcess, RobotSpec
+from voz.robot.process import RobotProcess, RobotSpec, command
 
 MODULE = """
+import time
 from pathlib import Path
 from voz.events import Reply, Twist, to_json
 from voz.robot.base import Robot
@@ -39,6 +43,14 @@ class Mine(Robot):
 class Shut(Robot):
     def open(self):
         raise OSError("no such port")
+
+class Slow(Mine):
+    def open(self):
+        super().open()
+        while not Path("go").exists():
+            time.sleep(0.01)
+        if Path("go").read_text():
+            raise OSError("no such port")
 """
 
 AHEAD, REST = Twist(1, 0.1, 0), Twist(2, 0, 0)
@@ -81,7 +93,7 @@ def test_it_gets_the_events_in_order_prints_and_is_closed() -> None:
 
 
 def test_what_opening_raises_is_one_line_with_its_place() -> None:
-    with pytest.raises(RobotError, match=r"own:Shut cannot .*no such port \(own.py, line 22\)"):
+    with pytest.raises(RobotError, match=r"own:Shut cannot .*no such port \(own.py, line 23\)"):
         process("Shut").__enter__()
 
 
@@ -140,6 +152,30 @@ def test_a_run_that_is_gone_without_a_word_leaves_it_stopped_and_closed() -> Non
         robot._link.close()  # as by kill -9
         wait_until(lambda: got()[-1] == "closed")
     assert velocities()[-1] == 0.0
+
+
+@pytest.mark.parametrize(("fault", "still"), [("", {0.0}), ("fails", set())])
+def test_a_run_that_ends_while_its_robot_opens_leaves_it_closed_without_a_word(
+    fault: str, still: set[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONUNBUFFERED", "1")
+    ours, theirs = Pipe()
+    with subprocess.Popen(
+        command(theirs.fileno()),
+        pass_fds=[theirs.fileno()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as child:
+        theirs.close()
+        ours.send_bytes(msgspec.json.encode(RobotSpec("own:Slow")))
+        wait_until(Path("log").exists)
+        ours.close()
+        Path("go").write_text(fault)
+        printed, _ = child.communicate(timeout=20)
+    assert (printed, child.returncode) == ("opened\n", 0)
+    assert set(velocities()) == still
+    assert got()[-1:] == ["closed"] * bool(still)
 
 
 def test_a_process_that_is_killed_is_an_error() -> None:

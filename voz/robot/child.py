@@ -11,6 +11,7 @@ import signal
 import sys
 import time
 import traceback
+from contextlib import suppress
 from multiprocessing.connection import Connection
 
 import msgspec
@@ -88,13 +89,15 @@ def main() -> None:
         with mistakes_told(order.name):
             robot = make_apart(order)
             robot.open()
-            _answer(link, Answer(trouble=robot.lost()))
+            begun = Answer(trouble=robot.lost())
     except BaseException as error:
         mistake = traceback.format_exception(error.__cause__) if error.__cause__ else []
-        _answer(link, Answer(_told(error), traceback="".join(mistake)))
+        with suppress(OSError):  # the run may have ended meanwhile
+            _answer(link, Answer(_told(error), traceback="".join(mistake)))
         return
     guarded = Guarded(robot, order.only_zero)
     try:
+        _answer(link, begun)
         _serve(link, guarded)
     except (EOFError, OSError):
         _forsaken(guarded)

@@ -146,13 +146,23 @@ def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> 
     assert "the robot hit a wall" in result.err  # the console is not among the robots
 
 
-@pytest.mark.slow
+def happened(events: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
+    """What was said, obeyed and driven, in order; how many beats it took is left out."""
+    told = [
+        (event["type"], event.get("text"), event.get("obeyed"), event.get("linear"))
+        for event in events
+    ]
+    changes = [each for each, _ in itertools.groupby(told)]
+    return changes[changes[0] == ("cmd_vel", None, None, 0) :]  # a beat may be before all lines
+
+
 def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
     arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
     begun = time.monotonic()
     clocked = voz(*arguments, "--realtime")
     assert time.monotonic() - begun > 0.4
-    assert clocked.json == voz(*arguments).json
+    # How many beats a busy machine has time for is not its matter: tests/run/test_paced.py.
+    assert happened(clocked.json) == happened(voz(*arguments).json)
     assert "drives forward" in clocked.err
 
 

@@ -27,7 +27,8 @@ def test_silence_has_no_bar_and_no_space_behind_it() -> None:
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-def test_a_bar_is_shown_where_it_can_move(terminal: bool) -> None:
+def test_a_bar_is_shown_where_it_can_move(terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")  # in a dumb one nothing moves
     stream = io.StringIO()
     console = Console(file=stream, force_terminal=terminal, width=80)
     with level_bar(console, "   ") as show:

@@ -9,6 +9,7 @@ from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from threading import Lock
+from traceback import clear_frames
 from typing import TYPE_CHECKING, Any
 
 from voz.process.workers import begin_worker
@@ -106,6 +107,8 @@ def _told(error: BaseException) -> BaseException:
     from pebble import ProcessExpired
 
     if isinstance(error, BrokenProcessPool):
+        if error.__cause__:  # what was being sent hangs on it, of which Python 3.13 complains later
+            clear_frames(error.__cause__.__traceback__)
         return Died("with all the workers")
     if not isinstance(error, ProcessExpired):
         return error

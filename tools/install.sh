@@ -103,7 +103,7 @@ fi
 
 if [ -n "$ros1" ]; then
     if ! install_packages "$ros1" "ROS 1, for robots that are driven by it"; then
-        echo "ROS 1 cannot be installed: this system has no packages of it; Debian 12 has" >&2
+        echo "ROS 1 cannot be installed: this system has no packages of it; Debian 12 and 13 have" >&2
         exit 2
     fi
     # rospy is there for the system's Python alone, and its own environment sees it.

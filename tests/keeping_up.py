@@ -1,4 +1,4 @@
-"""Slow tests that fail are tried again, where the machine was too busy for them."""
+"""Tests that go by the clock are tried again where the machine was too busy for them."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ CROWDED = 0.2
 
 PRESSURE = Path("/proc/pressure/cpu")
 """Which tells that: https://docs.kernel.org/accounting/psi.html"""
+
+BY_THE_CLOCK = {"pulse", "own_pulse"}
+"""Fixtures of tests that hear or play: sound does not wait."""
 
 TRIES = 3
 AGAIN = "tried again on a busy machine"
@@ -62,33 +65,47 @@ class Metronome:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Try a slow test that fails again, if the machine had no time for it.
+    """Try a test that is slow or by sound again when it fails, if the machine had no time for it.
 
-    Slow ones wait for other programs, sounds and clocks. The machine had no time if it did not
-    let even a sleeping thread wake in time, or if somebody waited for a processor often. On one
-    that has, the first failure counts, and on any the third; those that were tried again are told
-    with the report.
+    Slow ones wait for other programs and clocks. The machine had no time if it did not let even a
+    sleeping thread wake in time, or if somebody waited for a processor often. On one that has, the
+    first failure counts, and on any the third; those that were tried again are told with the
+    report.
     """
-    if item.get_closest_marker("slow") is None:
+    fixtures = getattr(item, "fixturenames", ())  # those of the fixtures too
+    if item.get_closest_marker("slow") is None and BY_THE_CLOCK.isdisjoint(fixtures):
         return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for tried in range(TRIES):
+    failures: list[str] = []
+    for _ in range(TRIES):
         item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
         with Metronome() as metronome:
             reports = runtestprotocol(item, log=False, nextitem=nextitem)
         for report in reports:
-            report.user_properties += [(AGAIN, tried)] * bool(tried)
-        if metronome.keeps_up or not any(report.failed for report in reports):
+            report.user_properties += [(AGAIN, failure) for failure in failures]
+        failed = [report for report in reports if report.failed]
+        if metronome.keeps_up or not failed:
             break
+        failures += [_why(report) for report in failed]
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
 
 
+def _why(report: pytest.TestReport) -> str:
+    """Where and by what a test failed, in a line."""
+    crash = getattr(report.longrepr, "reprcrash", None)
+    if crash is None:
+        return report.longreprtext.strip().rpartition("\n")[2]
+    return f"  {crash.path}:{crash.lineno}: {crash.message.partition(chr(10))[0]}"
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Tell which tests were tried again."""
+    """Tell which tests were tried again, and why."""
     for category in ("passed", "failed"):
         for report in terminalreporter.getreports(category):
-            if AGAIN in dict(report.user_properties) and report.when == "call":
+            why = [str(value) for name, value in report.user_properties if name == AGAIN]
+            if why and report.when == "call":
                 terminalreporter.write_line(f"{AGAIN}: {report.nodeid}")
+                terminalreporter.write_line("\n".join(why))

@@ -1,4 +1,4 @@
-"""A slow test that fails is tried again, and only where the machine had no time for it."""
+"""A test by the clock is tried again when it fails, and only where the machine had no time."""
 
 from __future__ import annotations
 
@@ -14,6 +14,14 @@ import pytest
 tries = []
 
 @pytest.fixture
+def pulse():
+    return None
+
+@pytest.fixture
+def sound(pulse):
+    return pulse
+
+@pytest.fixture
 def made():
     tries.append(len(tries))
 
@@ -21,6 +29,8 @@ def made():
 def test_it(made):
     assert len(tries) > {failures}
 """
+
+BY_SOUND = '@pytest.mark.usefixtures("sound")'
 
 
 @pytest.fixture(autouse=True)
@@ -35,19 +45,21 @@ def outcome(pytester: pytest.Pytester, failures: int, mark: str = "@pytest.mark.
     """Run a test that fails so often, and tell how it ended and whether it was tried again."""
     pytester.makepyfile(FAILS_TWICE.format(mark=mark, failures=failures))
     result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
-    told = keeping_up.AGAIN in result.stdout.str()
+    _, told, why = result.stdout.str().partition(keeping_up.AGAIN)
+    assert not told or "assert 1 > " in why  # what the first try failed of
     (ended,) = result.parseoutcomes()
-    return f"{ended}{', tried again' * told}"
+    return f"{ended}{', tried again' if told else ''}"
 
 
 @pytest.mark.parametrize("late", [("CROWDED", -1.0), ("STALL", -1.0)])
-def test_on_a_machine_that_has_no_time_a_slow_test_has_three_tries(
+def test_on_a_machine_that_has_no_time_what_goes_by_the_clock_has_three_tries(
     late: tuple[str, float], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(keeping_up, *late)
     assert outcome(pytester, failures=0) == "passed"
     assert outcome(pytester, failures=2) == "passed, tried again"
     assert outcome(pytester, failures=3) == "failed, tried again"
+    assert outcome(pytester, failures=2, mark=BY_SOUND) == "passed, tried again"
     assert outcome(pytester, failures=1, mark="") == "failed"
 
 

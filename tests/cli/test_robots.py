@@ -26,9 +26,14 @@ LINES = "start speech\ngo forward\n-\n-\nstop\n"
 
 
 def changes(run: Result) -> list[Any]:
-    """What the robot was asked to do, each as long as it was asked."""
+    """What the robot was asked to do, each as long as it was asked; it stands still before."""
     asked = [e.get("value") or (e["linear"], e["angular"]) for e in run.json if e["type"] in MOVES]
-    return [after for before, after in itertools.pairwise(asked) if before != after]
+    return [after for before, after in itertools.pairwise([(0, 0), *asked]) if before != after]
+
+
+def said(run: Result) -> list[tuple[Any, ...]]:
+    """What was said to the robot and by it, and whether it was obeyed."""
+    return [(e["type"], e["text"], e.get("obeyed")) for e in run.json if e["type"] not in MOVES]
 
 
 @pytest.fixture
@@ -146,20 +151,15 @@ def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> 
     assert "the robot hit a wall" in result.err  # the console is not among the robots
 
 
-def happened(events: list[dict[str, Any]]) -> tuple[list[Any], list[float], float]:
-    """What was said and obeyed, how fast it drove, and at last; not how many beats it took."""
-    said = [(e["type"], e["text"], e.get("obeyed")) for e in events if e["type"] != "cmd_vel"]
-    speeds = [event["linear"] for event in events if event["type"] == "cmd_vel"]
-    return said, [speed for speed, _ in itertools.groupby(filter(None, speeds))], speeds[-1]
-
-
 def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
     arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
     begun = time.monotonic()
     clocked = voz(*arguments, "--realtime")
     assert time.monotonic() - begun > 0.4
     # How many beats a busy machine has time for is not its matter: tests/run/test_paced.py.
-    assert happened(clocked.json) == happened(voz(*arguments).json)
+    offline = voz(*arguments)
+    assert said(clocked) == said(offline)
+    assert changes(clocked) == changes(offline) == [(0.1, 0), (0, 0)]
     assert "drives forward" in clocked.err
 
 

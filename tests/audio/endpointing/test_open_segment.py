@@ -14,8 +14,8 @@ LOUD, LOW = 40.0, 10.0
 frames = st.lists(st.tuples(st.booleans(), st.sampled_from([LOUD, LOW])), max_size=60)
 
 
-def begun(start: int = 0) -> OpenSegment:
-    return OpenSegment(start, least=20.0, voices=0.0, before=30.0, levels=[], loud=2)
+def begun() -> OpenSegment:
+    return OpenSegment(start=0, least=20.0, voices=0.0, before=30.0, levels=[], loud=2)
 
 
 def test_a_level_that_falls_is_part_of_it_for_three_frames_more() -> None:

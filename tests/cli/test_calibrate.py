@@ -176,6 +176,7 @@ def test_a_profile_is_kept_as_it_is(home: Path) -> None:
     assert json.loads(path.read_text())["log_odds"] == 0.5
 
 
+@pytest.mark.slow
 def test_what_run_learns_is_kept_for_the_next_run(
     voz, home: Path, session: Recording, tmp_path: Path
 ) -> None:

@@ -214,6 +214,7 @@ def test_no_result_takes_the_place_of_the_model(own_model: Path) -> None:
     assert own_model.read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
@@ -239,6 +240,7 @@ def test_a_model_that_cannot_be_used_is_one_line(
         assert "`voz fit-confidence`" in result.complaint
 
 
+@pytest.mark.slow
 def test_the_results_of_a_full_disk_are_one_line(voz: Call, manifest: Path, tmp_path: Path) -> None:
     arguments = [manifest, "--engine", "plain-pocketsphinx", "--jobs", "1"]
     for option in ("--json", "--html"):

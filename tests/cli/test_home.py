@@ -50,6 +50,7 @@ def test_what_needs_a_home_says_so_in_one_line(arguments: list[object]) -> None:
     assert done.stderr == "voz: there is no home folder for profiles; set XDG_DATA_HOME\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

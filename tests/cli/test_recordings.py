@@ -146,6 +146,7 @@ def piped(sound: bytes, *arguments: object) -> list[dict[str, Any]]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+@pytest.mark.slow
 def test_a_wav_or_samples_come_on_standard_input(voz: Any, session: Recording) -> None:
     known = [line | {"file": "-"} for line in voz("decode", "--json", session.path).json]
     assert piped(session.path.read_bytes()) == known

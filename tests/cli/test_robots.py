@@ -95,6 +95,7 @@ def test_several_robots_get_the_same_and_voz_toml_names_them_too(
     assert picture.read_bytes() == drawn
 
 
+@pytest.mark.slow
 def test_a_picture_shows_what_a_recording_made_the_simulator_do(
     voz: Any, session: Recording, tmp_path: Path
 ) -> None:
@@ -188,6 +189,7 @@ def test_where_no_serial_port_is_none_is_made(
     assert not is_there or port.read_text() == "a file\n"
 
 
+@pytest.mark.slow
 def test_a_robot_that_fails_stops_the_others_and_is_named(
     voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -284,6 +286,7 @@ def wait_for(reached: Callable[[], bool], process: subprocess.Popen[str]) -> Non
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: SerialPort) -> None:
     with driven_by_text(serial_robot, "--events", "-") as process:
         assert process.stdout
@@ -305,6 +308,7 @@ def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Seri
     assert serial_robot.read_text().splitlines()[-1] == "0.00 0.00"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [[], ["--realtime"]])
 def test_a_terminal_shows_the_room(arguments: list[str], typed: Path) -> None:
     ours, theirs = pty.openpty()

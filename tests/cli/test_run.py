@@ -16,6 +16,7 @@ from live_robot import signals_as_a_terminal_has_them
 from recordings import GO_BACK, ROOT, Recording
 
 
+@pytest.mark.slow
 def test_run_writes_the_same_events_each_time(voz: Any, session: Recording, tmp_path: Path) -> None:
     logs = []
     for name in ("a.jsonl", "b.jsonl"):

@@ -35,6 +35,7 @@ def is_plain(shown: bytes) -> bool:
     return all(line.isprintable() for line in shown.decode().splitlines())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [[], ["--events", "-"], ["--realtime"]])
 @pytest.mark.parametrize("locale", LOCALES)
 def test_a_bad_byte_in_typed_text_is_no_command_and_not_the_end(
@@ -49,6 +50,7 @@ def test_a_bad_byte_in_typed_text_is_no_command_and_not_the_end(
     assert "stands still" in shown or '"linear":0.0' in shown.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_file_whose_name_is_no_text_is_in_the_table_and_in_json(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/\xff\xfe.flac"
     shutil.copy(GO_BACK, path)

@@ -52,6 +52,7 @@ def test_what_the_caller_closed_is_no_reason_to_fail(
     assert len(done.stderr.splitlines()) <= (code == 2)
 
 
+@pytest.mark.slow
 def test_what_is_opened_later_is_not_written_over_by_what_is_printed(tmp_path: Path) -> None:
     events, bag = tmp_path / "events.jsonl", tmp_path / "run.mcap"
     whole = tmp_path / "whole.jsonl"

@@ -113,6 +113,7 @@ def test_a_run_that_is_ended_leaves_a_whole_bag(name: str, tmp_path: Path) -> No
     assert moved == [0.1, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -130,6 +131,7 @@ def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
     assert [each.name for each in tmp_path.iterdir()] == [name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_once_a_bag_cannot_be_written_it_says_so_once(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -116,6 +116,7 @@ def test_whether_it_is_lost_comes_with_each_event() -> None:
         assert robot.lost() is None
 
 
+@pytest.mark.slow
 def test_when_the_beat_falls_silent_it_is_stopped_and_stays_so_until_the_run_stops_it() -> None:
     with process() as (robot, _):
         robot.receive(AHEAD)
@@ -129,6 +130,7 @@ def test_when_the_beat_falls_silent_it_is_stopped_and_stays_so_until_the_run_sto
         assert velocities()[-1] == 0.1
 
 
+@pytest.mark.slow
 def test_before_the_first_velocity_nothing_is_missed() -> None:
     with process() as (robot, _):
         time.sleep(2 * SILENCE)
@@ -186,6 +188,7 @@ def test_a_process_that_is_killed_is_an_error() -> None:
             robot.receive(AHEAD)
 
 
+@pytest.mark.slow
 def test_a_robot_that_hangs_for_ever_is_ended() -> None:
     with process() as (robot, _):
         robot._link.send_bytes(b'{"type":"reply","t":0,"text":"import time; time.sleep(999)"}')

@@ -82,6 +82,7 @@ def drive(box: Mailbox, linear: float) -> None:
     time.sleep(0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [apart, here_too])
 def test_while_it_works_velocities_go_on_and_a_stop_comes(make: Callable[[], Robot]) -> None:
     with boxed(make()) as box:

@@ -45,6 +45,7 @@ def drive(client: Client, linear: float, angular: float) -> None:
     eventually(arrives)
 
 
+@pytest.mark.slow
 def test_what_comes_is_passed_on_and_when_nothing_comes_the_base_gets_zero(base: Client) -> None:
     for velocity in DRIVING:
         drive(base, *velocity)
@@ -53,6 +54,7 @@ def test_what_comes_is_passed_on_and_when_nothing_comes_the_base_gets_zero(base:
     base.wait_for_velocity(0, 0, "/wheels")
 
 
+@pytest.mark.slow
 def test_the_last_it_sends_is_zero(base: Client, watchdog: Program) -> None:
     drive(base, 0.2, 0.0)
     watchdog.process.terminate()
@@ -61,6 +63,7 @@ def test_the_last_it_sends_is_zero(base: Client, watchdog: Program) -> None:
     assert "Traceback" not in watchdog.text
 
 
+@pytest.mark.slow
 def test_voz_that_is_killed_together_with_its_own_watchdog_is_stopped(
     ros: Ros, base: Client
 ) -> None:

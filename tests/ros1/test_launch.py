@@ -58,6 +58,7 @@ def test_roslaunch_calls_no_argument_required_that_is_not(file: str, ros: Ros) -
     assert {line.split()[0] for line in listed.splitlines()[1:]} == names
 
 
+@pytest.mark.slow
 def test_comandos_voz_is_the_recogniser_alone(ros_with_sound: Ros) -> None:
     ros = ros_with_sound
     ros.launch("comandos_voz.launch", "device:=pulse")
@@ -69,6 +70,7 @@ def test_comandos_voz_is_the_recogniser_alone(ros_with_sound: Ros) -> None:
     assert {node for node in nodes if "client" not in node} == {"/recognizer"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("one_process", ["false", "true"])
 def test_control_voz_drives_the_simulator(ros_with_sound: Ros, one_process: str) -> None:
     ros = ros_with_sound
@@ -91,6 +93,7 @@ def test_control_voz_drives_the_simulator(ros_with_sound: Ros, one_process: str)
     assert "Traceback" not in launch.text
 
 
+@pytest.mark.slow
 def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> None:
     ros = ros_with_sound
     recogniser = ros.node("recognizer")
@@ -109,6 +112,7 @@ def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> No
     control.wait_for("no recogniser publishes")
 
 
+@pytest.mark.slow
 def test_the_simulator_stops_by_itself_when_whoever_drives_it_is_killed(ros: Ros) -> None:
     ros.node("simulator")
     driver, watching = ros.client(), ros.client("/odom")

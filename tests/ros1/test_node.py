@@ -14,6 +14,7 @@ from voz.ros1.master import check_namespace
 NODES = ["recognizer", "control_voz", "voz", "simulator", "soundplay"]
 
 
+@pytest.mark.slow
 def test_a_node_reads_no_settings_of_the_folder_that_it_starts_in(ros: Ros, tmp_path: Path) -> None:
     (tmp_path / "voz.toml").write_text("nonsense")
     done = ros.call(str(ROOT / "ros" / "scripts" / "voz"), "_safety:=perhaps", cwd=tmp_path)
@@ -30,6 +31,7 @@ def test_without_a_master_a_node_ends_at_once_with_one_line(name: str, ros: Ros)
     assert "there is no ROS master at http://127.0.0.1" in line
 
 
+@pytest.mark.slow
 def test_something_else_at_the_masters_address_is_no_master(ros: Ros) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         uri = f"http://127.0.0.1:{silent.getsockname()[1]}"
@@ -64,6 +66,7 @@ def test_a_namespace_that_can_be_is_one(namespace: str, monkeypatch: pytest.Monk
     check_namespace()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "parameter", "what"),
     [

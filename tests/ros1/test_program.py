@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from recordings import ROOT
 from ros1.ros import Ros
 
@@ -19,6 +20,7 @@ run_node("hanging", work)
 """
 
 
+@pytest.mark.slow
 def test_a_signal_while_it_starts_ends_it_though_the_sound_system_hangs(ros: Ros) -> None:
     done = ros.call(str(ROOT / "ros" / "python"), "-c", HANGS)
     assert (done.returncode, done.stderr) == (0, "")

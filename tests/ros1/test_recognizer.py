@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
 from live_robot import speak
 from recordings import GO_BACK, ROOT, Recording
 from ros1.ros import Ros, eventually
@@ -24,6 +25,7 @@ def words(client) -> list[str]:
     return [data["data"] for data in client.of("/recognizer/output")]
 
 
+@pytest.mark.slow
 def test_it_publishes_what_is_understood_and_what_is_refused(
     ros_with_sound: Ros, recordings: list[Recording]
 ) -> None:
@@ -40,6 +42,7 @@ def test_it_publishes_what_is_understood_and_what_is_refused(
     assert types == {"std_msgs/String"}
 
 
+@pytest.mark.slow
 def test_start_and_stop_are_services_and_start_reads_the_parameters_again(
     ros_with_sound: Ros, tmp_path: Path
 ) -> None:
@@ -67,6 +70,7 @@ def test_start_and_stop_are_services_and_start_reads_the_parameters_again(
     assert "Traceback" not in node.text
 
 
+@pytest.mark.slow
 def test_models_of_the_online_lmtool_and_a_pulseaudio_source_are_taken(
     ros_with_sound: Ros, tmp_path: Path
 ) -> None:
@@ -84,6 +88,7 @@ def test_models_of_the_online_lmtool_and_a_pulseaudio_source_are_taken(
     eventually(lambda: words(client) == ["go forward"])
 
 
+@pytest.mark.slow
 def test_a_microphone_that_is_not_there_is_one_line(ros: Ros) -> None:
     done = ros.call(str(ROOT / "ros" / "scripts" / "recognizer"), "_device:=none of these")
     assert done.returncode == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from recordings import ROOT
 from ros1.ros import Program, Ros, eventually
 
@@ -55,6 +56,7 @@ def robot(ros: Ros) -> Program:
     return ros.start(str(ROOT / "ros" / "python"), "-c", PROGRAM)
 
 
+@pytest.mark.slow
 def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
     client = ros.client("/base", "/arm", "/recognizer/output")
     driven = robot(ros)
@@ -74,6 +76,7 @@ def test_it_publishes_what_is_obeyed_and_zero_velocity_last(ros: Ros) -> None:
     assert all(message == {"data": "go back"} for message in client.of("/recognizer/output"))
 
 
+@pytest.mark.slow
 def test_what_others_drive_by_is_cancelled_where_the_robot_stops(ros: Ros) -> None:
     client = ros.client("/move_base/cancel", "/dock/cancel")
     driven = robot(ros)
@@ -130,6 +133,7 @@ def test_without_a_master_it_cannot_be_opened(ros: Ros) -> None:
     assert done.text.startswith("there is no ROS master at http://127.0.0.1")
 
 
+@pytest.mark.slow
 def test_voz_run_drives_it_and_tells_where_the_simulated_robot_is(ros: Ros) -> None:
     client = ros.client("/robot1/cmd_vel", "/robot1/odom", "/tf", "/robot1/selected_object")
     run = ros.start(
@@ -161,6 +165,7 @@ def test_voz_run_without_a_master_says_so_in_one_line(ros: Ros) -> None:
     assert line.startswith("voz: there is no ROS master at ")
 
 
+@pytest.mark.slow
 def test_it_publishes_values_of_the_users_own_topics(ros: Ros) -> None:
     topics = ("/lamp", "/count", "/way", "/bring")
     client = ros.client(*topics)
@@ -178,6 +183,7 @@ def test_it_publishes_values_of_the_users_own_topics(ros: Ros) -> None:
     assert [each["data"] for each in found] == [True, -70000, 0.5, "knife"]
 
 
+@pytest.mark.slow
 def test_it_knows_where_the_base_says_that_it_is(ros: Ros) -> None:
     driven = robot(ros)
     driven.type("place")

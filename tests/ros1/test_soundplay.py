@@ -57,6 +57,7 @@ def falls_silent(speaker: Recorder) -> None:
     eventually(lambda: is_silent(speaker.pass_by(0.5)))
 
 
+@pytest.mark.slow
 def test_a_text_is_said_by_the_voice_that_is_named(
     playing: tuple[Program, Client], speaker: Recorder
 ) -> None:
@@ -72,6 +73,7 @@ def test_a_text_is_said_by_the_voice_that_is_named(
     falls_silent(speaker)
 
 
+@pytest.mark.slow
 def test_a_file_and_a_built_in_sound_are_played_until_they_are_stopped(
     playing: tuple[Program, Client], speaker: Recorder, tmp_path: Path
 ) -> None:
@@ -96,6 +98,7 @@ def test_a_file_and_a_built_in_sound_are_played_until_they_are_stopped(
     falls_silent(speaker)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_played_is_a_line_in_the_log(
     playing: tuple[Program, Client], tmp_path: Path
 ) -> None:

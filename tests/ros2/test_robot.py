@@ -231,6 +231,7 @@ def test_a_listener_that_asks_for_too_much_is_told_of() -> None:
         del base
 
 
+@pytest.mark.slow
 def test_a_listener_that_hangs_is_lost_until_it_answers_again(own: Callable[..., Program]) -> None:
     with opened() as (robot, _):
         base = own("cyclone_peer.py")

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
@@ -15,6 +16,7 @@ from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 
 
+@pytest.mark.slow
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
     node = Ros2Node(Ros2())
     base, odom = (
@@ -32,6 +34,7 @@ def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program])
     assert messages.velocity(0.1, 0.0) in base.take(1000)
 
 
+@pytest.mark.slow
 def test_voz_run_says_once_that_nobody_listens(voz: Callable[..., Program]) -> None:
     run = voz("ros2", wait=0)
     run.say("go forward")
@@ -74,6 +77,7 @@ def test_a_run_that_is_killed_leaves_zero_behind(voz: Callable[..., Program]) ->
     wait_until(lambda: velocity() == 0)
 
 
+@pytest.mark.slow
 def test_a_run_that_is_suspended_is_stopped_and_goes_on_only_by_a_new_command(
     voz: Callable[..., Program],
 ) -> None:
@@ -89,6 +93,7 @@ def test_a_run_that_is_suspended_is_stopped_and_goes_on_only_by_a_new_command(
     wait_until(lambda: velocity() == -0.1)
 
 
+@pytest.mark.slow
 def test_without_its_watchdog_a_base_hears_of_no_kill(voz: Callable[..., Program]) -> None:
     run, velocity = driving(voz, "--no-watchdog")
     run.process.kill()

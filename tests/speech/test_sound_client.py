@@ -65,6 +65,7 @@ def wait_until(happens: Callable[[], bool]) -> None:
 # Built-in sounds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sound", BuiltinSound)
 def test_each_built_in_sound_is_heard(
     sound: BuiltinSound, client: SoundClient, loudspeaker: Recorder
@@ -77,6 +78,7 @@ def test_each_built_in_sound_is_heard(
     assert best(alike, 0.95) > 0.95
 
 
+@pytest.mark.slow
 def test_a_sound_that_was_started_goes_on_until_it_is_stopped(
     client: SoundClient, loudspeaker: Recorder
 ) -> None:
@@ -98,6 +100,7 @@ def until_something_sounds(client: SoundClient) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_playing_a_sound_again_begins_it_anew_and_does_not_double_it(client: SoundClient) -> None:
     client.play(BuiltinSound.NEEDS_PLUGGING)
     until_something_sounds(client)  # a loudspeaker may take its time to be opened
@@ -193,6 +196,7 @@ def test_a_file_that_cannot_be_played_is_told_at_once_and_the_rest_goes_on(
 # Speech
 
 
+@pytest.mark.slow
 def test_a_text_is_heard_without_the_silence_before_it(
     client: SoundClient, loudspeaker: Recorder, scratch: Path
 ) -> None:
@@ -227,6 +231,7 @@ def test_stopping_a_text_stops_it_in_every_voice(client: SoundClient) -> None:
     assert not goes_on(client)
 
 
+@pytest.mark.slow
 def test_another_voice_is_another_sound(client: SoundClient) -> None:
     client.say(TEXT, KED, blocking=True)
     assert is_cached(TEXT, KED)
@@ -255,6 +260,7 @@ def test_a_missing_festival_is_one_warning_or_an_error_for_who_waits(
         client.say("four", blocking=True)
 
 
+@pytest.mark.slow
 def test_a_festival_that_hangs_keeps_nothing_else_back(
     client: SoundClient,
     loudspeaker: Recorder,
@@ -295,6 +301,7 @@ def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(
 # Objects, waiting, closing
 
 
+@pytest.mark.slow
 def test_sounds_as_objects(client: SoundClient, file: Path) -> None:
     cached(TEXT, KAL)
     for sound in (
@@ -313,6 +320,7 @@ def test_sounds_as_objects(client: SoundClient, file: Path) -> None:
         assert 0.1 < np.abs(client.mixer.recent(seconds)[0]).max() < 0.5
 
 
+@pytest.mark.slow
 def test_a_block_waits_for_what_is_heard_once_and_ends_what_repeats(
     loudspeaker: Recorder, file: Path
 ) -> None:
@@ -327,6 +335,7 @@ def test_a_block_waits_for_what_is_heard_once_and_ends_what_repeats(
     client.wait()
 
 
+@pytest.mark.slow
 def test_a_client_that_blocks_says_one_thing_after_the_other(
     loudspeaker: Recorder, file: Path
 ) -> None:

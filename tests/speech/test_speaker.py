@@ -64,6 +64,7 @@ def place_in(samples: np.ndarray, text: str) -> float:
     return shift / 16_000
 
 
+@pytest.mark.slow
 def test_replies_are_heard_one_after_the_other_before_it_closes(loudspeaker: Recorder) -> None:
     warned: list[str] = []
     with Speaker(KAL, warn=warned.append) as speaker:
@@ -112,6 +113,7 @@ def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     assert warned == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("loudspeaker")
 def test_missing_festival_is_told_once_and_the_rest_goes_on(
     monkeypatch: pytest.MonkeyPatch,
@@ -204,6 +206,7 @@ def test_after_closing_nothing_is_said(gate: Gate) -> None:
     assert gate.said == warned == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("loudspeaker")
 def test_other_sounds_are_heard_beside_the_replies() -> None:
     def level(wanted: Callable[[], bool]) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before numpy is loaded
+
 import pytest
 from hypothesis import settings
 from keeping_up import pytest_runtest_protocol, pytest_terminal_summary

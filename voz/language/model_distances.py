@@ -128,9 +128,13 @@ def _log_likelihood(
     constant = log_weights - 0.5 * (
         np.log(2 * np.pi * variances).sum(axis=1) + (means**2 * precisions).sum(axis=1)
     )
-    each = constant - 0.5 * (frames**2 @ precisions.T) + frames @ (means * precisions).T
+    each = frames @ (means * precisions).T
+    each -= frames**2 @ (0.5 * precisions).T
+    each += constant
     best = each.max(axis=1)
-    return np.asarray(best + np.log(np.exp(each - best[:, None]).sum(axis=1)))
+    each -= best[:, None]
+    # Half the digits are more than enough for a sum of shares, and most of the time goes into exp.
+    return np.asarray(best + np.log(np.exp(each.astype(np.float32)).sum(axis=1)))
 
 
 def _durations(folder: Path, phones: int) -> Floats:

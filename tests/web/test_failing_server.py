@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from threading import Event
 
 import httpx
 import pytest
@@ -16,9 +17,11 @@ from voz.web.server import listening_socket, serving
 
 def test_what_fails_is_told_and_ends_the_server() -> None:
     warnings: list[str] = []
+    asked = Event()
 
     async def fail() -> None:
-        await asyncio.sleep(0.2)
+        while not asked.is_set():
+            await asyncio.sleep(0.01)
         raise ZeroDivisionError
 
     with (
@@ -27,6 +30,7 @@ def test_what_fails_is_told_and_ends_the_server() -> None:
     ):
         address = f"http://127.0.0.1:{at.getsockname()[1]}/"
         assert httpx.get(address).status_code == 404
+        asked.set()
         wait_until(lambda: warnings)
     assert "ZeroDivisionError" in warnings[0]
 

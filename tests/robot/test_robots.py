@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -187,3 +188,17 @@ def test_each_gets_the_last_event_before_it_is_closed() -> None:
             f"{name} gets 7",
             f"{name} closes",
         ]
+
+
+def test_all_close_side_by_side() -> None:
+    together = threading.Barrier(2, timeout=10)
+    hung: list[str] = []
+
+    class Leaving(Kept):
+        def close(self) -> None:
+            together.wait()
+
+    with mailboxes({"a": Leaving([], "a"), "b": Leaving([], "b")}, hung.append):
+        pass
+    assert not hung
+    assert together.n_waiting == 0

@@ -91,11 +91,15 @@ class Mailbox:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.finish()
+        self._thread.join(CLOSING_TIME)
+        self.hangs = self._thread.is_alive()
+
+    def finish(self) -> None:
+        """Let the robot take what waits and close; this does not wait for it."""
         with self._changed:
             self._closing = True
             self._changed.notify()
-        self._thread.join(CLOSING_TIME)
-        self.hangs = self._thread.is_alive()
 
     def receive(self, event: Event) -> None:
         """Take an event; this never waits for the robot."""

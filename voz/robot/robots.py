@@ -154,7 +154,11 @@ def mailboxes(
                 if isinstance(robot, RobotProcess):
                     stack.callback(robot.end)
                 stack.enter_context(box)
-            yield boxes
+            try:
+                yield boxes
+            finally:
+                for box in boxes.values():  # side by side: to leave ROS takes a second
+                    box.finish()
     finally:
         for name, box in boxes.items():
             if box.hangs:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Literal
 
 import pytest
 from browser_page import barriers, drive, opened, tap
 from live_robot import moves, rests, warns
 from operator_page import PageRobot, page_robot
-from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, WebSocketRoute, expect
 from programs import wait_until
 
 pytestmark = pytest.mark.slow
@@ -322,6 +323,32 @@ def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext)
     assert all(rests(event) for event in robot.robot.of("cmd_vel", since))
     tap(page, "go forward")
     robot.robot.wait_for(moves, since)
+
+
+def test_a_tick_on_its_way_to_the_robot_stays(robot: PageRobot, context: BrowserContext) -> None:
+    held: list[Callable[[], None]] = []
+
+    def slow(way: WebSocketRoute) -> None:
+        robot_side = way.connect_to_server()
+
+        def pass_on(message: str | bytes) -> None:
+            send = partial(robot_side.send, message)
+            held.append(send) if '"rehearse"' in str(message) else send()
+
+        way.on_message(pass_on)
+
+    context.route_web_socket("**/api/events", slow)
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_label("rehearsal").check()
+    page.wait_for_timeout(500)  # the page is told five times that there is none yet
+    expect(page.get_by_label("rehearsal")).to_be_checked()
+    held.pop()()
+    expect(page.locator("#status")).to_have_text("rehearsal: nothing moves")
+    page.get_by_label("rehearsal").uncheck()
+    held.pop()()
+    expect(page.locator("#status")).to_have_text("listening")
+    expect(page.get_by_label("rehearsal")).not_to_be_checked()
 
 
 def test_a_page_of_a_stranger_can_neither_drive_nor_read(

@@ -75,6 +75,7 @@ function welcome(record) {
 }
 
 function show(now) {
+  const before = state;
   const drove = driving();
   state = now;
   room.show(now);
@@ -88,7 +89,7 @@ function show(now) {
   put(at("recording"), words.recording(now.recording));
   dial.show(now.alarms);
   showLevel(now);
-  showWheel(now);
+  showWheel(now, before);
   if (drove && !driving()) lostWheel();
 }
 
@@ -101,14 +102,15 @@ function showLevel(now) {
   put(at("level-words"), `the room is at ${Math.round(now.background)} dB`);
 }
 
-function showWheel(now) {
+function showWheel(now, before) {
   const mine = driving();
   put(at("driver"), mine ? "you drive" : now.driver ? `${now.driver_name} drives` : "nobody drives");
   at("drive").hidden = mine;
   put(at("drive"), now.driver ? "Take over" : "Drive");
   at("leave").hidden = !mine;
   at("rehearse").disabled = !mine;
-  at("rehearse").checked = now.rehearsing;
+  // A tick that is still on its way to the robot is not taken away.
+  if (!mine || now.rehearsing !== before?.rehearsing) at("rehearse").checked = now.rehearsing;
   for (const button of at("commands").children) button.disabled = !mine;
   allow(mine);
   at("microphone").disabled = !mine;

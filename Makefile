@@ -9,7 +9,7 @@ COUNTED = voz/audio/*,voz/control/*,voz/evaluation/*,voz/language/*,voz/robot/dr
 
 # With more than there are cores tests that go by the clock wait for each other.
 WORKERS = $(shell getconf _NPROCESSORS_ONLN)
-SIDE_BY_SIDE = -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 2
+SIDE_BY_SIDE = -n $(WORKERS) --dist loadfile --max-worker-restart 2
 
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12

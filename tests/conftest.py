@@ -12,7 +12,6 @@ from keeping_up import pytest_runtest_protocol, pytest_terminal_summary
 from loudspeaker import loudspeaker
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
-from turns import pytest_collection_modifyitems
 
 from voz.language.files import LanguageFiles
 from voz.recognition.language import Language, load_language
@@ -20,8 +19,7 @@ from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
-__all__ += ["pytest_collection_modifyitems"]  # hooks
-__all__ += ["pytest_runtest_protocol", "pytest_terminal_summary"]
+__all__ += ["pytest_runtest_protocol", "pytest_terminal_summary"]  # hooks
 
 settings.register_profile("voz", deadline=None)  # a busy machine is no fault of what is tested
 settings.load_profile("voz")

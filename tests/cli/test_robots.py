@@ -210,6 +210,8 @@ def test_a_robot_that_fails_stops_the_others_and_is_named(
     assert warning.startswith("the robot bad_robot:Bad is lost (OSError: the cable is out (")
     assert warning.endswith("bad_robot.py, line 6)): the robot stops")
     assert changes(result) == [(0.1, 0), (0, 0)]
+    moves = [event["linear"] for event in result.json if event["type"] == "cmd_vel"]
+    assert moves[-4:] == [0, 0, 0, 0]
     assert "drives forward" in result.err
     assert "stands still" in result.err
 

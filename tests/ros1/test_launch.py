@@ -87,6 +87,7 @@ def test_control_voz_drives_the_simulator(ros_with_sound: Ros, one_process: str)
     assert client.of("/selected_object")[0] == {"data": 1}
     # Where a busy machine loses sound the robot stops, and goes on only when it is told again.
     speak_until(ros, lambda: odometry()["twist"]["twist"]["linear"]["x"] > 0.09, FORWARD)
+    assert (0.1, 0) in client.velocities()
     at, transform = odometry(), client.of("/tf")[-1]["transforms"][0]
     assert at["pose"]["pose"]["position"]["x"] > 0.7
     frames = (transform["header"]["frame_id"], transform["child_frame_id"])

@@ -154,11 +154,9 @@ def mailboxes(
                 if isinstance(robot, RobotProcess):
                     stack.callback(robot.end)
                 stack.enter_context(box)
-            try:
-                yield boxes
-            finally:
-                for box in boxes.values():  # side by side: to leave ROS takes a second
-                    box.finish()
+            for box in boxes.values():  # all before any is waited for: to leave ROS takes a second
+                stack.callback(box.finish)
+            yield boxes
     finally:
         for name, box in boxes.items():
             if box.hangs:

@@ -1,4 +1,4 @@
-"""Tests that go by the clock are tried again where the machine was too busy for them."""
+"""A test that fails is tried again where the machine was too busy for it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,15 @@ CROWDED = 0.2
 PRESSURE = Path("/proc/pressure/cpu")
 """Which tells that: https://docs.kernel.org/accounting/psi.html"""
 
-BY_THE_CLOCK = {"pulse", "own_pulse"}
-"""Fixtures of tests that hear or play: sound does not wait."""
-
 TRIES = 3
+CALM = 1.0
+"""The machine has time again when it had for so long, s."""
+
+PATIENCE, IN_ALL = 60.0, 300.0
+"""For so long the next try waits for that, and all tries of a process, s."""
+
+WAITED = pytest.StashKey[float]()
+
 AGAIN = "tried again on a busy machine"
 
 
@@ -64,20 +69,19 @@ class Metronome:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
-    """Try a test that is slow or by sound again when it fails, if the machine had no time for it.
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool:
+    """Try a test again when it fails, if the machine had no time for it.
 
-    Slow ones wait for other programs and clocks. The machine had no time if it did not let even a
-    sleeping thread wake in time, or if somebody waited for a processor often. On one that has, the
-    first failure counts, and on any the third; those that were tried again are told with the
-    report.
+    It had none if it did not let even a sleeping thread wake in time, or if somebody waited for a
+    processor often: what goes by a clock or by sound, or waits for another program, may fail then.
+    On a machine that has time the first failure counts, and on any the third. Those that were
+    tried again are told with the report.
     """
-    fixtures = getattr(item, "fixturenames", ())  # those of the fixtures too
-    if item.get_closest_marker("slow") is None and BY_THE_CLOCK.isdisjoint(fixtures):
-        return None
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     failures: list[str] = []
     for _ in range(TRIES):
+        if failures:
+            _wait_for_calm(item.session.stash)
         item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
         with Metronome() as metronome:
             reports = runtestprotocol(item, log=False, nextitem=nextitem)
@@ -91,6 +95,18 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+def _wait_for_calm(stash: pytest.Stash) -> None:
+    begun = time.monotonic()
+    waited = stash.get(WAITED, 0.0)
+    until = begun + min(PATIENCE, IN_ALL - waited)
+    calm = False
+    while not calm and time.monotonic() < until:
+        with Metronome() as metronome:
+            time.sleep(CALM)
+        calm = metronome.keeps_up
+    stash[WAITED] = waited + time.monotonic() - begun
 
 
 def _why(report: pytest.TestReport) -> str:

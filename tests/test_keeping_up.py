@@ -1,4 +1,4 @@
-"""A test by the clock is tried again when it fails, and only where the machine had no time."""
+"""A test is tried again when it fails, and only where the machine had no time for it."""
 
 from __future__ import annotations
 
@@ -14,36 +14,24 @@ import pytest
 tries = []
 
 @pytest.fixture
-def pulse():
-    return None
-
-@pytest.fixture
-def sound(pulse):
-    return pulse
-
-@pytest.fixture
 def made():
     tries.append(len(tries))
 
-{mark}
 def test_it(made):
     assert len(tries) > {failures}
 """
-
-BY_SOUND = '@pytest.mark.usefixtures("sound")'
 
 
 @pytest.fixture(autouse=True)
 def of_its_own(pytester: pytest.Pytester) -> None:
     """A folder with the hooks of these tests."""
     pytester.makeconftest("from keeping_up import pytest_runtest_protocol, pytest_terminal_summary")
-    pytester.makeini("[pytest]\nmarkers = slow: slow")
     pytester.syspathinsert(Path(keeping_up.__file__).parent)
 
 
-def outcome(pytester: pytest.Pytester, failures: int, mark: str = "@pytest.mark.slow") -> str:
+def outcome(pytester: pytest.Pytester, failures: int) -> str:
     """Run a test that fails so often, and tell how it ended and whether it was tried again."""
-    pytester.makepyfile(FAILS_TWICE.format(mark=mark, failures=failures))
+    pytester.makepyfile(FAILS_TWICE.format(failures=failures))
     result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
     _, told, why = result.stdout.str().partition(keeping_up.AGAIN)
     assert not told or "assert 1 > " in why  # what the first try failed of
@@ -52,15 +40,14 @@ def outcome(pytester: pytest.Pytester, failures: int, mark: str = "@pytest.mark.
 
 
 @pytest.mark.parametrize("late", [("CROWDED", -1.0), ("STALL", -1.0)])
-def test_on_a_machine_that_has_no_time_what_goes_by_the_clock_has_three_tries(
+def test_on_a_machine_that_has_no_time_a_test_has_three_tries(
     late: tuple[str, float], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(keeping_up, *late)
+    monkeypatch.setattr(keeping_up, "PATIENCE", 0.0)
     assert outcome(pytester, failures=0) == "passed"
     assert outcome(pytester, failures=2) == "passed, tried again"
     assert outcome(pytester, failures=3) == "failed, tried again"
-    assert outcome(pytester, failures=2, mark=BY_SOUND) == "passed, tried again"
-    assert outcome(pytester, failures=1, mark="") == "failed"
 
 
 def test_on_a_machine_that_has_the_first_failure_counts(
@@ -70,3 +57,35 @@ def test_on_a_machine_that_has_the_first_failure_counts(
     monkeypatch.setattr(keeping_up, "STALL", 1000.0)
     assert outcome(pytester, failures=1) == "failed"
     assert outcome(pytester, failures=0) == "passed"
+
+
+def busy_for(spells: int, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Let the machine have no time for some spells; gives what is asked of them."""
+    asked: list[bool] = []
+
+    def keeps_up(_: keeping_up.Metronome) -> bool:
+        asked.append(len(asked) == spells)
+        return asked[-1]
+
+    monkeypatch.setattr(keeping_up.Metronome, "keeps_up", property(keeps_up))
+    monkeypatch.setattr(keeping_up, "CALM", 0.01)
+    return asked
+
+
+def test_the_next_try_waits_until_the_machine_has_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = busy_for(3, monkeypatch)
+    keeping_up._wait_for_calm(pytest.Stash())
+    assert asked == [False, False, False, True]
+
+
+def test_no_try_waits_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = busy_for(100_000, monkeypatch)
+    monkeypatch.setattr(keeping_up, "PATIENCE", 0.03)
+    monkeypatch.setattr(keeping_up, "IN_ALL", 0.05)
+    stash = pytest.Stash()
+    for _ in range(2):
+        keeping_up._wait_for_calm(stash)
+    waited = len(asked)
+    assert waited
+    keeping_up._wait_for_calm(stash)
+    assert len(asked) == waited

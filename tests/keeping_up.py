@@ -119,9 +119,11 @@ def _why(report: pytest.TestReport) -> str:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Tell which tests were tried again, and why."""
-    for category in ("passed", "failed"):
+    again: dict[str, list[str]] = {}
+    for category in ("passed", "failed", "error"):
         for report in terminalreporter.getreports(category):
-            why = [str(value) for name, value in report.user_properties if name == AGAIN]
-            if why and report.when == "call":
-                terminalreporter.write_line(f"{AGAIN}: {report.nodeid}")
-                terminalreporter.write_line("\n".join(why))
+            if why := [str(value) for name, value in report.user_properties if name == AGAIN]:
+                again[report.nodeid] = why
+    for test, why in again.items():
+        terminalreporter.write_line(f"{AGAIN}: {test}")
+        terminalreporter.write_line("\n".join(why))

@@ -21,6 +21,17 @@ def test_it(made):
     assert len(tries) > {failures}
 """
 
+CANNOT_BEGIN = """
+import pytest
+
+@pytest.fixture
+def made():
+    raise OSError("no sound")
+
+def test_it(made):
+    pass
+"""
+
 
 @pytest.fixture(autouse=True)
 def of_its_own(pytester: pytest.Pytester) -> None:
@@ -31,10 +42,15 @@ def of_its_own(pytester: pytest.Pytester) -> None:
 
 def outcome(pytester: pytest.Pytester, failures: int) -> str:
     """Run a test that fails so often, and tell how it ended and whether it was tried again."""
-    pytester.makepyfile(FAILS_TWICE.format(failures=failures))
+    return outcome_of(pytester, FAILS_TWICE.format(failures=failures), "assert 1 > ")
+
+
+def outcome_of(pytester: pytest.Pytester, test: str, first: str) -> str:
+    """The same of any test, and of what its first try failed."""
+    pytester.makepyfile(test)
     result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
     _, told, why = result.stdout.str().partition(keeping_up.AGAIN)
-    assert not told or "assert 1 > " in why  # what the first try failed of
+    assert not told or first in why
     (ended,) = result.parseoutcomes()
     return f"{ended}{', tried again' if told else ''}"
 
@@ -48,6 +64,7 @@ def test_on_a_machine_that_has_no_time_a_test_has_three_tries(
     assert outcome(pytester, failures=0) == "passed"
     assert outcome(pytester, failures=2) == "passed, tried again"
     assert outcome(pytester, failures=3) == "failed, tried again"
+    assert outcome_of(pytester, CANNOT_BEGIN, "no sound") == "errors, tried again"
 
 
 def test_on_a_machine_that_has_the_first_failure_counts(

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -34,6 +35,16 @@ def nobody() -> Iterator[None]:
     os.seteuid(usual)
 
 
+@pytest.fixture(params=["nameless", "named"])
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write as where files can get their names later, and as where they cannot."""
+    if request.param == "named":
+        monkeypatch.setattr("voz.files.FILES_OPEN", Path("/proc/no/such"))
+
+
+either_way = pytest.mark.usefixtures("way")
+
+
 def names(folder: Path) -> list[str]:
     return [path.name for path in folder.iterdir()]
 
@@ -43,6 +54,7 @@ def half_written(file: IO[str], end: type[BaseException]) -> None:
     raise end
 
 
+@either_way
 def test_a_file_is_replaced_when_it_is_complete(tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     path.write_text("old")
@@ -54,6 +66,7 @@ def test_a_file_is_replaced_when_it_is_complete(tmp_path: Path) -> None:
     assert names(tmp_path) == ["page.html"]
 
 
+@either_way
 @pytest.mark.parametrize("end", [ValueError, KeyboardInterrupt, SystemExit])
 def test_whatever_ends_the_writing_the_old_file_stays(
     tmp_path: Path, end: type[BaseException]
@@ -66,12 +79,40 @@ def test_whatever_ends_the_writing_the_old_file_stays(
     assert names(tmp_path) == ["page.html"]
 
 
+@either_way
 def test_a_file_that_was_never_complete_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt), replaced(tmp_path / "data") as file:
         half_written(file, KeyboardInterrupt)
     assert not names(tmp_path)
 
 
+HALF = """
+import sys
+from pathlib import Path
+
+from voz.files import replaced
+
+with replaced(Path(sys.argv[1])) as file:
+    file.write("half")
+    file.flush()
+    print("written", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_of_a_program_that_is_killed_nothing_is_left(tmp_path: Path) -> None:
+    path = tmp_path / "data"
+    path.write_text("old")
+    command = [sys.executable, "-c", HALF, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as program:
+        assert program.stdout
+        assert program.stdout.readline() == b"written\n"
+        program.kill()
+    assert path.read_text() == "old"
+    assert names(tmp_path) == ["data"]
+
+
+@either_way
 def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "data"
     path.write_text("old")
@@ -81,6 +122,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
     assert names(tmp_path) == ["data"]
 
 
+@either_way
 def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     real = tmp_path / "elsewhere" / "real.json"
@@ -93,6 +135,7 @@ def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path: Path) -> None:
     assert real.read_text() == "new"
 
 
+@either_way
 def test_a_file_keeps_its_permissions_and_a_new_one_has_the_usual(tmp_path: Path) -> None:
     (tmp_path / "usual").touch()
     old, new = tmp_path / "old", tmp_path / "new"

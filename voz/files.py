@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
 import stat
 import uuid
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
@@ -26,6 +25,9 @@ MOST_BYTES = 100_000_000
 
 FEW_BYTES = 1_000_000
 """No settings of voz's, nor what it learns, are larger."""
+
+FILES_OPEN = Path("/proc/self/fd")
+"""Where the files that this process has open have names."""
 
 
 def shown_path(path: Path) -> str:
@@ -110,7 +112,8 @@ def replaced(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
         mode: `w` for text, in UTF-8, or `wb` for bytes.
 
     Yields:
-        A file beside `path`, which takes its place when the block ends without an exception.
+        A file that takes the place of `path` when the block ends without an exception. Until then
+        it has no name, where the file system can do that: of a killed program nothing is left.
         What is no regular file, as a pipe or `/dev/null`, is written directly.
 
     Raises:
@@ -124,11 +127,12 @@ def replaced(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
     target = Path(os.path.realpath(path))
     part = target.with_name(f".voz-{uuid.uuid4().hex}.part")
     try:
-        with part.open(mode.replace("w", "x"), **how) as file:
-            _like_the_old(target, part)
+        with os.fdopen(_opened(part), mode, **how) as file:
+            _like_the_old(target, file.fileno())
             yield file
             file.flush()
             os.fsync(file.fileno())  # robots lose their power
+            _give_name(file.fileno(), part)
         part.replace(target)
     finally:
         part.unlink(missing_ok=True)
@@ -221,9 +225,24 @@ def _which(name: str | Path) -> object:
     return (status.st_dev, status.st_ino) if stat.S_ISREG(status.st_mode) else None
 
 
-def _like_the_old(target: Path, part: Path) -> None:
-    """Give the part file the permissions of the old one, and refuse to replace a protected one."""
+def _opened(part: Path) -> int:
+    """Open a new file for writing, without its name if that can be had later."""
+    if hasattr(os, "O_TMPFILE") and FILES_OPEN.exists():
+        with suppress(OSError):  # not on NFS or FAT; the other way says what else is wrong
+            return os.open(part.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
+    return os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+
+
+def _give_name(file: int, part: Path) -> None:
+    """Name an open file, if it has no name yet: open(2) tells how."""
+    if os.fstat(file).st_nlink == 0:
+        # Only with a folder to begin at, which an absolute path ignores, are links followed.
+        os.link(FILES_OPEN / str(file), part, src_dir_fd=file)
+
+
+def _like_the_old(target: Path, part: int) -> None:
+    """Give an open file the permissions of the old one, and refuse to replace a protected one."""
     if target.exists():
         if not os.access(target, os.W_OK, effective_ids=True):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
-        shutil.copymode(target, part)
+        os.fchmod(part, stat.S_IMODE(target.stat().st_mode))

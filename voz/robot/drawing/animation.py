@@ -104,9 +104,12 @@ def _save_mp4(trip: Trip, path: Path) -> None:
         *("-movflags", "+faststart", "-f", "mp4"),
     ]
     with replaced(path, "wb") as film, tempfile.TemporaryFile() as said:
-        command.append(f"file:{film.name}")
+        number = film.fileno()  # it has no name yet
+        command.append(f"file:/dev/fd/{number}")
         with (
-            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said) as process,
+            subprocess.Popen(
+                command, stdin=subprocess.PIPE, stderr=said, pass_fds=[number]
+            ) as process,
             suppress(BrokenPipeError),  # when ffmpeg has ended, and said why
             cast(IO[bytes], process.stdin) as pipe,
         ):

@@ -22,8 +22,8 @@ TRIES = 3
 CALM = 1.0
 """The machine has time again when it had for so long, s."""
 
-PATIENCE, IN_ALL = 60.0, 300.0
-"""For so long the next try waits for that, and all tries of a process, s."""
+PATIENCE, IN_ALL = 60.0, 180.0
+"""For so long the last try waits for that, and all of a process, s."""
 
 WAITED = pytest.StashKey[float]()
 
@@ -79,8 +79,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     """
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     failures: list[str] = []
-    for _ in range(TRIES):
-        if failures:
+    for number in range(TRIES):
+        if number == TRIES - 1:
             _wait_for_calm(item.session.stash)
         item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
         with Metronome() as metronome:

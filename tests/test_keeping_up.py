@@ -89,7 +89,7 @@ def busy_for(spells: int, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     return asked
 
 
-def test_the_next_try_waits_until_the_machine_has_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_last_try_waits_until_the_machine_has_time(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = busy_for(3, monkeypatch)
     keeping_up._wait_for_calm(pytest.Stash())
     assert asked == [False, False, False, True]

@@ -114,7 +114,8 @@ def _why(report: pytest.TestReport) -> str:
     crash = getattr(report.longrepr, "reprcrash", None)
     if crash is None:
         return report.longreprtext.strip().rpartition("\n")[2]
-    return f"  {crash.path}:{crash.lineno}: {crash.message.partition(chr(10))[0]}"
+    # An assertion with a message of its own has what differed in the second line.
+    return f"  {crash.path}:{crash.lineno}: {' '.join(crash.message.splitlines()[:2])}"
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

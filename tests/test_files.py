@@ -100,6 +100,15 @@ with replaced(Path(sys.argv[1])) as file:
 """
 
 
+def knows_files_without_names(folder: Path) -> bool:
+    """Whether the file system does; some, as NFS or an old overlay, do not."""
+    try:
+        os.close(os.open(folder, os.O_TMPFILE | os.O_WRONLY))
+    except OSError:
+        return False
+    return True
+
+
 def test_of_a_program_that_is_killed_nothing_is_left(tmp_path: Path) -> None:
     path = tmp_path / "data"
     path.write_text("old")
@@ -109,7 +118,7 @@ def test_of_a_program_that_is_killed_nothing_is_left(tmp_path: Path) -> None:
         assert program.stdout.readline() == b"written\n"
         program.kill()
     assert path.read_text() == "old"
-    assert names(tmp_path) == ["data"]
+    assert len(names(tmp_path)) == (1 if knows_files_without_names(tmp_path) else 2)
 
 
 @either_way

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import threading
 import time
 from collections.abc import Iterator
@@ -22,19 +23,63 @@ from voz.run.clocks import elapsed
 LINES = ["start speech", "go forward", "-", "turn left", "stop"]
 
 
-SLOWER = 8
-"""The time of these runs goes so much slower: what holds up a busy machine is less of it."""
+TICK = 0.005
+"""So often this file's time goes on, s."""
+
+AT_MOST = 0.02
+"""And by no more than this, s: what is more is a machine that held up all of us."""
+
+
+class SteadyTime:
+    """A time that goes as fast as the real one, but stands still while the machine does."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._work)
+
+    def __enter__(self) -> SteadyTime:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def now(self) -> float:
+        return self._now
+
+    def sleep(self, seconds: float) -> None:
+        until = self._now + seconds
+        while self._now < until:
+            time.sleep(TICK)
+
+    def _work(self) -> None:
+        before = time.monotonic()
+        while not self._over.wait(TICK):
+            now = time.monotonic()
+            self._now += min(now - before, AT_MOST)
+            before = now
 
 
 @pytest.fixture(autouse=True)
-def slow_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def steady(monkeypatch: pytest.MonkeyPatch) -> Iterator[SteadyTime]:
+    """The time of these runs; on one processor, so that a processor held up holds it up too."""
     take = Inbox.take
+    processors = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(processors)})  # of this thread, and of those that it starts
+    with SteadyTime() as steady:
 
-    def take_slowly(inbox: Inbox, timeout: float) -> Taken | None:
-        return take(inbox, timeout * SLOWER)
+        def take_steadily(inbox: Inbox, timeout: float) -> Taken | None:
+            until = steady.now() + timeout
+            while (taken := take(inbox, TICK)) is None and steady.now() < until:
+                pass
+            return taken
 
-    monkeypatch.setattr(clocks, "elapsed", lambda: elapsed() / SLOWER)
-    monkeypatch.setattr(Inbox, "take", take_slowly)
+        monkeypatch.setattr(clocks, "elapsed", steady.now)
+        monkeypatch.setattr(Inbox, "take", take_steadily)
+        yield steady
+    os.sched_setaffinity(0, processors)
 
 
 class Clocked:
@@ -136,7 +181,9 @@ def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
 
 
 @pytest.mark.slow
-def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace() -> None:
+def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(
+    steady: SteadyTime,
+) -> None:
     run = Clocked()
     paused = False
 
@@ -145,7 +192,7 @@ def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace() -> Non
         run.receive(event)
         if event == Twist(0.3, 0.1, 0) and not paused:
             paused = True
-            time.sleep(1 * SLOWER)  # as if the process were suspended
+            steady.sleep(1)  # as if the process were suspended
 
     lines = ["start speech", "go forward", *"-----", "go back", "-"]
     type_lines(lines, receive, paced=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import signal
 import time
@@ -87,9 +88,14 @@ def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
 def test_the_beat_is_10_hertz(ros: Ros) -> None:
     driving(ros)
     counting = ros.start("rostopic", "hz", "-w", "50", "/cmd_vel")
-    counting.wait_for("window: 50")
-    rates = [float(line.split()[-1]) for line in counting.lines if "average rate" in line]
-    assert rates[-1] == pytest.approx(10, abs=0.1)
+    # A computer that is held up has fewer beats in that time, and then again ten in a second.
+    eventually(lambda: any(rate == pytest.approx(10, abs=0.1) for rate in rates_of_50(counting)))
+
+
+def rates_of_50(counting: Program) -> list[float]:
+    """What `rostopic hz` told of windows of 50 messages, Hz."""
+    told = re.findall(r"average rate: ([0-9.]+)\n.*window: 50\n", counting.text)
+    return [float(rate) for rate in told]
 
 
 @pytest.mark.slow

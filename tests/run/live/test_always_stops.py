@@ -202,7 +202,8 @@ def test_a_signal_at_any_moment_of_the_start_ends_it_with_zero(
     else:
         assert told == b""
     time.sleep(0.5)
-    assert Watched(tmp_path, process).got()[-2:] in ([], [0.0, "closed"], ["closed"])
+    run = Watched(tmp_path, process)
+    run.wait_until(lambda: run.got()[-2:] in ([], [0.0, "closed"], ["closed"]))
 
 
 def test_outputs_that_nobody_reads_hold_up_neither_stop_nor_the_end(

@@ -7,9 +7,10 @@ QUICK += $(wildcard tests/test_*.py)
 # What the quick tests are there to test; to count all the others too takes them a fifth longer.
 COUNTED = voz/audio/*,voz/control/*,voz/evaluation/*,voz/language/*,voz/robot/drawing/*,voz/simulation/*
 
-# With more than there are cores tests that go by the clock wait for each other.
-WORKERS = $(shell getconf _NPROCESSORS_ONLN)
-SIDE_BY_SIDE = -n $(WORKERS) --dist loadfile --max-worker-restart 2
+# The quick tests compute. The others wait for half of their time: for sound, for the beat, for other programs.
+CORES = $(shell getconf _NPROCESSORS_ONLN)
+SIDE_BY_SIDE = --dist loadfile --max-worker-restart 2 -n
+TWICE = $$(($(CORES) * 2))
 
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -49,7 +50,7 @@ check: ## Check style and types, and run the tests of what is pure or quick, in 
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow" $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not slow" $(QUICK)
 
 test: ## Install what the tests need, then check style and types and run all tests
 	@sh tools/install.sh tests
@@ -58,14 +59,14 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --cov --cov-report= $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) --cov --cov-report= $(QUICK)
 	.venv/bin/coverage report --include="$(COUNTED)"
 	.venv/bin/coverage report --include="voz/control/*" --fail-under=100 --show-missing
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(QUICK:%=--ignore=%)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) $(QUICK:%=--ignore=%)
 
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) --cov --cov-report=term-missing
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) --cov --cov-report=term-missing
 
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
+import tempfile
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,12 +23,18 @@ CROWDED = 0.2
 PRESSURE = Path("/proc/pressure/cpu")
 """Which tells that: https://docs.kernel.org/accounting/psi.html"""
 
-TRIES = 3
-CALM = 1.0
-"""The machine has time again when it had for so long, s."""
+TRIES = 4
+AMONG_OTHERS = 2
+"""So many of them while other tests run, and then alone, once the machine has time again."""
+
+CALM = 3.0
+"""It has when it had for so long, s."""
 
 PATIENCE, IN_ALL = 60.0, 180.0
-"""For so long the last try waits for that, and all of a process, s."""
+"""For so long a try waits for that, and all of a process, s."""
+
+ROOM = Path(tempfile.gettempdir()) / f"voz-tests-{os.getuid()}.lock"
+"""Whose bytes the tests of all processes lock: the first while they enter, the second inside."""
 
 WAITED = pytest.StashKey[float]()
 
@@ -74,17 +85,19 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
     It had none if it did not let even a sleeping thread wake in time, or if somebody waited for a
     processor often: what goes by a clock or by sound, or waits for another program, may fail then.
-    On a machine that has time the first failure counts, and on any the third. Those that were
+    On a machine that has time the first failure counts, and on any the fourth. Those that were
     tried again are told with the report.
     """
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     failures: list[str] = []
     for number in range(TRIES):
-        if number == TRIES - 1:
-            _wait_for_calm(item.session.stash)
-        item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
-        with Metronome() as metronome:
-            reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        alone = number >= AMONG_OTHERS
+        with _room(alone):
+            if alone:
+                _wait_for_calm(item.session.stash)
+            item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
+            with Metronome() as metronome:
+                reports = runtestprotocol(item, log=False, nextitem=nextitem)
         for report in reports:
             report.user_properties += [(AGAIN, failure) for failure in failures]
         failed = [report for report in reports if report.failed]
@@ -95,6 +108,17 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+@contextmanager
+def _room(alone: bool) -> Iterator[None]:
+    """Run among the tests of other processes, or wait until they are over and run alone."""
+    with ROOM.open("a+") as file:  # who closes it, or is killed, lets go of it
+        fcntl.lockf(file, fcntl.LOCK_EX, 1, 0)  # before those that come later
+        fcntl.lockf(file, fcntl.LOCK_EX if alone else fcntl.LOCK_SH, 1, 1)
+        if not alone:
+            fcntl.lockf(file, fcntl.LOCK_UN, 1, 0)
+        yield
 
 
 def _wait_for_calm(stash: pytest.Stash) -> None:

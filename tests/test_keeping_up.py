@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import fcntl
+import select
+import subprocess
+import sys
 from pathlib import Path
 
 import keeping_up
@@ -33,9 +37,21 @@ def test_it(made):
 """
 
 
+ENTERS = """
+import sys
+from pathlib import Path
+import keeping_up
+keeping_up.ROOM = Path(sys.argv[1])
+with keeping_up._room(alone=sys.argv[2] == "alone"):
+    print("inside", flush=True)
+    sys.stdin.readline()
+"""
+
+
 @pytest.fixture(autouse=True)
-def of_its_own(pytester: pytest.Pytester) -> None:
-    """A folder with the hooks of these tests."""
+def of_its_own(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder with the hooks of these tests, and a room."""
+    monkeypatch.setattr(keeping_up, "ROOM", pytester.path / "room.lock")
     pytester.makeconftest("from keeping_up import pytest_runtest_protocol, pytest_terminal_summary")
     pytester.syspathinsert(Path(keeping_up.__file__).parent)
 
@@ -56,14 +72,14 @@ def outcome_of(pytester: pytest.Pytester, test: str, first: str) -> str:
 
 
 @pytest.mark.parametrize("late", [("CROWDED", -1.0), ("STALL", -1.0)])
-def test_on_a_machine_that_has_no_time_a_test_has_three_tries(
+def test_on_a_machine_that_has_no_time_a_test_has_four_tries(
     late: tuple[str, float], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(keeping_up, *late)
     monkeypatch.setattr(keeping_up, "PATIENCE", 0.0)
     assert outcome(pytester, failures=0) == "passed"
-    assert outcome(pytester, failures=2) == "passed, tried again"
-    assert outcome(pytester, failures=3) == "failed, tried again"
+    assert outcome(pytester, failures=3) == "passed, tried again"
+    assert outcome(pytester, failures=4) == "failed, tried again"
     assert outcome_of(pytester, CANNOT_BEGIN, "no sound") == "errors, tried again"
 
 
@@ -89,7 +105,7 @@ def busy_for(spells: int, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     return asked
 
 
-def test_the_last_try_waits_until_the_machine_has_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_try_alone_waits_until_the_machine_has_time(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = busy_for(3, monkeypatch)
     keeping_up._wait_for_calm(pytest.Stash())
     assert asked == [False, False, False, True]
@@ -106,3 +122,45 @@ def test_no_try_waits_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     assert waited
     keeping_up._wait_for_calm(stash)
     assert len(asked) == waited
+
+
+def test_who_runs_alone_waits_for_those_before_and_is_waited_for(tmp_path: Path) -> None:
+    room = tmp_path / "room"
+
+    def enters(how: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [sys.executable, "-c", ENTERS, room, how],
+            cwd=Path(keeping_up.__file__).parent,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def is_inside(process: subprocess.Popen[str], seconds: float = 60) -> bool:
+        assert process.stdout
+        return bool(select.select([process.stdout], [], [], seconds)[0])
+
+    with enters("among") as first, enters("among") as second:
+        assert is_inside(first)
+        assert is_inside(second)
+        with enters("alone") as alone:
+            while not _entrance_is_taken(room):
+                assert alone.poll() is None
+            with enters("among") as later:
+                first.communicate("\n")
+                assert not is_inside(alone, 0.3)
+                second.kill()
+                assert is_inside(alone)
+                assert not is_inside(later, 1)
+                alone.communicate("\n")
+                assert is_inside(later)
+                later.communicate("\n")
+
+
+def _entrance_is_taken(room: Path) -> bool:
+    with room.open("a+") as file:
+        try:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, 0)
+        except OSError:
+            return True
+    return False

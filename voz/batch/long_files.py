@@ -191,7 +191,7 @@ def _cuts(voices: npt.NDArray[np.uint8], length: int) -> tuple[int, ...]:
 
 
 def _frames(blocks: Iterator[Samples]) -> Iterator[Samples]:
-    rest = np.empty(0, np.int16)
+    rest: Samples = np.empty(0, np.int16)
     for block in blocks:
         rest = np.concatenate([rest, block])
         whole = len(rest) // FRAME * FRAME
@@ -206,7 +206,7 @@ def _known(flags: bytes) -> Voices:
 
 def _first(blocks: Iterator[Samples], count: int) -> tuple[Samples, Iterator[Samples]]:
     """The first samples, and the rest."""
-    taken = np.empty(0, np.int16)
+    taken: Samples = np.empty(0, np.int16)
     while len(taken) < count and (block := next(blocks, None)) is not None:
         taken = np.concatenate([taken, block])
     return taken[:count], chain([taken[count:]], blocks)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from voz.audio import SAMPLE_RATE
+from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.devices import choose
 from voz.audio.capture.microphone import open_microphone
 from voz.audio.level import Fault, measure
@@ -34,7 +34,7 @@ def microphone(wanted: str | None = None) -> Finding:
     name = "microphone"
     try:
         device = choose(wanted, ", or type commands: `voz run --text -`")
-        heard = np.empty(0, np.int16)
+        heard: Samples = np.empty(0, np.int16)
         with open_microphone(device.handle) as blocks:
             while len(heard) < SECONDS * SAMPLE_RATE:
                 heard = np.concatenate([heard, next(blocks)])

@@ -62,7 +62,7 @@ def distances_of(folder: Path) -> Distances:
     try:
         model = AcousticModel(folder)
     except LanguageError:  # another kind of Gaussians
-        loss = np.full((len(phones), len(phones)), UNKNOWN_LOSS)
+        loss: Floats = np.full((len(phones), len(phones)), UNKNOWN_LOSS)
     else:
         loss = divergences(model, [model.phones[phone] for phone in phones]) ** POWER
     np.fill_diagonal(loss, 0.0)

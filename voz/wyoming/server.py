@@ -11,6 +11,7 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 from wyoming.asr import Transcribe, Transcript
 from wyoming.audio import AudioChunk, AudioStart, AudioStop
 from wyoming.error import Error
@@ -73,7 +74,7 @@ class SharedRecognizer:
         """Begin to listen to a stream."""
         return self._recognizer.listen(rate)
 
-    async def feed(self, listener: Listener, sound: np.ndarray) -> list[Utterance]:
+    async def feed(self, listener: Listener, sound: npt.ArrayLike) -> list[Utterance]:
         """Hear the next sound of a stream, on another thread."""
         async with self._free:
             heard = await asyncio.to_thread(listener.feed, sound)

@@ -77,7 +77,8 @@ class Levels:
         power = np.abs(np.fft.rfft(windows * self._window)) ** 2
         low, middle, high = BANDS
         bands: Floats = np.add.reduceat(power[:, low:high], (0, middle - low), axis=1)
-        return bands / self._scale
+        bands /= self._scale
+        return bands
 
 
 def _means(energies: Floats, count: int) -> Floats:

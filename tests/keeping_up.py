@@ -85,8 +85,9 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
     It had none if it did not let even a sleeping thread wake in time, or if somebody waited for a
     processor often: what goes by a clock or by sound, or waits for another program, may fail then.
-    On a machine that has time the first failure counts, and on any the fourth. Those that were
-    tried again are told with the report.
+    On a machine that has time the first failure counts, and on any the fourth; each begins with
+    fixtures of its own, those of a module or a session too. Those that were tried again are told
+    with the report.
     """
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     failures: list[str] = []
@@ -104,6 +105,8 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         if metronome.keeps_up or not failed:
             break
         failures += [_why(report) for report in failed]
+        if number < TRIES - 1:
+            failures += _begin_anew(item.session)
     for report in reports:
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
@@ -119,6 +122,15 @@ def _room(alone: bool) -> Iterator[None]:
         if not alone:
             fcntl.lockf(file, fcntl.LOCK_UN, 1, 0)
         yield
+
+
+def _begin_anew(session: pytest.Session) -> list[str]:
+    """Take down what tests share: a try left it in the midst of something; gives what failed."""
+    try:
+        session._setupstate.teardown_exact(None)
+    except Exception as error:
+        return [f"  taking it down: {error!r}"]
+    return []
 
 
 def _wait_for_calm(stash: pytest.Stash) -> None:

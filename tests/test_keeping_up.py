@@ -25,6 +25,30 @@ def test_it(made):
     assert len(tries) > {failures}
 """
 
+LEAVES_SOMETHING = """
+import pytest
+tries = []
+
+@pytest.fixture(scope="session")
+def deep():
+    return []
+
+@pytest.fixture(scope="module")
+def shared(deep):
+    yield deep
+    if len(tries) == 2:
+        raise OSError("it is stuck")
+
+def test_it(shared):
+    tries.append(len(tries))
+    assert not shared
+    shared.append("left")
+    assert len(tries) > {failures}
+
+def test_the_next(shared):
+    assert shared == ["left"]
+"""
+
 CANNOT_BEGIN = """
 import pytest
 
@@ -90,6 +114,17 @@ def test_on_a_machine_that_has_the_first_failure_counts(
     monkeypatch.setattr(keeping_up, "STALL", 1000.0)
     assert outcome(pytester, failures=1) == "failed"
     assert outcome(pytester, failures=0) == "passed"
+
+
+def test_each_try_finds_nothing_that_another_left(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(keeping_up, "STALL", -1.0)
+    monkeypatch.setattr(keeping_up, "PATIENCE", 0.0)
+    pytester.makepyfile(LEAVES_SOMETHING.format(failures=3))
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
+    result.assert_outcomes(passed=2)
+    result.stdout.fnmatch_lines(["  taking it down: OSError('it is stuck')"])
 
 
 def busy_for(spells: int, monkeypatch: pytest.MonkeyPatch) -> list[bool]:

@@ -129,7 +129,7 @@ def test_a_signal_that_comes_while_one_is_swallowed_waits_for_the_next_try() -> 
             code = signals._swallowed.__code__
             signals._received(number, type("Frame", (), {"f_code": code}))
         where_it_is_swallowed(signal.SIGINT)
-        print("noted", signals.ended_by())
+        print("noted", int(signals.ended_by()))
         try: signals._received(signal.SIGTERM, sys._getframe())
         finally: print("ended")
     """)

@@ -18,5 +18,8 @@ def set_up() -> None:
     threads wait for each other and take memory. Whoever wants it otherwise has set it already.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if os.path.expanduser("~") == "~":  # noqa: PTH111  # pathlib's raises an error
+        # There is no home folder, of which matplotlib before 3.11 dies; this it can do without.
+        os.environ.setdefault("MPLCONFIGDIR", os.devnull)
     sys.setswitchinterval(SWITCH)
     give_back_large_blocks()

@@ -193,12 +193,14 @@ def test_a_signal_at_any_moment_of_the_start_ends_it_with_zero(
         lines = process.stderr.read().splitlines(keepends=True)
         told = b"".join(line for line in lines if not line.startswith(b"listening to "))
     if told.startswith(b"Fatal Python error: init_"):  # Ctrl-C while Python itself starts
-        assert code == 1
+        assert code == 1 or code in codes
         return
     assert code in codes
     if code == -signal.SIGINT:
         # Python was there, but not voz: its own answer to Ctrl-C is a traceback.
         assert not told or (told.endswith(b"KeyboardInterrupt\n") and b"in main\n" not in told)
+    elif code < 0 and first == signal.SIGINT:  # another signal ended it in the midst of that
+        assert b"in main\n" not in told
     else:
         assert told == b""
     time.sleep(0.5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import queue
+import sys
 import time
 from pathlib import Path
 
@@ -82,6 +83,7 @@ def test_a_function_is_called_and_what_it_raises_is_told(
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "gripper_of_a_test", raising=False)  # of an earlier try
     target = "gripper_of_a_test:close"
     said: queue.Queue[Ended] = queue.Queue()
     with Programs(table(grip=Step(call=(target, "{thing}", 1.0))), said.put) as programs:

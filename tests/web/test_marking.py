@@ -57,6 +57,13 @@ def say(robot: PageRobot, page: Page, sound: np.ndarray) -> str:
     return str(robot.state["recordings"][-1]["file"])
 
 
+@pytest.fixture(scope="module")
+def recording(robot: PageRobot, forward: np.ndarray) -> str:
+    with opened_without_browser(robot) as page:
+        page.take_the_wheel()
+        return say(robot, page, forward)
+
+
 def mark(robot: PageRobot, page: Page, **more: object) -> httpx.Response:
     return robot.api.post("/api/mark", json={"page": page.welcome["secret"], **more})
 
@@ -147,30 +154,33 @@ def test_only_the_page_that_drives_may_mark_and_play(
     ],
 )
 def test_a_mark_that_cannot_be_is_one_line(
-    more: dict[str, object], status: int, error: str, robot: PageRobot, folder: Path
+    more: dict[str, object],
+    status: int,
+    error: str,
+    robot: PageRobot,
+    folder: Path,
+    recording: str,
 ) -> None:
     with opened_without_browser(robot) as page:
         page.take_the_wheel()
-        known = page.welcome["recordings"][-1]["file"]
         before = (folder / MANIFEST).read_text()
-        answer = mark(robot, page, **{"file": known, **more})
+        answer = mark(robot, page, **{"file": recording, **more})
         assert answer.status_code == status
         assert error in answer.json()["error"]
         assert (folder / MANIFEST).read_text() == before
 
 
 def test_a_recording_is_served_to_those_who_may_come_in_and_kept_by_nobody(
-    robot: PageRobot, folder: Path
+    robot: PageRobot, folder: Path, recording: str
 ) -> None:
-    file = robot.state["recordings"][-1]["file"]
-    answer = robot.api.get(f"/api/recordings/{file}").raise_for_status()
-    assert answer.content == (folder / file).read_bytes()
+    answer = robot.api.get(f"/api/recordings/{recording}").raise_for_status()
+    assert answer.content == (folder / recording).read_bytes()
     assert answer.headers["content-type"] == "audio/flac"
     assert answer.headers["cache-control"] == "no-store"
     for other in ("x.flac", "manifest.tsv", "..%2Fmanifest.tsv", "%00"):
         assert robot.api.get(f"/api/recordings/{other}").status_code == 404
-    (folder / file).unlink()
-    assert "not there" in robot.api.get(f"/api/recordings/{file}").json()["error"]
+    (folder / recording).unlink()
+    assert "not there" in robot.api.get(f"/api/recordings/{recording}").json()["error"]
 
 
 def test_what_a_page_plays_drives_nothing(robot: PageRobot, forward: np.ndarray) -> None:

@@ -12,6 +12,9 @@ CORES = $(shell getconf _NPROCESSORS_ONLN)
 SIDE_BY_SIDE = --dist loadfile --max-worker-restart 2 -n
 TWICE = $$(($(CORES) * 2))
 
+# Containers often set it: then every process of the tests would compile voz anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 help: ## Show this list
 	@sed -n 's/^\([a-z0-9]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import fcntl
 import os
 import tempfile
@@ -12,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from _pytest.faulthandler import fault_handler_stderr_fd_key
 from _pytest.runner import runtestprotocol
 
 STALL = 0.04
@@ -23,15 +25,15 @@ CROWDED = 0.2
 PRESSURE = Path("/proc/pressure/cpu")
 """Which tells that: https://docs.kernel.org/accounting/psi.html"""
 
-TRIES = 4
+TRIES = 8
 AMONG_OTHERS = 2
 """So many of them while other tests run, and then alone, once the machine has time again."""
 
 CALM = 3.0
 """It has when it had for so long, s."""
 
-PATIENCE, IN_ALL = 60.0, 180.0
-"""For so long a try waits for that, and all of a process, s."""
+PATIENCE, IN_ALL = 60.0, 600.0
+"""For so long a try waits for that, and all of a process, s: a host may hold it up for minutes."""
 
 ROOM = Path(tempfile.gettempdir()) / f"voz-tests-{os.getuid()}.lock"
 """Whose bytes the tests of all processes lock: the first while they enter, the second inside."""
@@ -85,9 +87,9 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
     It had none if it did not let even a sleeping thread wake in time, or if somebody waited for a
     processor often: what goes by a clock or by sound, or waits for another program, may fail then.
-    On a machine that has time the first failure counts, and on any the fourth; each begins with
-    fixtures of its own, those of a module or a session too. Those that were tried again are told
-    with the report.
+    On a machine that has time the first failure counts, and on any the eighth; each begins with
+    fixtures of its own, those of a module or a session too, and with as much time as the first.
+    Those that were tried again are told with the report.
     """
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     failures: list[str] = []
@@ -96,6 +98,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
         with _room(alone):
             if alone:
                 _wait_for_calm(item.session.stash)
+            _begin_timeout(item.config)
             item._initrequest()  # type: ignore[attr-defined]  # fixtures of its own are made anew
             with Metronome() as metronome:
                 reports = runtestprotocol(item, log=False, nextitem=nextitem)
@@ -122,6 +125,15 @@ def _room(alone: bool) -> Iterator[None]:
         if not alone:
             fcntl.lockf(file, fcntl.LOCK_UN, 1, 0)
         yield
+
+
+def _begin_timeout(config: pytest.Config) -> None:
+    """Let pytest's own end of a test that hangs count from now on."""
+    timeout = float(config.getini("faulthandler_timeout"))
+    if timeout:
+        file = config.stash[fault_handler_stderr_fd_key]
+        hangs = config.getini("faulthandler_exit_on_timeout")
+        faulthandler.dump_traceback_later(timeout, file=file, exit=hangs)
 
 
 def _begin_anew(session: pytest.Session) -> list[str]:

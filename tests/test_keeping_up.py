@@ -60,6 +60,13 @@ def test_it(made):
     pass
 """
 
+HAS_NO_TIME = """
+import keeping_up
+from pathlib import Path
+from keeping_up import pytest_runtest_protocol, pytest_terminal_summary
+keeping_up.ROOM = Path({room!r})
+keeping_up.STALL, keeping_up.PATIENCE = -1.0, 0.0
+"""
 
 ENTERS = """
 import sys
@@ -96,14 +103,14 @@ def outcome_of(pytester: pytest.Pytester, test: str, first: str) -> str:
 
 
 @pytest.mark.parametrize("late", [("CROWDED", -1.0), ("STALL", -1.0)])
-def test_on_a_machine_that_has_no_time_a_test_has_four_tries(
+def test_on_a_machine_that_has_no_time_a_test_has_eight_tries(
     late: tuple[str, float], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(keeping_up, *late)
     monkeypatch.setattr(keeping_up, "PATIENCE", 0.0)
     assert outcome(pytester, failures=0) == "passed"
-    assert outcome(pytester, failures=3) == "passed, tried again"
-    assert outcome(pytester, failures=4) == "failed, tried again"
+    assert outcome(pytester, failures=7) == "passed, tried again"
+    assert outcome(pytester, failures=8) == "failed, tried again"
     assert outcome_of(pytester, CANNOT_BEGIN, "no sound") == "errors, tried again"
 
 
@@ -125,6 +132,19 @@ def test_each_try_finds_nothing_that_another_left(
     result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
     result.assert_outcomes(passed=2)
     result.stdout.fnmatch_lines(["  taking it down: OSError('it is stuck')"])
+
+
+@pytest.mark.slow
+def test_each_try_has_as_much_time_as_the_first(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest(HAS_NO_TIME.format(room=str(pytester.path / "room.lock")))
+    pytester.makeini(
+        "[pytest]\nfaulthandler_timeout = 3\nfaulthandler_exit_on_timeout = true\n"
+        f"pythonpath = {Path(keeping_up.__file__).parent}"
+    )
+    pytester.makepyfile("import time\n\n\ndef test_it():\n    time.sleep(0.7)\n    assert False\n")
+    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
+    result.assert_outcomes(failed=1)
+    assert result.duration > 5
 
 
 def busy_for(spells: int, monkeypatch: pytest.MonkeyPatch) -> list[bool]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import threading
+from collections.abc import Callable
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before numpy is loaded
 
@@ -23,6 +25,13 @@ __all__ += ["pytest_runtest_protocol", "pytest_terminal_summary"]  # hooks
 
 settings.register_profile("voz", deadline=None)  # a busy machine is no fault of what is tested
 settings.load_profile("voz")
+
+
+@pytest.fixture
+def begun() -> Callable[[], list[str]]:
+    """Which threads began in the test and go on; one of another test's may hang beside them."""
+    before = set(threading.enumerate())
+    return lambda: [thread.name for thread in set(threading.enumerate()) - before]
 
 
 @pytest.fixture(scope="session")

@@ -220,11 +220,11 @@ def test_a_robot_that_was_lost_for_a_moment_is_stopped_until_all_know() -> None:
 
 
 def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped() -> None:
-    robot = Recorder()
+    robot, others = Recorder(), set(threading.enumerate())
     with Mailbox("mine", robot) as box:
         box.receive(Twist(0, 0.1, 0))
         until(lambda: robot.got)
-        (thread,) = [t for t in threading.enumerate() if t.name == "voz-mine"]
+        (thread,) = set(threading.enumerate()) - others
         raised = ctypes.py_object(KeyboardInterrupt)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), raised)
         box.receive(Reply(1, "which lets the thread notice it"))

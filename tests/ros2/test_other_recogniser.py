@@ -1,6 +1,5 @@
 """Commands that another recogniser publishes as ROS 2 texts: what is heard, and what is not."""
 
-import threading
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -61,8 +60,7 @@ def test_what_this_process_publishes_is_not_heard(texts: list[str], other: Progr
     assert "go back" not in texts
 
 
-def test_the_end_leaves_no_thread(other: Program) -> None:
-    before = {thread.name for thread in threading.enumerate()}
+def test_the_end_leaves_no_thread(other: Program, begun: Callable[[], list[str]]) -> None:
     with heard_on_ros(Ros2(), lambda text: None):
         pass
-    assert {thread.name for thread in threading.enumerate()} == before
+    assert begun() == []

@@ -6,7 +6,6 @@ import math
 import os
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -262,6 +261,7 @@ def test_a_missing_festival_is_one_warning_or_an_error_for_who_waits(
 
 @pytest.mark.slow
 def test_a_festival_that_hangs_keeps_nothing_else_back(
+    begun: Callable[[], list[str]],
     client: SoundClient,
     loudspeaker: Recorder,
     slow_festival: Path,
@@ -283,7 +283,7 @@ def test_a_festival_that_hangs_keeps_nothing_else_back(
     wait_until(slow_festival.exists)
     client.close()
     wait_for_end(slow_festival)
-    assert not [t for t in threading.enumerate() if t.name == "voz-loudspeaker"]
+    assert "voz-loudspeaker" not in begun()
 
 
 def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(

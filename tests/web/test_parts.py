@@ -58,7 +58,9 @@ def test_a_page_that_closes_is_missed_until_somebody_drives_again() -> None:
     wheel = Wheel()
     wheel.take(1, False, 0.0)
     assert wheel.leave(1)
+    assert wheel.just_left
     assert wheel.trouble(0.1, moving=True)
+    assert not wheel.just_left
     assert wheel.trouble(9.0, moving=False)
     assert wheel.take(2, False, 10.0)
     assert wheel.trouble(10.0, moving=True) is None

@@ -179,6 +179,19 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_closed(robot: PageRobot
         robot.robot.wait_for(warns("the operator's page is there"), since)
 
 
+def test_s5_the_robot_stops_when_another_page_drives_at_once_in_place_of_one_that_is_closed(
+    robot: PageRobot,
+) -> None:
+    with opened(robot) as second, opened(robot) as first:
+        first.take_the_wheel()
+        assert robot.command("go forward", page=first.welcome["secret"]).json()["obeyed"]
+        first.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
+        since = robot.since
+        first.socket.close()
+        second.take_the_wheel()  # before the beat has looked whether the first is there
+        robot.robot.wait_for(rests, since)
+
+
 def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRobot) -> None:
     with opened(robot) as page:
         page.take_the_wheel()

@@ -133,21 +133,22 @@ class Desk:
         self._wheel.seen(watcher.number, time.monotonic())
 
     def drive(self, watcher: Watcher, over: bool) -> bool:
-        """Let a page drive; if it takes over from another, the robot stops. Tells whether it does.
+        """Let a page drive, and tell whether it does; if another did just now, the robot stops.
 
         Args:
             watcher: the page.
             over: whether it takes over from another that drives.
         """
-        before = self._wheel.driver
+        before, just_left = self._wheel.driver, self._wheel.just_left
         if before == watcher.number:
             return True
         if not self._wheel.take(watcher.number, over, time.monotonic()):
             return False
         if self.microphone:
             self.microphone.end(whole=False)
-        if before is not None:
+        if before is not None or just_left:
             self._asking.halt()
+        if before is not None:
             self._warn(f"{watcher.name} drives now, no longer page {before}: the robot stops")
         return True
 

@@ -26,6 +26,11 @@ class Wheel:
         self._closed = False  # the driver has gone, and the beat has not looked yet
         self._lost = False  # the robot moved then, and nobody has come back
 
+    @property
+    def just_left(self) -> bool:
+        """Whether who drove has gone and the beat has not looked since: the robot may yet move."""
+        return self._closed
+
     def take(self, page: int, over: bool, now: float) -> bool:
         """Let a page drive, if nobody does or it takes over; tells whether it does.
 

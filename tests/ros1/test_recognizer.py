@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from live_robot import speak
 from recordings import GO_BACK, ROOT, Recording
 from ros1.ros import Ros, eventually
+
+from voz.inbox import Inbox
+from voz.ros1 import recognizer
 
 FORWARD = GO_BACK.with_name("festival_slt__go_forward.flac")
 
@@ -94,3 +101,27 @@ def test_a_microphone_that_is_not_there_is_one_line(ros: Ros) -> None:
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert line.startswith("recognizer: there is")
+
+
+def test_of_two_that_start_it_at_once_only_the_last_one_hears(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    heard: list[int] = []
+
+    @contextmanager
+    def hearing() -> Iterator[None]:
+        heard.append(1)
+        yield
+        time.sleep(0.1)  # as a microphone takes to be closed
+        heard.pop()
+
+    monkeypatch.setattr(recognizer, "make_hearing", lambda *_: hearing())
+    monkeypatch.setattr(recognizer, "read_settings", lambda: None)
+    ears = recognizer._Ears(Inbox({"stop"}), time.monotonic)
+    ears.start()
+    with ThreadPoolExecutor(8) as services:
+        for starting in [services.submit(ears.start) for _ in range(8)]:
+            starting.result()
+    assert len(heard) == 1
+    ears.stop()
+    assert not heard

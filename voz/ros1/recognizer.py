@@ -40,15 +40,18 @@ class _Ears:
     def start(self) -> None:
         """Read the parameters and listen; if it did already, by what they are now."""
         hearing = make_hearing(read_settings(), self._inbox, self._clock)
-        self.stop()
-        with self._lock:
+        with self._lock:  # all the while: of two at once, both would hear
+            self._end()
             self._parts.enter_context(hearing)
             self._hearing = hearing
 
     def stop(self) -> None:
         with self._lock:
-            self._hearing = None
-            self._parts.close()
+            self._end()
+
+    def _end(self) -> None:
+        self._hearing = None
+        self._parts.close()
 
     def trouble(self) -> str:
         """Tell why nothing is heard; empty if all is well."""

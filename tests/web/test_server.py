@@ -25,6 +25,8 @@ from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from voz.audio import SAMPLE_RATE
+
 pytestmark = pytest.mark.slow
 
 
@@ -206,7 +208,7 @@ def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRo
     since = robot.since
     with opened(robot) as page:
         page.take_the_wheel()
-    wait_until(lambda: robot.state["now"]["pages"] == 0)
+    robot.robot.wait_for(warns("the operator's page is closed: nobody drives"), since)
     robot.drives("go forward")
     time.sleep(0.5)
     assert not [text for text in robot.robot.warnings(since) if "gone" in text]
@@ -384,6 +386,23 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
     said = robot.robot.of("utterance")[-1]
     assert (said["text"], said["obeyed"]) == ("go forward", True)
     assert said["latency"] < 1
+
+
+def test_s5_what_is_settled_once_the_page_is_closed_does_not_drive(
+    robot: PageRobot, forward: np.ndarray
+) -> None:
+    with opened(robot) as watching:
+        with opened(robot) as page:
+            page.take_the_wheel()
+            since = robot.since
+            with heard(robot, page) as microphone:
+                microphone.begin()
+                microphone.speak(forward[: -SAMPLE_RATE // 2], page)
+                microphone.end()
+        watching.wait_for(lambda r: r["type"] == "utterance" and r["text"] == "go forward")
+        robot.robot.wait_for(warns("the operator's page is "), since)  # gone, or closed
+        watching.stay(0.3)
+        assert robot.state["now"]["linear"] == 0
 
 
 def test_sound_that_comes_late_does_not_drive_and_is_told(

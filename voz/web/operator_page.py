@@ -10,7 +10,7 @@ from functools import partial
 from voz.events import Event
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom
-from voz.inbox import Inbox
+from voz.inbox import Halt, Inbox
 from voz.language.templates.commands import Commands
 from voz.run.assembly import Ears, warner
 from voz.run.clocks import Clock
@@ -30,6 +30,8 @@ from voz.web.site import Site
 from voz.web.sounding import Sounding
 from voz.web.tuning import TuningApi
 from voz.web.wheel import Wheel
+
+CLOSED = "the operator's page is closed: nobody drives"
 
 MOST_BUTTONS = 60
 """Of more commands, each has one button, with the shortest of its sentences."""
@@ -84,7 +86,12 @@ class OperatorPage:
 
     def trouble(self, moving: bool) -> str | None:
         """Tell that the page is gone that drove the robot (S5)."""
-        return self._wheel.trouble(time.monotonic(), moving)
+        just_left = self._wheel.just_left
+        problem = self._wheel.trouble(time.monotonic(), moving)
+        if just_left and not problem and self._microphone:
+            # What was said last on it may be settled only now, with nobody there who can stop it.
+            self._inbox.put(Halt(CLOSED, self._clock.now()))
+        return problem
 
     @contextmanager
     def serving(self, parts: Shown) -> Iterator[Ears]:

@@ -171,7 +171,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     again: dict[str, list[str]] = {}
     for category in ("passed", "failed", "error"):
         for report in terminalreporter.getreports(category):
-            if why := [str(value) for name, value in report.user_properties if name == AGAIN]:
+            told = getattr(report, "user_properties", ())  # a file that cannot be read has none
+            if why := [str(value) for name, value in told if name == AGAIN]:
                 again[report.nodeid] = why
     for test, why in again.items():
         terminalreporter.write_line(f"{AGAIN}: {test}")

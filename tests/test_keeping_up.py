@@ -147,6 +147,14 @@ def test_each_try_has_as_much_time_as_the_first(pytester: pytest.Pytester) -> No
     assert result.duration > 5
 
 
+def test_a_file_that_cannot_be_read_is_told_as_ever(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("import there_is_no_such_module")
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*No module named 'there_is_no_such_module'"])
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+
+
 def busy_for(spells: int, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Let the machine have no time for some spells; gives what is asked of them."""
     asked: list[bool] = []

@@ -33,7 +33,7 @@ def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
         wait_until(said)
 
     with (
-        heard_on_ros(Ros2(), published.append),
+        heard_on_ros(Ros2(), published.append, published.append),
         live_robot(environment, "--robot", "ros2", "--listen-ros", "--listening") as robot,
     ):
         until(lambda: "hello" in published, other.say, "hello")

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("domain")
 @pytest.fixture
 def texts() -> Iterator[list[str]]:
     heard: list[str] = []
-    with heard_on_ros(Ros2(), heard.append):
+    with heard_on_ros(Ros2(), heard.append, heard.append):
         yield heard
 
 
@@ -61,6 +61,24 @@ def test_what_this_process_publishes_is_not_heard(texts: list[str], other: Progr
 
 
 def test_the_end_leaves_no_thread(other: Program, begun: Callable[[], list[str]]) -> None:
-    with heard_on_ros(Ros2(), lambda text: None):
+    with heard_on_ros(Ros2(), lambda text: None, print):
         pass
     assert begun() == []
+
+
+def test_that_nothing_is_heard_any_more_is_told(own: Callable[..., Program]) -> None:
+    def hear(text: str) -> None:
+        raise MemoryError(text)
+
+    told: list[str] = []
+    with heard_on_ros(Ros2(), hear, told.append):
+        program = own("cyclone_peer.py")
+
+        def fails() -> bool:
+            program.say("hello")
+            return bool(told)
+
+        wait_until(fails)
+    assert told == [
+        "what is published on recognizer/output is heard no more (MemoryError('hello'))"
+    ]

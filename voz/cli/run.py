@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from voz.language.templates.commands import Commands
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import Profile
-    from voz.run.live import Typist
+    from voz.run.live import Other
     from voz.run.offline import Played
     from voz.settings import Ros2
 
@@ -214,11 +214,13 @@ def _receivers(
         yield robots._replace(receivers=[*robots.receivers, *log, *bag])
 
 
-def _other_recogniser(settings: Ros2) -> Callable[[Typist], AbstractContextManager[None]]:
+def _other_recogniser(settings: Ros2) -> Other:
     """What lets the commands that another recogniser publishes on ROS 2 be obeyed."""
     from voz.ros2 import HEARD_ON_ROS, heard_on_ros
 
-    return lambda typist: heard_on_ros(settings, lambda text: typist(text, HEARD_ON_ROS))
+    return lambda typist, failed: heard_on_ros(
+        settings, lambda text: typist(text, HEARD_ON_ROS), failed
+    )
 
 
 def _terminal(stream: TextIO) -> Console | None:

@@ -27,12 +27,15 @@ HEARD_ON_ROS = "ros2"
 
 
 @contextmanager
-def heard_on_ros(settings: Ros2, heard: Callable[[str], None]) -> Iterator[None]:
+def heard_on_ros(
+    settings: Ros2, heard: Callable[[str], None], failed: Callable[[str], None]
+) -> Iterator[None]:
     """Listen to the topic of commands for the length of a `with` block.
 
     Args:
         settings: the domain and the topic.
         heard: called with each text, in a thread of its own; not with what this process publishes.
+        failed: called there, too, with a line that says why nothing is heard any more.
 
     Raises:
         ConfigError: the environment says what cannot be.
@@ -41,7 +44,14 @@ def heard_on_ros(settings: Ros2, heard: Callable[[str], None]) -> Iterator[None]
     node = Ros2Node(settings)
     reader = node.reader(settings.output, String, Policy.IgnoreLocal.Process)
     end = GuardCondition(node.participant)
-    thread = Thread(target=_listen, args=(node, reader, end, heard), name="ros2", daemon=True)
+
+    def listen() -> None:
+        try:
+            _listen(node, reader, end, heard)
+        except BaseException as error:  # whatever it is: a `stop` may be lost
+            failed(f"what is published on {settings.output} is heard no more ({error!r})")
+
+    thread = Thread(target=listen, name="voz-ros2", daemon=True)
     thread.start()
     try:
         yield

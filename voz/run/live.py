@@ -36,6 +36,9 @@ PAGE = "the operator's page"
 Typist: TypeAlias = Callable[[str, str], None]
 """Obeys a sentence; the second is its source."""
 
+Other: TypeAlias = Callable[[Typist, Callable[[str], None]], AbstractContextManager[None]]
+"""Another recogniser, given what obeys it, and what to tell why it is heard no more."""
+
 
 class Page(Protocol):
     """A page that shows the run and drives in it, too."""
@@ -87,7 +90,7 @@ class Seat(NamedTuple):
         tell: where there is no display, takes the line that it listens.
         record: the folder in which what is heard is kept.
         extra: what the terminal shows besides.
-        also: another recogniser, which is given what obeys a sentence from a source.
+        also: another recogniser, whose sentences are obeyed.
         odometry: tells where the robot is at a time of the run, s, without waiting.
         page: makes a page that shows the run, from where its commands go and the time.
     """
@@ -98,7 +101,7 @@ class Seat(NamedTuple):
     tell: Callable[[str], None] = lambda _: None
     record: Path | None = None
     extra: RenderableType | None = None
-    also: Callable[[Typist], AbstractContextManager[None]] | None = None
+    also: Other | None = None
     odometry: Callable[[float], Place | None] = lambda _: None
     page: Callable[[Inbox, Clock], Page] | None = None
 
@@ -147,7 +150,7 @@ def run_live(
         parts.enter_context(renewing(recognizer, table, warn))
         line = parts.enter_context(keys(partial(_stop, inbox, clock), obey, warn))
         if seat.also:
-            parts.enter_context(seat.also(obey))
+            parts.enter_context(seat.also(obey, partial(_unheard, inbox, clock)))
         start = parts.enter_context(starting(table, inbox, clock))
         told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
         drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
@@ -163,6 +166,11 @@ def run_live(
 
 def _stop(inbox: Inbox, clock: Clock) -> None:
     inbox.put(Halt(t=clock.now()))
+
+
+def _unheard(inbox: Inbox, clock: Clock, why: str) -> None:
+    _stop(inbox, clock)
+    warner(inbox, clock)(f"{why}: the robot stops")
 
 
 def _obey(

@@ -13,7 +13,7 @@ from voz.run.beat import take
 from voz.run.clocks import WallClock
 from voz.run.drive import Controller
 from voz.settings import Safety
-from voz.web.operator_page import CLOSED, OperatorPage
+from voz.web.operator_page import NOBODY, OperatorPage
 
 
 @pytest.mark.parametrize("listens", [True, False])
@@ -32,7 +32,7 @@ def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(liste
     while taken := inbox.take(0.001):
         take(drive, taken, clock.now())
     told = [event.text for event in events if isinstance(event, Warning)]
-    assert told == ([CLOSED] if listens else [])
+    assert told == ([NOBODY] if listens else [])
     now = clock.now()
     drive.hear(Utterance(now, "go forward", 0.9, True, begun, now, "browser"))
     assert drive.moving is not listens  # else the robot's own microphone may have heard it

@@ -71,7 +71,9 @@ def test_a_page_that_closes_beside_a_robot_at_rest_is_forgotten() -> None:
     wheel.take(1, False, 0.0)
     wheel.leave(1)
     assert wheel.trouble(0.1, moving=False) is None
+    assert wheel.left_at_rest
     assert wheel.trouble(0.2, moving=True) is None  # somebody else drives by voice
+    assert not wheel.left_at_rest
 
 
 def test_the_place_of_a_silent_page_is_free_after_a_while() -> None:

@@ -208,7 +208,7 @@ def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRo
     since = robot.since
     with opened(robot) as page:
         page.take_the_wheel()
-    robot.robot.wait_for(warns("the operator's page is closed: nobody drives"), since)
+    robot.robot.wait_for(warns("no page drives any more"), since)
     robot.drives("go forward")
     time.sleep(0.5)
     assert not [text for text in robot.robot.warnings(since) if "gone" in text]
@@ -400,7 +400,7 @@ def test_s5_what_is_settled_once_the_page_is_closed_does_not_drive(
                 microphone.speak(forward[: -SAMPLE_RATE // 2], page)
                 microphone.end()
         watching.wait_for(lambda r: r["type"] == "utterance" and r["text"] == "go forward")
-        robot.robot.wait_for(warns("the operator's page is "), since)  # gone, or closed
+        robot.robot.wait_for(warns(" page "), since)  # it is gone, or none drives
         watching.stay(0.3)
         assert robot.state["now"]["linear"] == 0
 

@@ -31,7 +31,7 @@ from voz.web.sounding import Sounding
 from voz.web.tuning import TuningApi
 from voz.web.wheel import Wheel
 
-CLOSED = "the operator's page is closed: nobody drives"
+NOBODY = "no page drives any more"
 
 MOST_BUTTONS = 60
 """Of more commands, each has one button, with the shortest of its sentences."""
@@ -86,11 +86,10 @@ class OperatorPage:
 
     def trouble(self, moving: bool) -> str | None:
         """Tell that the page is gone that drove the robot (S5)."""
-        just_left = self._wheel.just_left
         problem = self._wheel.trouble(time.monotonic(), moving)
-        if just_left and not problem and self._microphone:
+        if self._wheel.left_at_rest and self._microphone:
             # What was said last on it may be settled only now, with nobody there who can stop it.
-            self._inbox.put(Halt(CLOSED, self._clock.now()))
+            self._inbox.put(Halt(NOBODY, self._clock.now()))
         return problem
 
     @contextmanager

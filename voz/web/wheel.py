@@ -18,10 +18,12 @@ class Wheel:
 
     Attributes:
         driver: the number of the page that drives; None if none does.
+        left_at_rest: whether the beat has just learnt that the driver went, with the robot at rest.
     """
 
     def __init__(self) -> None:
         self.driver: int | None = None
+        self.left_at_rest = False
         self._seen = 0.0  # when the driver last gave a sign, s
         self._closed = False  # the driver has gone, and the beat has not looked yet
         self._lost = False  # the robot moved then, and nobody has come back
@@ -70,7 +72,10 @@ class Wheel:
             moving: whether the robot moves.
         """
         silent = self.driver is not None and now - self._seen > NO_SIGN
-        closed, self._closed = self._closed, False
+        closed = self._closed
+        if closed:  # only then is it set: the other thread may set it right now
+            self._closed = False
         if moving and (silent or closed):
             self._lost = True
+        self.left_at_rest = closed and not moving
         return GONE if self._lost else None

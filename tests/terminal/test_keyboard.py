@@ -10,6 +10,7 @@ import select
 import signal
 import struct
 import subprocess
+import sys
 import termios
 import time
 from collections.abc import Iterator
@@ -19,9 +20,10 @@ import pytest
 from calls import VOZ
 from hypothesis import given
 from hypothesis import strategies as st
+from programs import wait_until
 
 from voz.inbox import Halt
-from voz.terminal.keyboard import BACKSPACE, ENTER, STOP_KEYS, Line
+from voz.terminal.keyboard import BACKSPACE, ENTER, STOP_KEYS, Line, keys
 
 words = st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S")), min_size=1)
 any_keys = st.lists(st.one_of(st.characters(), st.sampled_from([*STOP_KEYS, *ENTER, *BACKSPACE])))
@@ -75,6 +77,29 @@ def test_backspace_takes_the_last_letter_back(text: str) -> None:
     line = Line()
     assert press(line, f"{text}x\x7f\n") == [text]
     assert press(line, "\b\b\x7f\n") == [""]
+
+
+def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stopped, told, lines = [], [], []
+
+    def typed(line: str) -> None:
+        if line == "break":
+            raise MemoryError
+        lines.append(line)
+
+    theirs, ours = os.pipe()
+    with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        with keys(lambda: stopped.append(True), typed, told.append):
+            print("break", file=keyboard, flush=True)
+            wait_until(lambda: told)
+            print("go back", file=keyboard, flush=True)
+            wait_until(lambda: lines)
+    assert lines == ["go back"]
+    assert stopped == [True]
+    assert told == ["what was typed may be lost (MemoryError()): the robot stops"]
 
 
 class Terminal:

@@ -88,7 +88,7 @@ def keys(
     Args:
         stop: called for each of the keys that stop.
         typed: called with each line.
-        warn: called if it cannot be read any more.
+        warn: called if something that was typed may be lost.
 
     Yields:
         The line that is being typed, for whoever shows it.
@@ -102,14 +102,18 @@ def keys(
     take = _keys_into(line, stop, typed) if stream.isatty() else _lines_into(typed)
 
     def read() -> None:
-        try:
-            for text in _texts(stream.fileno(), ended):
-                take(text)
-            if not stream.isatty():
-                take("\n")  # the last line may have no end
-        except BaseException as error:  # whatever it is: what was typed to stop it may be lost
-            stop()
-            warn(f"nothing that is typed is read any more ({error!r}): the robot stops")
+        # Whatever happens: as keys that nobody takes fill a terminal, it takes no Ctrl-C either.
+        while not ended.is_set():
+            try:
+                for text in _texts(stream.fileno(), ended):
+                    take(text)
+                if not stream.isatty():
+                    take("\n")  # the last line may have no end
+                return
+            except BaseException as error:  # what was typed to stop it may be lost
+                stop()
+                warn(f"what was typed may be lost ({error!r}): the robot stops")
+                ended.wait(LOOK)
 
     thread = threading.Thread(target=read, name="voz-keyboard", daemon=True)
     with _key_by_key(stream):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from live_robot import live_robot, moves, speak
+from live_robot import live_robot, moves, rests, speak, warns
 from programs import Program, wait_until
 from recordings import FIXTURES
 
@@ -16,11 +16,21 @@ from voz.settings import Ros2
 
 pytestmark = pytest.mark.slow
 
+BREAKS = """
+import voz.run.live
+obey = voz.run.live._obey
+def breaks(inbox, recognizer, clock, line, *source):
+    if line == "break":
+        raise MemoryError
+    obey(inbox, recognizer, clock, line, *source)
+voz.run.live._obey = breaks
+"""
+
 
 def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
     pulse: dict[str, str], domain: int, own: Callable[..., Program]
 ) -> None:
-    environment = pulse | {name: os.environ[name] for name in os.environ if name.startswith("ROS_")}
+    environment = pulse | of_ros()
     other, published = own("cyclone_peer.py"), list[str]()
 
     def until(true: Callable[[], object], say: Callable[[str], None], text: str) -> None:
@@ -56,3 +66,25 @@ def is_obeyed(text: str) -> Callable[[dict[str, Any]], bool]:
     return lambda event: (
         event["type"] == "utterance" and event["accepted"] and event["text"] == text
     )
+
+
+def test_the_robot_stops_once_the_other_is_heard_no_more(
+    pulse: dict[str, str], domain: int, own: Callable[..., Program]
+) -> None:
+    other = own("cyclone_peer.py")
+    options = ["--robot", "simulator", "--listen-ros", "--listening"]
+    with live_robot(pulse | of_ros(), *options, before=BREAKS) as robot:
+        robot.type("go forward")
+        since = robot.arrived.index(robot.wait_for(moves))
+
+        def is_told() -> bool:
+            other.say("break")
+            return any("is heard no more (MemoryError())" in w for w in robot.warnings(since))
+
+        wait_until(is_told)
+        robot.wait_for(warns("heard no more (MemoryError()): the robot stops"), since)
+        robot.wait_for(rests, since)
+
+
+def of_ros() -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name.startswith("ROS_")}

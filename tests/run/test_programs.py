@@ -80,6 +80,7 @@ def test_a_function_is_called_and_what_it_raises_is_told(
 ) -> None:
     (tmp_path / "gripper_of_a_test.py").write_text(
         "def close(thing, force):\n    if force > 2:\n        raise RuntimeError(thing)\n"
+        "    if force < 0:\n        raise SystemExit(thing)\n"
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -91,6 +92,8 @@ def test_a_function_is_called_and_what_it_raises_is_told(
         assert ended(said) == Ended(0, target)
         programs.receive(Call(0, target, ("cup", 3.0)))
         assert ended(said) == Ended(0, target, "RuntimeError: cup (gripper_of_a_test.py, line 3)")
+        programs.receive(Call(0, target, ("cup", -1.0)))
+        assert ended(said) == Ended(0, target, "SystemExit: cup (gripper_of_a_test.py, line 5)")
 
 
 def test_a_function_that_hangs_is_told() -> None:
@@ -113,6 +116,15 @@ def test_what_is_not_there_is_told_before_anything_moves(step: Step, why: str) -
     with pytest.raises(ConfigError) as caught:
         Programs(table(a=step), lambda _: None)
     assert why in str(caught.value)
+
+
+def test_a_module_that_ends_the_program_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "ends_at_once.py").write_text("import sys\n\nsys.exit()\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match=r"imported \(SystemExit \(ends_at_once.py, line 3\)\)$"):
+        Programs(table(grip=Step(call=("ends_at_once:close",))), lambda _: None)
 
 
 def is_gone(pid: int) -> bool:

@@ -33,7 +33,7 @@ def mistakes_told(name: str) -> Iterator[None]:
     except VozError:
         raise
     except (Exception, SystemExit, KeyboardInterrupt) as error:
-        if _is_by_signal(error):
+        if is_by_signal(error):
             raise
         raise RobotMistake(f"the robot {name} cannot be used here: {in_words(error)}") from error
 
@@ -72,7 +72,7 @@ def _shown(file: str, line: int | None) -> str:
     return f"{path.relative_to(here) if path.is_relative_to(here) else path}, line {line}"
 
 
-def _is_by_signal(error: BaseException) -> bool:
+def is_by_signal(error: BaseException) -> bool:
     """Whether somebody ends the program, by Ctrl-C also the one of who uses voz as a library."""
     by_python = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     return ended_by() is not None or (isinstance(error, KeyboardInterrupt) and by_python)

@@ -18,7 +18,7 @@ from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
-from voz.robot.mistakes import in_words
+from voz.robot.mistakes import in_words, is_by_signal
 from voz.robot.own_code import imported
 
 MOST = 8
@@ -117,7 +117,7 @@ class Programs:
         late.start()
         try:
             self._functions[event.function](*event.arguments)
-        except Exception as error:
+        except BaseException as error:  # `sys.exit` too
             return in_words(error)
         finally:
             late.cancel()
@@ -144,7 +144,9 @@ def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
 def _imported(name: str, target: str) -> Callable[..., Any]:
     try:
         found = imported(target)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
+        if is_by_signal(error):
+            raise
         raise ConfigError(
             f'[commands] "{name}": {target} cannot be imported ({in_words(error)})'
         ) from error

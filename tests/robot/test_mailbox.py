@@ -219,6 +219,18 @@ def test_a_robot_that_was_lost_for_a_moment_is_stopped_until_all_know() -> None:
         until(lambda: robot.got[-1] == Twist(3, 0.1, 0))
 
 
+def test_a_velocity_is_late_also_if_the_next_one_has_come() -> None:
+    robot = Recorder()
+    box = Mailbox("mine", robot)
+    box.receive(Twist(0, 0.1, 0))
+    taken = box._next()
+    time.sleep(mailbox.STUCK + 0.05)  # as the whole process stands still
+    box.receive(Twist(1, 0.1, 0))
+    assert taken
+    box._deliver(taken)
+    assert robot.got == [Twist(0, 0, 0)]
+
+
 def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped() -> None:
     robot, others = Recorder(), set(threading.enumerate())
     with Mailbox("mine", robot) as box:

@@ -80,6 +80,7 @@ class Mailbox:
         self._untold: str | None = None  # the same, until who looks after it has been told
         self._busy_since: float | None = None
         self._put_at = 0.0  # the velocity that waits, on the monotonic clock, s
+        self._taken_put_at = 0.0  # the same of the one that was taken last
         self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
 
     def __enter__(self) -> Mailbox:
@@ -144,13 +145,14 @@ class Mailbox:
         with self._changed:
             while (event := self._box.take()) is None and not self._closing:
                 self._changed.wait()
+            self._taken_put_at = self._put_at  # the next one may come while it is delivered
             return event
 
     def _deliver(self, event: Event) -> None:
         if self._failure and not isinstance(event, Twist):
             return
         if isinstance(event, Twist):
-            late = time.monotonic() - self._put_at > STUCK
+            late = time.monotonic() - self._taken_put_at > STUCK
             # What is asked while it is lost must not be done, nor until all have stopped for that.
             if late or self._failure or self._answer or self._untold:
                 event = Twist(event.t, 0.0, 0.0)

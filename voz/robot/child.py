@@ -16,10 +16,9 @@ from multiprocessing.connection import Connection
 
 import msgspec
 
-from voz.errors import VozError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mistakes import in_words, mistakes_told
+from voz.robot.mistakes import mistakes_told, reason
 from voz.robot.process import Answer, RobotSpec
 from voz.robot.robots import make_apart
 
@@ -75,7 +74,7 @@ class Guarded:
                 self._robot.receive(event)
             return Answer(trouble=silent or self._robot.lost())
         except BaseException as error:  # `sys.exit` in a robot must not end its watchdog
-            return Answer(failure=_told(error))
+            return Answer(failure=reason(error))
 
 
 def main() -> None:
@@ -93,7 +92,7 @@ def main() -> None:
     except BaseException as error:
         mistake = traceback.format_exception(error.__cause__) if error.__cause__ else []
         with suppress(OSError):  # the run may have ended meanwhile
-            _answer(link, Answer(_told(error), traceback="".join(mistake)))
+            _answer(link, Answer(reason(error), traceback="".join(mistake)))
         return
     guarded = Guarded(robot, order.only_zero)
     try:
@@ -132,7 +131,3 @@ def _forsaken(robot: Guarded) -> None:
 
 def _answer(link: Connection, answer: Answer) -> None:
     link.send_bytes(msgspec.json.encode(answer))
-
-
-def _told(error: BaseException) -> str:
-    return str(error) if isinstance(error, VozError) else in_words(error)

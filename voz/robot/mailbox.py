@@ -7,10 +7,9 @@ import threading
 import time
 from collections import deque
 
-from voz.errors import VozError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mistakes import in_words, mistakes_told
+from voz.robot.mistakes import in_words, mistakes_told, reason
 
 ONE_COMMAND = 4
 """What comes before the velocity that a command causes: a partial, the utterance, an object, a
@@ -161,5 +160,4 @@ class Mailbox:
             self._answer = self._robot.lost()
             self._untold = self._answer or self._untold
         except BaseException as error:  # whatever it is, `sys.exit` too, the others go on
-            told = str(error) if isinstance(error, VozError) else in_words(error)
-            self._failure = self._failure or told
+            self._failure = self._failure or reason(error)

@@ -46,6 +46,11 @@ def in_words(error: BaseException) -> str:
     return f"{said} ({place})" if place else said
 
 
+def reason(error: BaseException) -> str:
+    """Say in one line what went wrong: voz's own errors say it themselves."""
+    return str(error) if isinstance(error, VozError) else in_words(error)
+
+
 def _message(error: BaseException) -> str:
     try:
         return error.msg if isinstance(error, SyntaxError) else str(error)

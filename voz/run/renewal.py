@@ -8,10 +8,9 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 from voz.control.table import CommandTable
-from voz.errors import VozError
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
-from voz.robot.mistakes import in_words
+from voz.robot.mistakes import reason
 from voz.run.commands import check_list
 
 LOOK = 1.0
@@ -58,8 +57,7 @@ def _renew(recognizer: Recognizer, table: CommandTable, tell: Callable[[str, boo
     try:
         recognizer.reload(lambda commands: check_list(commands, table, where))
     except Exception as error:  # whatever it is, the next list may be taken
-        why = str(error) if isinstance(error, VozError) else in_words(error)
-        tell(f"the new commands are not taken: {why}", False)
+        tell(f"the new commands are not taken: {reason(error)}", False)
     else:
         tell(f"there are new commands: {len(recognizer.commands):,} sentences", True)
 

@@ -32,6 +32,7 @@ from voz.web.tuning import TuningApi
 from voz.web.wheel import Wheel
 
 NOBODY = "no page drives any more"
+"""What is told when the page that was the microphone went while the robot stood still."""
 
 MOST_BUTTONS = 60
 """Of more commands, each has one button, with the shortest of its sentences."""

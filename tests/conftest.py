@@ -28,10 +28,10 @@ settings.load_profile("voz")
 
 
 @pytest.fixture
-def begun() -> Callable[[], list[str]]:
+def begun() -> Callable[[], list[threading.Thread]]:
     """Which threads began in the test and go on; one of another test's may hang beside them."""
     before = set(threading.enumerate())
-    return lambda: [thread.name for thread in set(threading.enumerate()) - before]
+    return lambda: list(set(threading.enumerate()) - before)
 
 
 @pytest.fixture(scope="session")

@@ -231,12 +231,14 @@ def test_a_velocity_is_late_also_if_the_next_one_has_come() -> None:
     assert robot.got == [Twist(0, 0, 0)]
 
 
-def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped() -> None:
-    robot, others = Recorder(), set(threading.enumerate())
+def test_an_exception_in_its_thread_loses_the_robot_which_is_still_stopped(
+    begun: Callable[[], list[threading.Thread]],
+) -> None:
+    robot = Recorder()
     with Mailbox("mine", robot) as box:
         box.receive(Twist(0, 0.1, 0))
         until(lambda: robot.got)
-        (thread,) = set(threading.enumerate()) - others
+        (thread,) = begun()
         raised = ctypes.py_object(KeyboardInterrupt)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), raised)
         box.receive(Reply(1, "which lets the thread notice it"))

@@ -1,6 +1,7 @@
 """Commands that another recogniser publishes as ROS 2 texts: what is heard, and what is not."""
 
 from collections.abc import Callable, Iterator
+from threading import Thread
 
 import pytest
 from programs import Program, wait_until
@@ -60,7 +61,7 @@ def test_what_this_process_publishes_is_not_heard(texts: list[str], other: Progr
     assert "go back" not in texts
 
 
-def test_the_end_leaves_no_thread(other: Program, begun: Callable[[], list[str]]) -> None:
+def test_the_end_leaves_no_thread(other: Program, begun: Callable[[], list[Thread]]) -> None:
     with heard_on_ros(Ros2(), lambda text: None, print):
         pass
     assert begun() == []

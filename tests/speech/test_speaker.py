@@ -188,7 +188,7 @@ def test_the_oldest_replies_are_left_out_when_too_many_wait(gate: Gate) -> None:
 
 
 def test_closing_leaves_out_what_is_not_said_in_time(
-    gate: Gate, begun: Callable[[], list[str]]
+    gate: Gate, begun: Callable[[], list[threading.Thread]]
 ) -> None:
     speaker = Speaker(KAL)
     speaker.say("one")

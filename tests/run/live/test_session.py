@@ -39,6 +39,11 @@ def say(robot: LiveRobot, environment: dict[str, str], text: str) -> None:
     robot.wait_for(lambda event: event["type"] == "utterance", since)
 
 
+def velocities(robot: LiveRobot) -> list[tuple[float, float]]:
+    """Those that it was driven with, each once."""
+    return list(dict.fromkeys(velocity(event) for event in robot.of("cmd_vel")))
+
+
 @pytest.fixture
 def robot(pulse: dict[str, str]) -> Iterator[LiveRobot]:
     with live_robot(pulse, "--listening") as robot:
@@ -70,8 +75,7 @@ def test_commands_that_are_spoken_are_obeyed(
     heard = robot.of("utterance")
     assert [event["text"] for event in heard] == robot.commands() == texts
     assert [event["value"] for event in robot.of("selected_object")] == selected
-    velocities = dict.fromkeys(velocity(event) for event in robot.of("cmd_vel"))
-    assert list(velocities) == [AT_REST, *seen]
+    assert velocities(robot) == [AT_REST, *seen]
     assert rests(robot.arrived[-1].event)
     assert all(0 < event["latency"] < 5 for event in heard)
 
@@ -90,9 +94,9 @@ def test_commands_are_obeyed_from_start_speech_to_stop_speech(pulse: dict[str, s
         "bep bep. I am listening you",
         "bep bep. I stop listening",
     ]
-    velocities = dict.fromkeys(velocity(event) for event in robot.of("cmd_vel"))
-    assert list(velocities) == [AT_REST, (-0.1, 0)]
+    assert velocities(robot) == [AT_REST, (-0.1, 0)]
     assert rests(robot.arrived[-1].event)
+    assert all(0 < event["latency"] < 5 for event in robot.of("utterance"))
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,9 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 from calls import VOZ
@@ -100,6 +101,27 @@ def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
     assert lines == ["go back"]
     assert stopped == [True]
     assert told == ["what was typed may be lost (MemoryError()): the robot stops"]
+
+
+def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
+    monkeypatch: pytest.MonkeyPatch, begun: Callable[[], list[Thread]]
+) -> None:
+    taking, left, told = Event(), Event(), []
+
+    def typed(_: str) -> None:
+        taking.set()
+        assert left.wait(10)
+        raise OSError("closed")
+
+    theirs, ours = os.pipe()
+    with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        with keys(lambda: told.append("stop"), typed, told.append):
+            print("go back", file=keyboard, flush=True)
+            assert taking.wait(10)
+        left.set()
+        wait_until(lambda: not begun())
+    assert told == []
 
 
 class Terminal:

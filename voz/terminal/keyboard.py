@@ -111,6 +111,8 @@ def keys(
                     take("\n")  # the last line may have no end
                 return
             except BaseException as error:  # what was typed to stop it may be lost
+                if ended.is_set():  # nothing drives any more, and the stream may be closed
+                    return
                 stop()
                 warn(f"what was typed may be lost ({error!r}): the robot stops")
                 ended.wait(LOOK)

@@ -124,6 +124,27 @@ def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
     assert told == []
 
 
+def test_a_line_without_an_end_is_taken_at_the_end_of_the_input_and_not_at_that_of_the_run(
+    monkeypatch: pytest.MonkeyPatch, begun: Callable[[], list[Thread]]
+) -> None:
+    def typed(ends: bool) -> list[str]:
+        lines: list[str] = []
+        theirs, ours = os.pipe()
+        with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
+            monkeypatch.setattr(sys, "stdin", stdin)
+            with keys(lambda: None, lines.append, lines.append):
+                print("go back\nstop", end="", file=keyboard, flush=True)
+                wait_until(lambda: lines)
+                if ends:
+                    keyboard.close()
+                    wait_until(lambda: not begun())
+            wait_until(lambda: not begun())
+        return lines
+
+    assert typed(ends=True) == ["go back", "stop"]
+    assert typed(ends=False) == ["go back"]
+
+
 class Terminal:
     """A `voz run` in a terminal of its own."""
 

@@ -107,7 +107,7 @@ def keys(
             try:
                 for text in _texts(stream.fileno(), ended):
                     take(text)
-                if not stream.isatty():
+                if not ended.is_set() and not stream.isatty():
                     take("\n")  # the last line may have no end
                 return
             except BaseException as error:  # what was typed to stop it may be lost

@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Event, Thread
+from typing import TextIO
 
 import pytest
 from calls import VOZ
@@ -80,8 +81,17 @@ def test_backspace_takes_the_last_letter_back(text: str) -> None:
     assert press(line, "\b\b\x7f\n") == [""]
 
 
+@pytest.fixture
+def keyboard(monkeypatch: pytest.MonkeyPatch) -> Iterator[TextIO]:
+    """What writes into standard input, a pipe."""
+    theirs, ours = os.pipe()
+    with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        yield keyboard
+
+
 def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
-    monkeypatch: pytest.MonkeyPatch,
+    keyboard: TextIO,
 ) -> None:
     stopped, told, lines = [], [], []
 
@@ -90,21 +100,18 @@ def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
             raise MemoryError
         lines.append(line)
 
-    theirs, ours = os.pipe()
-    with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
-        monkeypatch.setattr(sys, "stdin", stdin)
-        with keys(lambda: stopped.append(True), typed, told.append):
-            print("break", file=keyboard, flush=True)
-            wait_until(lambda: told)
-            print("go back", file=keyboard, flush=True)
-            wait_until(lambda: lines)
+    with keys(lambda: stopped.append(True), typed, told.append):
+        print("break", file=keyboard, flush=True)
+        wait_until(lambda: told)
+        print("go back", file=keyboard, flush=True)
+        wait_until(lambda: lines)
     assert lines == ["go back"]
     assert stopped == [True]
     assert told == ["what was typed may be lost (MemoryError()): the robot stops"]
 
 
 def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
-    monkeypatch: pytest.MonkeyPatch, begun: Callable[[], list[Thread]]
+    keyboard: TextIO, begun: Callable[[], list[Thread]]
 ) -> None:
     taking, left, told = Event(), Event(), []
 
@@ -113,36 +120,27 @@ def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
         assert left.wait(10)
         raise OSError("closed")
 
-    theirs, ours = os.pipe()
-    with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
-        monkeypatch.setattr(sys, "stdin", stdin)
-        with keys(lambda: told.append("stop"), typed, told.append):
-            print("go back", file=keyboard, flush=True)
-            assert taking.wait(10)
-        left.set()
-        wait_until(lambda: not begun())
+    with keys(lambda: told.append("stop"), typed, told.append):
+        print("go back", file=keyboard, flush=True)
+        assert taking.wait(10)
+    left.set()
+    wait_until(lambda: not begun())
     assert told == []
 
 
+@pytest.mark.parametrize(("ends", "taken"), [(True, ["go back", "stop"]), (False, ["go back"])])
 def test_a_line_without_an_end_is_taken_at_the_end_of_the_input_and_not_at_that_of_the_run(
-    monkeypatch: pytest.MonkeyPatch, begun: Callable[[], list[Thread]]
+    ends: bool, taken: list[str], keyboard: TextIO, begun: Callable[[], list[Thread]]
 ) -> None:
-    def typed(ends: bool) -> list[str]:
-        lines: list[str] = []
-        theirs, ours = os.pipe()
-        with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
-            monkeypatch.setattr(sys, "stdin", stdin)
-            with keys(lambda: None, lines.append, lines.append):
-                print("go back\nstop", end="", file=keyboard, flush=True)
-                wait_until(lambda: lines)
-                if ends:
-                    keyboard.close()
-                    wait_until(lambda: not begun())
+    lines: list[str] = []
+    with keys(lambda: None, lines.append, lines.append):
+        print("go back\nstop", end="", file=keyboard, flush=True)
+        wait_until(lambda: lines)
+        if ends:
+            keyboard.close()
             wait_until(lambda: not begun())
-        return lines
-
-    assert typed(ends=True) == ["go back", "stop"]
-    assert typed(ends=False) == ["go back"]
+    wait_until(lambda: not begun())
+    assert lines == taken
 
 
 class Terminal:

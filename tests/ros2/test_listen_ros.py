@@ -48,7 +48,7 @@ def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
     ):
         until(lambda: "hello" in published, other.say, "hello")
         until(lambda: any(moves(arrived.event) for arrived in robot.arrived), other.say, "go back")
-        until(lambda: "stop" in published, robot.type, "stop")
+        until(lambda: "start speech" in published, robot.type, "start speech")
 
         since = len(robot.arrived)
         other.say("Turn  LEFT")
@@ -63,9 +63,7 @@ def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
 
 
 def is_obeyed(text: str) -> Callable[[dict[str, Any]], bool]:
-    return lambda event: (
-        event["type"] == "utterance" and event["accepted"] and event["text"] == text
-    )
+    return lambda event: event["type"] == "utterance" and event["obeyed"] and event["text"] == text
 
 
 def test_the_robot_stops_once_the_other_is_heard_no_more(

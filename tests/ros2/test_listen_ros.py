@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,9 @@ from voz.ros2 import heard_on_ros
 from voz.settings import Ros2
 
 pytestmark = pytest.mark.slow
+
+PAUSE = 2.0
+"""After what is said, s; without one it would be one long sentence."""
 
 BREAKS = """
 import voz.run.live
@@ -42,6 +46,10 @@ def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
 
         wait_until(said)
 
+    def aloud(name: str) -> None:
+        speak(environment, FIXTURES / "commands" / name)
+        time.sleep(PAUSE)
+
     with (
         heard_on_ros(Ros2(), published.append, published.append),
         live_robot(environment, "--robot", "ros2", "--listen-ros", "--listening") as robot,
@@ -54,11 +62,11 @@ def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
         other.say("Turn  LEFT")
         obeyed = robot.wait_for(is_obeyed("turn left"), since).event
         assert (obeyed["source"], obeyed["confidence"]) == ("ros2", 1.0)
-        speak(environment, FIXTURES / "commands" / "festival_slt__point_beer.flac")
+        # A recording that stutters on a busy machine is rightly refused: it is said again.
+        until(lambda: "point beer" in published, aloud, "festival_slt__point_beer.flac")
         assert robot.wait_for(is_obeyed("point beer"), since).event["source"] == "microphone"
         # It publishes in lower case, single spaces between, in the order of what it obeys.
-        wait_until(lambda: "point beer" in published)
-        assert [event["value"] for event in robot.of("selected_object", since)] == [1]
+        assert {event["value"] for event in robot.of("selected_object", since)} == {1}
     assert "turn left" not in published
 
 

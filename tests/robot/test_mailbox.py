@@ -255,3 +255,19 @@ def test_a_robot_that_cannot_be_opened_says_so_at_once() -> None:
 
     with pytest.raises(RobotError, match="no such port"), Mailbox("mine", Shut()):
         raise AssertionError
+
+
+def test_a_robot_that_returns_no_text_when_asked_at_its_opening_is_closed() -> None:
+    robot = Recorder()
+    robot.lost = object  # type: ignore[assignment,method-assign]
+    told = "the robot mine cannot be used here: TypeError: lost.. returned object; return a text"
+    with pytest.raises(RobotError, match=told), Mailbox("mine", robot):
+        raise AssertionError
+    assert robot.closed == 1
+
+
+def test_what_a_robot_says_of_its_loss_is_one_line() -> None:
+    robot = Recorder()
+    robot.gone = "the port caf\udce9\nis\x1b[2J gone"
+    with Mailbox("mine", robot) as box:
+        assert box.lost() == r"the robot mine is lost (the port caf\udce9 is\x1b[2J gone)"

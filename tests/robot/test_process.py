@@ -7,16 +7,18 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Pipe
 from pathlib import Path
 
 import msgspec
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from programs import wait_until
 
 from voz.errors import RobotError
-from voz.events import Reply, Twist
+from voz.events import Reply, Twist, Utterance
 from voz.robot.child import SILENCE
 from voz.robot.process import RobotProcess, RobotSpec, command
 
@@ -43,6 +45,13 @@ class Mine(Robot):
 class Shut(Robot):
     def open(self):
         raise OSError("no such port")
+
+class Bad(Mine):
+    gone = object()
+
+class Unreadable(Robot):
+    def open(self):
+        raise OSError("no port \\udcff")
 
 class Slow(Mine):
     def open(self):
@@ -114,6 +123,137 @@ def test_whether_it_is_lost_comes_with_each_event() -> None:
         assert robot.lost() == "no answer"
         robot.receive(Reply(1, "self.gone = None"))
         assert robot.lost() is None
+
+
+GIVEN_BACK = st.one_of(
+    st.text(st.characters()).map(repr),  # with halves of pairs: names of files that are not UTF-8
+    st.binary().map(repr),
+    st.integers().map(repr),
+    st.sampled_from(
+        [
+            "None",
+            "True",
+            "False",
+            "object",
+            "object()",
+            "float('nan')",
+            "('gone',)",
+            "'x' * 1_000_000",
+            "type('Sore', (), {'__bool__': lambda self: 1 / 0})()",
+            "type('Sore', (str,), {'__getitem__': lambda self, at: object()})('sore')",
+        ]
+    ),
+)
+"""What a robot may give back by mistake, as Python."""
+
+RAISED = [
+    "OSError",
+    "SystemExit",
+    "KeyboardInterrupt",
+    "GeneratorExit",
+    "SyntaxError",
+    "type('Sore', (BaseException,), {'__str__': lambda self: 1 / 0})",
+    "type('Sore', (Exception,), {'__str__': lambda self: exit()})",
+    "__import__('voz').RobotError",
+]
+
+
+def check_it_stops(robot: RobotProcess, mistake: str) -> None:
+    """It drives, its own code does something, and it is stopped by the next velocity of zero."""
+    robot.receive(AHEAD)
+    with suppress(RobotError):
+        robot.receive(Reply(1, mistake))
+    assert robot.lost() is None or msgspec.json.encode(robot.lost())
+    assert len(robot.lost() or "") <= 10_000
+    with suppress(RobotError):
+        robot.receive(REST)
+    assert velocities()[-1] == 0.0
+    robot.receive(Reply(3, "self.gone = None"))
+
+
+def test_it_stops_and_is_closed_whatever_its_robot_gives_back() -> None:
+    with process() as (robot, _):
+
+        @settings(max_examples=100)
+        @given(GIVEN_BACK)
+        def whatever(given_back: str) -> None:
+            check_it_stops(robot, f"self.gone = {given_back}")
+
+        whatever()
+        robot.close()
+    assert got()[-1] == "closed"
+
+
+def test_it_stops_and_is_closed_whatever_its_robot_raises() -> None:
+    with process() as (robot, _):
+
+        @settings(max_examples=100)
+        @given(st.sampled_from(RAISED), GIVEN_BACK)
+        def whatever(error: str, said: str) -> None:
+            check_it_stops(robot, f"raise {error}({said})")
+
+        whatever()
+        robot.close()
+    assert got()[-1] == "closed"
+
+
+@pytest.mark.parametrize("kind", ["Bad", "Unreadable"])
+def test_what_it_gives_back_when_it_is_opened_is_one_line(kind: str) -> None:
+    with pytest.raises(RobotError, match=rf"^the robot own:{kind} cannot be used here: [^\n]+$"):
+        process(kind).__enter__()
+    assert kind != "Bad" or got() == ["closed"]
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "import voz.robot.child as child; child._answer = None",
+        "import voz.robot.child as child; child.msgspec = None",
+    ],
+)
+def test_a_fault_in_its_process_leaves_it_stopped_and_closed(fault: str) -> None:
+    with process() as (robot, printed):
+        robot.receive(AHEAD)
+        with suppress(RobotError):
+            robot.receive(Reply(1, fault))
+        with suppress(RobotError):
+            robot.receive(AHEAD)
+        wait_until(lambda: got()[-1] == "closed")
+        assert velocities()[-1] == 0.0
+        assert printed == ["opened"]
+
+
+def test_it_is_stopped_though_it_has_used_up_all_descriptors() -> None:
+    use_up = (
+        "import os, resource\n"
+        "resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64))\n"
+        "try:\n"
+        "    while True: os.dup(0)\n"
+        "except OSError: pass"
+    )
+    with process() as (robot, _):
+        robot.receive(AHEAD)
+        robot.receive(Reply(1, use_up))
+        robot._link.close()  # as by kill -9
+        wait_until(lambda: got()[-1] == "closed")
+    assert velocities()[-1] == 0.0
+
+
+def test_what_closing_raises_is_one_line() -> None:
+    with process() as (robot, printed):
+        robot.receive(Reply(1, "self.close = lambda: 1 / 0"))
+        robot.close()
+        wait_until(lambda: len(printed) == 2)
+    assert printed[1] == (
+        "the robot could not be closed: ZeroDivisionError: division by zero (<string>, line 1)"
+    )
+
+
+def test_it_gets_events_with_names_of_files_that_are_not_utf_8() -> None:
+    with process() as (robot, _):
+        robot.receive(Utterance(1, "stop", 1.0, True, 0, 1, "caf\udce9.wav"))
+        assert robot.lost() is None
+    assert '"source":"caf?.wav"' in got()[0]
 
 
 @pytest.mark.slow

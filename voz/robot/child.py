@@ -11,14 +11,14 @@ import signal
 import sys
 import time
 import traceback
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
 
 import msgspec
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mistakes import mistakes_told, reason
+from voz.robot.mistakes import mistakes_told, reason, why_lost
 from voz.robot.process import Answer, RobotSpec
 from voz.robot.robots import make_apart
 
@@ -72,7 +72,7 @@ class Guarded:
         try:
             if even_if_another_drives or not self._only_zero:
                 self._robot.receive(event)
-            return Answer(trouble=silent or self._robot.lost())
+            return Answer(trouble=silent or why_lost(self._robot))
         except BaseException as error:  # `sys.exit` in a robot must not end its watchdog
             return Answer(failure=reason(error))
 
@@ -81,27 +81,43 @@ def main() -> None:
     """Be a robot until the other end is closed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda *_: None)  # it ends when the run does, and stops the robot
+    nowhere = os.open(os.devnull, os.O_WRONLY)  # now, as the robot may take all descriptors
     link = Connection(int(sys.argv.pop()))
     order = msgspec.json.decode(link.recv_bytes(), type=RobotSpec)
     sys.path += [place for place in order.path if place not in sys.path]
+    with ExitStack() as closing:
+        try:
+            with mistakes_told(order.name):
+                robot = make_apart(order)
+                robot.open()
+                closing.callback(_close, robot)
+                begun = Answer(trouble=why_lost(robot))
+        except BaseException as error:
+            with suppress(OSError):  # the run may have ended meanwhile
+                _answer(link, Answer(reason(error), traceback=_traceback(error)))
+            return
+        guarded = Guarded(robot, order.only_zero)
+        try:
+            _answer(link, begun)
+            _serve(link, guarded)
+        except BaseException as error:  # the run has ended, or it will not hear of this robot again
+            with suppress(BaseException):
+                _answer(link, Answer(reason(error)))
+            _forsaken(guarded, nowhere)
+
+
+def _traceback(error: BaseException) -> str:
+    """That of a mistake in the robot's own code, as a text that can be sent."""
+    lines = traceback.format_exception(error.__cause__) if error.__cause__ else []
+    return "".join(lines).encode(errors="backslashreplace").decode()
+
+
+def _close(robot: Robot) -> None:
     try:
-        with mistakes_told(order.name):
-            robot = make_apart(order)
-            robot.open()
-            begun = Answer(trouble=robot.lost())
-    except BaseException as error:
-        mistake = traceback.format_exception(error.__cause__) if error.__cause__ else []
-        with suppress(OSError):  # the run may have ended meanwhile
-            _answer(link, Answer(reason(error), traceback="".join(mistake)))
-        return
-    guarded = Guarded(robot, order.only_zero)
-    try:
-        _answer(link, begun)
-        _serve(link, guarded)
-    except (EOFError, OSError):
-        _forsaken(guarded)
-    finally:
         robot.close()
+    except BaseException as error:
+        with suppress(OSError):  # nobody may read it any more
+            print(f"the robot could not be closed: {reason(error)}")
 
 
 def _serve(link: Connection, robot: Guarded) -> None:
@@ -119,9 +135,8 @@ def _serve(link: Connection, robot: Guarded) -> None:
         patience = SILENCE if robot.watches else None
 
 
-def _forsaken(robot: Guarded) -> None:
+def _forsaken(robot: Guarded, nowhere: int) -> None:
     """Stop the robot as the run has ended without a word: killed, or crashed."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
     for descriptor in (1, 2):  # nobody reads any more what it prints, and that must not fail
         os.dup2(nowhere, descriptor)
     for _ in range(LAST_ZEROS):

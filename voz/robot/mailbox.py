@@ -9,7 +9,7 @@ from collections import deque
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mistakes import in_words, mistakes_told, reason
+from voz.robot.mistakes import in_words, mistakes_told, reason, why_lost
 
 ONE_COMMAND = 4
 """What comes before the velocity that a command causes: a partial, the utterance, an object, a
@@ -84,10 +84,12 @@ class Mailbox:
 
     def __enter__(self) -> Mailbox:
         """Open the robot; raises what it raises."""
-        with mistakes_told(self._name):
+        with mistakes_told(self._name), contextlib.ExitStack() as undo:
             self._robot.open()
-            self._answer = self._robot.lost()
-        self._thread.start()
+            undo.callback(self._robot.close)
+            self._answer = why_lost(self._robot)
+            self._thread.start()
+            undo.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -157,7 +159,7 @@ class Mailbox:
                 event = Twist(event.t, 0.0, 0.0)
         try:
             self._robot.receive(event)
-            self._answer = self._robot.lost()
+            self._answer = why_lost(self._robot)
             self._untold = self._answer or self._untold
         except BaseException as error:  # whatever it is, `sys.exit` too, the others go on
             self._failure = self._failure or reason(error)

@@ -5,17 +5,22 @@ from __future__ import annotations
 import os
 import signal
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from voz.errors import RobotMistake, VozError
+from voz.printable import printable
 from voz.process.signals import ended_by
+from voz.robot.base import Robot
 
 VOZ = str(Path(__file__).parents[1]) + os.sep
 
 IMPORTING = ("<frozen importlib", "importlib/__init__.py")
 """How the names of Python's own files begin and end that stand between voz and theirs."""
+
+LONGEST_TEXT = 1000
+"""Characters that are shown of a text from a robot's own code."""
 
 
 @contextmanager
@@ -40,22 +45,44 @@ def mistakes_told(name: str) -> Iterator[None]:
 
 def in_words(error: BaseException) -> str:
     """Say in one line what was raised, and where in the file of whoever wrote it."""
-    message = " ".join(_message(error).split())
+    message = " ".join(_text(lambda: _message(error)).split())
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
-    place = _place(error)
-    return f"{said} ({place})" if place else said
+    place = _text(lambda: _place(error))
+    return printable(f"{said} ({place})" if place else said)
 
 
 def reason(error: BaseException) -> str:
     """Say in one line what went wrong: voz's own errors say it themselves."""
-    return str(error) if isinstance(error, VozError) else in_words(error)
+    return printable(_text(lambda: str(error))) if isinstance(error, VozError) else in_words(error)
+
+
+def why_lost(robot: Robot) -> str | None:
+    """Ask a robot whether it is lost; raises what it raises.
+
+    Returns:
+        One line that can be shown and sent, whatever the robot's `lost` returns.
+
+    Raises:
+        TypeError: it returns something that is no text.
+    """
+    said: object = robot.lost()
+    if not said:
+        return None
+    if not isinstance(said, str):
+        raise TypeError(f"lost() returned {type(said).__name__}; return a text, or None")
+    return printable(" ".join(said[:LONGEST_TEXT].split()))
+
+
+def _text(ask: Callable[[], str]) -> str:
+    """A text from a robot's own code, which may fail at that, too; then it is empty."""
+    try:
+        return ask()[:LONGEST_TEXT]
+    except BaseException:
+        return ""
 
 
 def _message(error: BaseException) -> str:
-    try:
-        return error.msg if isinstance(error, SyntaxError) else str(error)
-    except Exception:  # their own class may fail at that, too
-        return ""
+    return str(error.msg if isinstance(error, SyntaxError) else error)
 
 
 def _place(error: BaseException) -> str:

@@ -19,7 +19,7 @@ import msgspec
 
 from voz.config import Config
 from voz.errors import RobotError, RobotMistake
-from voz.events import Event
+from voz.events import Event, to_json
 from voz.robot.base import Robot
 
 ENDING_TIME = 1.0
@@ -104,7 +104,7 @@ class RobotProcess(Robot):
         A watchdog that is gone is started again, and is lost until then.
         """
         try:
-            self._send(msgspec.json.encode(event))
+            self._send(to_json(event).encode())
         except RobotError:
             if not (self._order.only_zero and self._link.closed):
                 raise

@@ -141,6 +141,30 @@ def test_who_wants_to_know_all_about_a_mistake_is_told_it(typed: Path, tmp_path:
     assert done.stderr.splitlines()[-1] == line
 
 
+@pytest.mark.parametrize("place", ["1 / 0", "'here'", "(0, 0)", "object()"])
+def test_a_mistake_in_the_odometry_of_ones_own_robot_is_one_line(
+    place: str, typed: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "lost_robot.py").write_text(
+        "from voz.robot.base import Robot\n"
+        "class Lost(Robot):\n"
+        "    def move(self, linear, angular):\n"
+        "        print(linear, angular)\n"
+        "    def place(self, t):\n"
+        f"        return {place}\n"
+    )
+    done = subprocess.run(
+        [*VOZ, "run", "--text", typed, "--no-sound", "--no-watchdog", "--robot", "lost_robot:Lost"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 2
+    assert "voz: the robot lost_robot:Lost cannot be used here: " in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout.splitlines()[-1] == "0.0 0.0"
+
+
 def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "typed.txt").write_text("start speech\ngo back\n" + "-\n" * 80)
     arguments = ["run", "--text", tmp_path / "typed.txt", "--robot", "simulator", "--no-sound"]

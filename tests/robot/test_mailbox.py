@@ -26,7 +26,9 @@ class BoxMachine(RuleBasedStateMachine):
         self.box = Box()
         self.time = 0.0
         self.newest: Twist | None = None
+        self.last: Twist | None = None
         self.others: list[Event] = []
+        self.others_taken = 0  # while a velocity waits
 
     @rule(linear=st.sampled_from([0.0, 0.1, -0.1]))
     def put_velocity(self, linear: float) -> None:
@@ -34,7 +36,7 @@ class BoxMachine(RuleBasedStateMachine):
         self.newest = Twist(self.time, linear, 0.0)
         self.box.put(self.newest)
 
-    @rule(count=st.integers(1, MOST_WAITING))
+    @rule(count=st.sampled_from([1, 2, ONE_COMMAND, MOST_WAITING]))
     def put_others(self, count: int) -> None:
         for _ in range(count):
             self.time += 1
@@ -43,16 +45,21 @@ class BoxMachine(RuleBasedStateMachine):
         del self.others[:-MOST_WAITING]
 
     @rule()
+    def take_all(self) -> None:
+        while self.newest or self.others:
+            self.take()
+
+    @rule()
     def take(self) -> None:
         taken = self.box.take()
-        waiting = len(self.others)
         if isinstance(taken, Twist):
             assert taken == self.newest
-            assert waiting > ONE_COMMAND or not waiting or taken.t < self.others[0].t
-            self.newest = None
+            self.newest, self.last, self.others_taken = None, taken, 0
         elif taken:
             assert taken == self.others.pop(0)
-            assert not self.newest or (waiting <= ONE_COMMAND and taken.t < self.newest.t)
+            self.others_taken += self.newest is not None
+            assert self.others_taken <= ONE_COMMAND
+            assert not (self.newest and stops(self.last, self.newest))
         else:
             assert not self.newest
             assert not self.others
@@ -62,7 +69,52 @@ class BoxMachine(RuleBasedStateMachine):
         assert self.box.full == (len(self.others) == MOST_WAITING)
 
 
+def stops(last: Twist | None, newest: Twist) -> bool:
+    return newest.linear == 0.0 and (last is None or last.linear != 0.0)
+
+
 TestBox = BoxMachine.TestCase
+
+
+def order(box: Box) -> list[str]:
+    """What is taken of it, in this order, each as its time and perhaps its velocity."""
+    taken = iter(box.take, None)
+    return [f"{e.t:g}: {e.linear:g}" if isinstance(e, Twist) else f"{e.t:g}" for e in taken]
+
+
+def test_a_velocity_follows_the_command_that_causes_it() -> None:
+    box = Box()
+    for event in (Reply(1, ""), Reply(2, ""), Twist(3, 0.1, 0), Reply(4, "")):
+        box.put(event)
+    assert order(box) == ["1", "2", "3: 0.1", "4"]
+
+
+def test_a_newer_velocity_takes_the_place_of_the_older() -> None:
+    box = Box()
+    for event in (Reply(1, ""), Twist(2, 0.1, 0), Reply(3, ""), Reply(4, ""), Twist(5, 0.2, 0)):
+        box.put(event)
+    assert order(box) == ["1", "5: 0.2", "3", "4"]
+
+
+@pytest.mark.parametrize("driving", [[], [Twist(1, 0.1, 0)]])
+def test_a_zero_overtakes_all(driving: list[Event]) -> None:
+    box = Box()
+    for event in (Reply(0, ""), *driving, *(Reply(2, "") for _ in range(2))):
+        box.put(event)
+    box.put(Twist(3, 0, 0))
+    assert order(box) == ["3: 0", "0", "2", "2"]
+
+
+@pytest.mark.parametrize("linear", [0.0, 0.1])
+def test_a_robot_that_takes_longer_than_a_beat_gets_its_commands(linear: float) -> None:
+    box = Box()
+    for number in range(3 * ONE_COMMAND):
+        box.put(Reply(number, ""))
+    taken: list[Event | None] = []
+    for number in range(100, 116):
+        box.put(Twist(number, linear, 0))
+        taken.append(box.take())
+    assert [e.t for e in taken if isinstance(e, Reply)] == [*range(3 * ONE_COMMAND)]
 
 
 @given(st.lists(st.sampled_from(["velocity", "other"]), max_size=200))
@@ -136,6 +188,19 @@ def test_a_robot_that_blocks_is_lost_and_gets_the_newest_velocity_when_it_is_fre
         until(lambda: len(robot.got) == 2)
         assert [event.t for event in robot.got] == [0, 999]
         until(lambda: not box.lost())
+
+
+def test_a_robot_that_is_slow_gets_zero_as_soon_as_it_takes_anything() -> None:
+    with blocking() as (robot, free), Mailbox("slow", robot) as box:
+        box.receive(Twist(0, 0.1, 0))
+        until(box.lost)
+        for number in range(1, ONE_COMMAND + 1):
+            box.receive(Reply(number, ""))
+        for number in range(10, 20):
+            box.receive(Twist(number, 0, 0))
+        free.set()
+        until(lambda: len(robot.got) == ONE_COMMAND + 2)
+    assert [event.t for event in robot.got] == [0, 19, 1, 2, 3, 4]
 
 
 def test_a_robot_that_takes_nothing_has_only_so_much_waiting(

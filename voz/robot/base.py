@@ -45,10 +45,11 @@ class Robot:
         """Take one event, in the order of time; a `Twist` comes 10 times a second.
 
         Each robot has a thread of its own for this, and one of a user's a process too. If it takes
-        too long, only the newest `Twist` is kept for it, and comes first; if it takes more than
-        0.35 s it is lost, unless it is `slow` and the event is no `Twist`. An `Utterance` is a
-        command for it if it is `obeyed`; `accepted` only says that it was understood. Unless a
-        robot has its own `receive`, it gets those as `command`, and velocities as `move`.
+        too long, only the newest `Twist` is kept for it, and one that stops it comes before all
+        else; if it takes more than 0.35 s it is lost, unless it is `slow` and the event is no
+        `Twist`. An `Utterance` is a command for it if it is `obeyed`; `accepted` only says that it
+        was understood. Unless a robot has its own `receive`, it gets those as `command`, and
+        velocities as `move`.
         """
         if isinstance(event, Twist):
             self.move(event.linear, event.angular)

@@ -13,7 +13,7 @@ from voz.robot.mistakes import in_words, mistakes_told, reason, why_lost
 
 ONE_COMMAND = 4
 """What comes before the velocity that a command causes: a partial, the utterance, an object, a
-reply. If more than that waits, the velocity overtakes it."""
+reply. A velocity waits behind no more than that."""
 
 MOST_WAITING = 64
 """Events that may wait besides the velocity; then the oldest goes, and the robot counts as lost."""
@@ -27,33 +27,49 @@ CLOSING_TIME = 1.0
 
 
 class Box:
-    """Events that wait: of the velocities the newest, of the others all up to a bound. Pure."""
+    """Events that wait: of the velocities the newest, of the others all up to a bound. Pure.
+
+    A velocity takes the place of the one that waits. A zero that stops the robot overtakes all; a
+    zero after a zero does not, or a robot that takes longer than a beat would get no command.
+    """
 
     def __init__(self) -> None:
-        self._count = 0
-        self._twist: tuple[int, Twist] | None = None
-        self._others: deque[tuple[int, Event]] = deque(maxlen=MOST_WAITING)
+        self._others: deque[Event] = deque(maxlen=MOST_WAITING)
+        self._velocity: Twist | None = None
+        self._before = 0  # how many of the others come before the velocity
+        self._stands = False  # whether the velocity that was taken last is zero
 
     def put(self, event: Event) -> None:
-        """Add an event; a velocity takes the place of the one that waits."""
-        self._count += 1
-        if isinstance(event, Twist):
-            self._twist = self._count, event
-        else:
-            self._others.append((self._count, event))
+        """Add an event."""
+        if not isinstance(event, Twist):
+            self._others.append(event)
+            return
+        if self._velocity is None:
+            self._before = min(len(self._others), ONE_COMMAND)
+        if _is_zero(event) and not self._stands:
+            self._before = 0
+        self._velocity = event
 
     def take(self) -> Event | None:
-        """Take the oldest event, or the velocity if too much waits before it; None if none does."""
-        twist, others = self._twist, self._others
-        if twist and (not others or twist[0] < others[0][0] or len(others) > ONE_COMMAND):
-            self._twist = None
-            return twist[1]
-        return others.popleft()[1] if others else None
+        """Take the first event; None if none waits."""
+        velocity = self._velocity
+        if velocity and not self._before:
+            self._velocity = None
+            self._stands = _is_zero(velocity)
+            return velocity
+        if not self._others:
+            return None
+        self._before = max(0, self._before - 1)
+        return self._others.popleft()
 
     @property
     def full(self) -> bool:
         """Whether one more would be too many."""
         return len(self._others) == MOST_WAITING
+
+
+def _is_zero(velocity: Twist) -> bool:
+    return not (velocity.linear or velocity.angular)
 
 
 class Mailbox:

@@ -20,7 +20,7 @@ from programs import wait_until
 from voz.errors import RobotError
 from voz.events import Reply, Twist, Utterance
 from voz.robot.child import SILENCE
-from voz.robot.process import RobotProcess, RobotSpec, command
+from voz.robot.process import LONGEST_LINE, RobotProcess, RobotSpec, command
 
 MODULE = """
 import time
@@ -195,6 +195,14 @@ def test_it_stops_and_is_closed_whatever_its_robot_raises() -> None:
         whatever()
         robot.close()
     assert got()[-1] == "closed"
+
+
+def test_what_it_prints_without_an_end_is_shown_in_parts() -> None:
+    with process() as (robot, printed):
+        robot.receive(Reply(0, f"print('x' * {3 * LONGEST_LINE}, end='')"))
+        wait_until(lambda: printed[1:] == ["x" * LONGEST_LINE] * 3)
+        robot.receive(Reply(1, "print(); print(); print('done')"))
+        wait_until(lambda: printed[4:] == ["", "done"])
 
 
 @pytest.mark.parametrize("kind", ["Bad", "Unreadable"])

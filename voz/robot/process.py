@@ -25,6 +25,9 @@ from voz.robot.base import Robot
 ENDING_TIME = 1.0
 """For the process to end when all is over, s; then it is killed."""
 
+LONGEST_LINE = 1000
+"""Characters of what the robot prints that are shown as one line: it may never end its line."""
+
 
 class RobotSpec(msgspec.Struct, frozen=True):
     """What the process is to be.
@@ -145,9 +148,12 @@ class RobotProcess(Robot):
 
     def _print(self) -> None:
         assert self._process.stdout
-        with self._process.stdout as lines:
-            for line in lines:
-                self._show(line.rstrip("\n"))
+        line_is_new = True
+        with self._process.stdout as printed:
+            while part := printed.readline(LONGEST_LINE):
+                if line_is_new or part != "\n":
+                    self._show(part.rstrip("\n"))
+                line_is_new = part.endswith("\n")
 
 
 def command(descriptor: int) -> Sequence[str]:

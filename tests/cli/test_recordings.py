@@ -180,6 +180,13 @@ def test_samples_without_their_rate_are_no_list_of_thousands_of_names(session: R
     assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a WAV")
 
 
+def test_a_name_that_never_ends_on_standard_input_is_a_line() -> None:
+    command = ["sh", "-c", 'yes | tr -d "\\n" | "$@"', "sh", *VOZ, "decode", "-"]
+    done = subprocess.run(command, capture_output=True, timeout=60)
+    assert (done.returncode, done.stdout) == (2, b"")
+    assert done.stderr.startswith(b"voz: -: is no list, a name a line; pipe a WAV")
+
+
 @pytest.mark.slow
 def test_a_manifest_is_scored(tmp_path: Path) -> None:
     result = in_process("decode", "audio_fixtures/manifest.tsv", "--out", tmp_path / "h.csv")

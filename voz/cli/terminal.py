@@ -16,7 +16,8 @@ from voz.printable import printable
 Item = TypeVar("Item")
 
 LONGEST_LINE = 10_000
-"""Of typed commands, characters: `/dev/zero` is one line without an end."""
+"""Of typed commands, characters, or of names of recordings, bytes: `/dev/zero` is one line
+without an end."""
 
 
 def show(*lines: str) -> None:

@@ -112,6 +112,8 @@ def load_config(path: Path) -> Config:
         return msgspec.convert(settings, Config)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    except ConfigError:  # which is a ValueError too
+        raise
     except RecursionError:
         raise ConfigError(f"{path}: has too many tables in each other; remove some") from None
     except msgspec.ValidationError as error:
@@ -149,12 +151,16 @@ def _line_of(name: str, text: str) -> str:
     return f":{text.count(chr(10), 0, found.end()) + 1}" if found else ""
 
 
-def overridden(config: Config, options: dict[str, Any]) -> Config:
+def overridden(
+    config: Config, options: dict[str, Any], kind: str = "an option", advice: str = "see --help"
+) -> Config:
     """Put what was said on the command line in place of what the configuration has.
 
     Args:
         config: what holds otherwise.
         options: settings, and tables of settings, by their names; None changes nothing.
+        kind: what messages call one of them.
+        advice: what they say is to be done.
 
     Raises:
         ConfigError: a value cannot be.
@@ -168,4 +174,4 @@ def overridden(config: Config, options: dict[str, Any]) -> Config:
     try:
         return never_missing_a_stop(msgspec.convert(settings, Config))
     except msgspec.ValidationError as error:
-        raise ConfigError(f"an option cannot be used: {error}; see --help") from error
+        raise ConfigError(f"{kind} cannot be used: {error}; {advice}") from error

@@ -1,7 +1,7 @@
 """Everything that can go wrong, as one family.
 
     VozError
-    ├── ConfigError      voz.toml or an option holds what cannot be
+    ├── ConfigError      voz.toml, an option or an argument holds what cannot be
     ├── CommandsError    the command list, or a pronunciation, cannot be used
     ├── LanguageError    the generated language files are missing or broken
     ├── AudioError       a recording or a sound device cannot be read or opened
@@ -24,8 +24,11 @@ class VozError(Exception):
         super().__init__(printable(str(message)))
 
 
-class ConfigError(VozError):
-    """A setting in voz.toml or on the command line cannot be."""
+class ConfigError(VozError, ValueError):
+    """A setting in voz.toml, on the command line or in a program cannot be.
+
+    It is a ValueError, as Python's own are about arguments; msgspec adds the place in a file to it.
+    """
 
 
 class CommandsError(VozError):

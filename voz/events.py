@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 from msgspec.structs import replace
+
+from voz.records import CheckedRecord, Finite, Fraction, Int16
 
 Reason = Literal[
     "not_a_command",
@@ -33,7 +35,7 @@ RefusedBy = Literal["first_ear", "second_ear", "both_ears"]
 """Who was not convinced: pocketsphinx, the network that hears phonemes, or neither."""
 
 
-class Ear(msgspec.Struct, frozen=True):
+class Ear(CheckedRecord, frozen=True):
     """What one ear alone makes of an utterance.
 
     Attributes:
@@ -43,10 +45,10 @@ class Ear(msgspec.Struct, frozen=True):
     """
 
     text: str
-    fit: float
+    fit: Finite
 
 
-class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
+class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
     """A stretch of speech, or a typed line, and what was understood of it.
 
     Attributes:
@@ -72,27 +74,28 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         meant: of typed text that is no command the one that is nearest to it, if any is.
     """
 
-    t: float
+    t: Finite
     text: str
-    confidence: float
+    confidence: Fraction
     accepted: bool
-    start: float
-    end: float
+    start: Finite
+    end: Finite
     source: str
     reason: Reason | None = None
     between: tuple[str, str] | None = None
-    latency: float | None = None
+    latency: Finite | None = None
     obeyed: bool | None = None
     ignored: Ignored | None = None
-    above: float | None = None
+    above: Finite | None = None
     ears: tuple[Ear, Ear] | None = None
     refused_by: RefusedBy | None = None
     command: str | None = None
-    slots: Mapping[str, str | int | float] = {}
+    slots: Mapping[str, str | int | Finite] = {}
     meant: str | None = None
 
     def __post_init__(self) -> None:
         """An accepted sentence is its own command unless it has another name."""
+        super().__post_init__()
         if self.command is None and self.accepted:
             msgspec.structs.force_setattr(self, "command", self.text)
 
@@ -106,7 +109,7 @@ class Utterance(msgspec.Struct, frozen=True, tag_field="type", tag="utterance", 
         return self.command or self.text
 
 
-class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial", omit_defaults=True):
+class Partial(CheckedRecord, frozen=True, tag_field="type", tag="partial", omit_defaults=True):
     """A command that seems to have been said; an utterance that settles what it was follows.
 
     Attributes:
@@ -117,9 +120,9 @@ class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial", omit
         command: the name of the command, where it is not the text itself.
     """
 
-    t: float
+    t: Finite
     text: str
-    confidence: float
+    confidence: Fraction
     command: str | None = None
 
     @property
@@ -128,7 +131,7 @@ class Partial(msgspec.Struct, frozen=True, tag_field="type", tag="partial", omit
         return self.command or self.text
 
 
-class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
+class Twist(CheckedRecord, frozen=True, tag_field="type", tag="cmd_vel"):
     """The velocity that the robot is asked to hold, sent 10 times a second.
 
     Attributes:
@@ -137,12 +140,12 @@ class Twist(msgspec.Struct, frozen=True, tag_field="type", tag="cmd_vel"):
         angular: turning velocity to the left, rad/s.
     """
 
-    t: float
-    linear: float
-    angular: float
+    t: Finite
+    linear: Finite
+    angular: Finite
 
 
-class SelectedObject(msgspec.Struct, frozen=True, tag_field="type", tag="selected_object"):
+class SelectedObject(CheckedRecord, frozen=True, tag_field="type", tag="selected_object"):
     """The object the arm is asked to point at.
 
     Attributes:
@@ -150,11 +153,11 @@ class SelectedObject(msgspec.Struct, frozen=True, tag_field="type", tag="selecte
         value: 1 beer, 2 cocacola, 100 fold the arm.
     """
 
-    t: float
-    value: int
+    t: Finite
+    value: Int16
 
 
-class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
+class Reply(CheckedRecord, frozen=True, tag_field="type", tag="reply"):
     """A sentence that the robot says.
 
     Attributes:
@@ -162,11 +165,11 @@ class Reply(msgspec.Struct, frozen=True, tag_field="type", tag="reply"):
         text: the sentence.
     """
 
-    t: float
+    t: Finite
     text: str
 
 
-class Publish(msgspec.Struct, frozen=True, tag_field="type", tag="publish"):
+class Publish(CheckedRecord, frozen=True, tag_field="type", tag="publish"):
     """A value for a topic of the user's own.
 
     Attributes:
@@ -175,12 +178,12 @@ class Publish(msgspec.Struct, frozen=True, tag_field="type", tag="publish"):
         value: true or false, a number or a text.
     """
 
-    t: float
+    t: Finite
     topic: str
-    value: bool | int | float | str
+    value: bool | int | Finite | str
 
 
-class Play(msgspec.Struct, frozen=True, tag_field="type", tag="play"):
+class Play(CheckedRecord, frozen=True, tag_field="type", tag="play"):
     """A sound that the robot plays.
 
     Attributes:
@@ -188,11 +191,11 @@ class Play(msgspec.Struct, frozen=True, tag_field="type", tag="play"):
         sound: a name of `voz sound --list`, or a file.
     """
 
-    t: float
+    t: Finite
     sound: str
 
 
-class Run(msgspec.Struct, frozen=True, tag_field="type", tag="run", omit_defaults=True):
+class Run(CheckedRecord, frozen=True, tag_field="type", tag="run", omit_defaults=True):
     """A program that is started.
 
     Attributes:
@@ -201,12 +204,12 @@ class Run(msgspec.Struct, frozen=True, tag_field="type", tag="run", omit_default
         seconds: how long it may take, s; None is a minute.
     """
 
-    t: float
+    t: Finite
     program: tuple[str, ...]
-    seconds: float | None = None
+    seconds: Annotated[float, msgspec.Meta(gt=0, le=3600)] | None = None
 
 
-class Call(msgspec.Struct, frozen=True, tag_field="type", tag="call", omit_defaults=True):
+class Call(CheckedRecord, frozen=True, tag_field="type", tag="call", omit_defaults=True):
     """A function in Python that is called.
 
     Attributes:
@@ -216,13 +219,13 @@ class Call(msgspec.Struct, frozen=True, tag_field="type", tag="call", omit_defau
         seconds: how long it may take until that is told, s; None is a minute.
     """
 
-    t: float
+    t: Finite
     function: str
-    arguments: tuple[str | int | float, ...] = ()
-    seconds: float | None = None
+    arguments: tuple[str | int | Finite, ...] = ()
+    seconds: Annotated[float, msgspec.Meta(gt=0, le=3600)] | None = None
 
 
-class Ended(msgspec.Struct, frozen=True, tag_field="type", tag="ended", omit_defaults=True):
+class Ended(CheckedRecord, frozen=True, tag_field="type", tag="ended", omit_defaults=True):
     """The end of a program or a function.
 
     Attributes:
@@ -231,12 +234,12 @@ class Ended(msgspec.Struct, frozen=True, tag_field="type", tag="ended", omit_def
         problem: why it did not end well; empty if it did.
     """
 
-    t: float
+    t: Finite
     name: str
     problem: str = ""
 
 
-class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning", omit_defaults=True):
+class Warning(CheckedRecord, frozen=True, tag_field="type", tag="warning", omit_defaults=True):
     """Something the user should know that does not end the run.
 
     Attributes:
@@ -246,7 +249,7 @@ class Warning(msgspec.Struct, frozen=True, tag_field="type", tag="warning", omit
         stops: whether the robot stops for this, whatever drives it.
     """
 
-    t: float
+    t: Finite
     text: str
     good: bool = False
     stops: bool = False

@@ -7,6 +7,7 @@ from pathlib import Path
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
+from voz.records import check_is_a
 from voz.settings import Recognition
 
 
@@ -25,7 +26,11 @@ def load(
 
     Raises:
         LanguageError: the language files cannot be used.
-        ConfigError: there is no such profile, or a model in the settings cannot be read.
+        ConfigError: there is no such profile, a model in the settings cannot be read, or an
+            argument is something else.
     """
-    known = load_profile(profile) if profile else None
-    return Recognizer(find_language(folder), settings or Recognition(), known)
+    known = None
+    if profile is not None:
+        check_is_a(str, profile, "profile")
+        known = load_profile(profile)
+    return Recognizer(find_language(folder), Recognition() if settings is None else settings, known)

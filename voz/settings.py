@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from voz.records import CheckedRecord, Fraction
+
 Search = Literal["grammar", "lm"]
-Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
 Pause = Annotated[float, msgspec.Meta(ge=0.03, le=1)]
@@ -20,7 +21,7 @@ Namespace = Annotated[str, msgspec.Meta(pattern=rf"^({ROS_NAME})?\Z")]
 Domain = Annotated[int, msgspec.Meta(ge=0, le=232)]
 
 
-class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Section(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """A table of voz.toml: unknown names are refused, so that a typing error is not ignored."""
 
 

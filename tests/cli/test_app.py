@@ -30,6 +30,8 @@ from voz import __version__
         (["run", "--text", "README.md", "--events", "none/e.jsonl"], "none/e.jsonl: cannot be"),
         (["eval", "none.tsv", "--jobs", "9" * 5000], "--jobs"),
         (["eval", "none.tsv", "--jobs", "9" * 20], "--jobs"),
+        (["decode", "none.wav", "--time-limit", "nan"], "'--time-limit': nan is no number"),
+        (["decode", "none.wav", "--time-limit", "inf"], "'--time-limit': inf is no number"),
         (["say"], "nothing to say"),
         (["say", "..."], "nothing to speak"),
         (["say", "hello", "--voice", "nobody"], "nobody"),

@@ -94,6 +94,7 @@ def test_a_sound_that_repeats_ends_by_ctrl_c(pulse: dict[str, str]) -> None:
         (["sound", "audio_fixtures"], "audio_fixtures: is a folder"),
         (["sound", "README.md"], "README.md: is no recording that can be read"),
         (["sound", "backing-up", "--volume", 2], "--volume"),
+        (["sound", "backing-up", "--volume", "nan"], "'--volume': nan is no number"),
     ],
 )
 def test_a_sound_that_cannot_be_is_one_line(

@@ -26,6 +26,7 @@ from voz.control.steps import Step, filled
         ({"publish": 1, "topic": "a b"}, "matching regex"),
         ({"call": ["os.system"]}, '`call` begins with "module:function", not with "os.system"'),
         ({"run": []}, "length >= 1"),
+        ({"publish": 2**31, "topic": "lamp"}, "Expected `int` <= 2147483647"),
         ({"drives": 0.1}, "unknown field `drives`"),
     ],
 )
@@ -59,6 +60,8 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
         ({}, "nothing was said for {way}"),
         ({"way": "far"}, '{way} is "far", and no number'),
         ({"way": 0}, "`metres` is 0"),
+        ({"way": 5000}, "Expected `float` <= 1000.0 - at `Step.metres`"),
+        ({"way": "nan"}, "Expected `float` >= -1000.0 - at `Step.metres`"),
     ],
 )
 def test_a_slot_that_does_not_fit_is_refused(slots: dict[str, str | float], why: str) -> None:

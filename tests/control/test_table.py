@@ -62,6 +62,10 @@ def test_another_word_does_the_same() -> None:
         ({"on": (Step(listen=True), Step(drive=0.1))}, '"on" begins or ends the listening'),
         ({"a": (Step(drive=0.1), Step(rotate=0.1, degrees=90))}, "goes on after a motion"),
         (
+            {"a": Step(publish=40_000, topic="selected_object")},
+            '"a" selects an object; their numbers go to 32767, as ROS has it',
+        ),
+        (
             {"a": Step(publish=1, topic="lamp"), "b": Step(publish="on", topic="lamp")},
             '"b" publishes another kind of value on lamp',
         ),

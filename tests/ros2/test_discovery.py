@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from voz.errors import ConfigError
 from voz.ros2.discovery import cyclone_settings, domain_number
@@ -31,6 +34,12 @@ def test_the_domain_is_that_of_the_settings_or_the_environment_or_0() -> None:
 def test_a_domain_that_cannot_be_is_refused(said: str) -> None:
     with pytest.raises(ConfigError, match=r"ROS_DOMAIN_ID is .* 0 to 232"):
         domain_number(Ros2(), {"ROS_DOMAIN_ID": said})
+
+
+@given(st.text(max_size=8) | st.integers().map(str))
+def test_no_domain_from_outside_the_range_comes_from_the_environment(said: str) -> None:
+    with suppress(ConfigError):
+        assert domain_number(Ros2(), {"ROS_DOMAIN_ID": said}) in range(233)
 
 
 def test_a_domain_of_thousands_of_digits_is_not_shown_whole() -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.config import usual_commands
+from voz.config import Config, usual_commands
+from voz.control.steps import Step
 from voz.control.table import USUAL
+from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.run.drive import Controller
 from voz.settings import Safety
@@ -132,6 +137,44 @@ def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
         Warning(3.0, "no command for 2 s: the robot stops", stops=True),
         Twist(3.0, 0, 0),
     ]
+
+
+@pytest.mark.parametrize("now", [math.nan, math.inf, -math.inf, "3"])
+def test_a_time_that_is_no_number_is_refused_and_ends_no_limit(now: float) -> None:
+    table = Config(commands={"come here": Step(drive=0.1, metres=0.2)}).table
+    events: list[Event] = []
+    drive = Controller([events.append], Safety(motion_time_limit=9), True, table)
+    drive.hear(heard("come here", now=1))
+    for take_time in (drive.send, drive.zero):
+        with pytest.raises(ConfigError):
+            take_time(now)
+    drive.send(2.9)
+    assert drive.velocities == (0.1, 0)
+    drive.send(3.0)
+    assert events[-1] == Twist(3.0, 0, 0)
+
+
+@pytest.mark.parametrize("stop", [Controller.stop, Controller.stop_by_hand])
+def test_a_stop_at_no_time_stops_all_the_same(stop: Callable[..., None]) -> None:
+    drive, events = listening_drive(["go forward"])
+    with pytest.raises(ConfigError, match="the time of the run is nan; give seconds"):
+        stop(drive, math.nan, "a key")
+    drive.send(0.1)
+    assert events[-1] == Twist(0.1, 0, 0)
+    drive.stop(5.0, "lost")
+    drive.hear(heard("go forward", now=4))  # said before
+    assert drive.velocities == (0, 0)
+
+
+@pytest.mark.parametrize("odd", [math.nan, math.inf])
+def test_odometry_that_is_no_place_ends_a_motion_by_its_velocity(odd: float) -> None:
+    table = Config(commands={"turn round": Step(rotate=0.5, degrees=45)}).table
+    drive = Controller([], Safety(), True, table, lambda _: (0.0, 0.0, odd))
+    drive.hear(heard("turn round"))
+    drive.send(1.5)
+    assert drive.velocities == (0, 0.5)
+    drive.send(1.6)  # pi / 4 / 0.5 = 1.57
+    assert drive.velocities == (0, 0)
 
 
 @pytest.mark.parametrize("text", ["start speech", "stop speech", "stop", "slow down"])

@@ -9,7 +9,7 @@ import pytest
 
 from voz.audio.playback.mixing import AUDIBLE, RATE, Wave
 from voz.errors import SpeechError
-from voz.speech.builtin_sounds import BuiltinSound, builtin, synthesised
+from voz.speech.builtin_sounds import BuiltinSound, synthesised
 
 URGENT = {
     BuiltinSound.NEEDS_UNPLUGGING: BuiltinSound.NEEDS_UNPLUGGING_BADLY,
@@ -38,13 +38,13 @@ def test_the_numbers_are_those_of_sound_play() -> None:
         ("NEEDS_UNPLUGGING_BADLY", 4),
         ("NEEDS_PLUGGING_BADLY", 5),
     ]
-    assert builtin(3) is BuiltinSound.NEEDS_PLUGGING
+    assert BuiltinSound(3) is BuiltinSound.NEEDS_PLUGGING
 
 
 @pytest.mark.parametrize("number", [0, 6, -3])
 def test_another_number_is_no_sound(number: int) -> None:
     with pytest.raises(SpeechError, match=rf"^there is no built-in sound {number}; give 1 to 5$"):
-        builtin(number)
+        BuiltinSound(number)
 
 
 def test_each_has_a_name_for_the_command_line() -> None:

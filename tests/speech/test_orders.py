@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 
@@ -84,3 +87,11 @@ class OrdersInAnyOrder(RuleBasedStateMachine):
 
 
 TestOrdersInAnyOrder = OrdersInAnyOrder.TestCase
+
+
+@given(st.floats() | st.integers() | st.none() | st.text(max_size=3))
+def test_a_volume_is_from_0_to_1_whatever_is_asked_for(volume: Any) -> None:
+    try:
+        assert 0 <= Order(volume, False).volume <= 1
+    except SpeechError:
+        assert not isinstance(volume, int | float)

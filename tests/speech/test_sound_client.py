@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
 
 from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixing import RATE
-from voz.errors import AudioError, SpeechError
+from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import festival
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
 from voz.speech.rendered import cached, is_cached
@@ -380,3 +381,21 @@ def test_without_a_loudspeaker_there_is_one_warning(
         timeout=60,
     )
     assert (done.stdout, done.stderr) == (printed, "")
+
+
+@pytest.mark.parametrize(
+    ("ask", "told"),
+    [
+        (lambda client: client.play("beep"), "there is no built-in sound 'beep'; give 1 to 5"),
+        (lambda client: client.play(1, volume="loud"), "a volume is a number from 0 to 1"),
+        (lambda client: client.play_wave(7), "7 is no path of a sound; give a file"),
+        (lambda client: client.stop_wave(None), "None is no path of a sound; give a file"),
+        (lambda client: client.say(7), "`text` is a int; give a str"),
+        (lambda client: client.stop_saying(None), "`text` is a NoneType; give a str"),
+        (lambda client: client.say("hello", voice=7), "`voice` is a int; give a str"),
+    ],
+)
+def test_what_is_no_sound_is_an_error_of_voz(ask: Callable[[Any], None], told: str) -> None:
+    with SoundClient() as client, pytest.raises(VozError) as caught:
+        ask(client)
+    assert str(caught.value).startswith(told)

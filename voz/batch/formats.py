@@ -164,6 +164,8 @@ def reading(output: Place) -> Iterator[tuple[Header, Iterator[Row]]]:
     try:
         with here(output) as path, format_of(output).read(path) as read:
             yield read
+    except ConfigError:  # which is a ValueError too
+        raise
     except OSError as error:
         reason = error.strerror or error
         raise ConfigError(f"{shown_place(output)}: cannot be read ({reason})") from error

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import ProfileOption, Recognising
+from voz.cli.options import ProfileOption, Recognising, finite
 from voz.config import Config, overridden
 from voz.errors import ConfigError
 
@@ -51,7 +51,12 @@ class Decoding(Recognising):
     ] = None
     time_limit: Annotated[
         float | None,
-        typer.Option(metavar="S", min=0.1, help="For each file; else a minute and its length."),
+        typer.Option(
+            metavar="S",
+            min=0.1,
+            callback=finite,
+            help="For each file; else a minute and its length.",
+        ),
     ] = None
     memory_limit: Annotated[
         int, typer.Option(metavar="MB", min=10, help="What a file may need in a worker.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import Field, dataclass, fields
 from pathlib import Path
@@ -33,6 +34,13 @@ DeviceOption = Annotated[
     str | None,
     typer.Option("-d", "--device", metavar="N|NAME", help="Which microphone: see `voz devices`."),
 ]
+
+
+def finite(value: float | None) -> float | None:
+    """Refuse NaN, which is in every range of typer's, and infinity."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value} is no number; give one with an end.")
+    return value
 
 
 @dataclass

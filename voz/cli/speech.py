@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from voz.cli.options import finite
 from voz.cli.terminal import show, warn
 from voz.errors import AudioError, SpeechError
 
@@ -54,7 +55,9 @@ def sound(
     repeat: Annotated[
         bool, typer.Option("--repeat", help="Play it again and again, until Ctrl-C.")
     ] = False,
-    volume: Annotated[float, typer.Option(metavar="X", min=0.0, max=1.0, help="How loud.")] = 1.0,
+    volume: Annotated[
+        float, typer.Option(metavar="X", min=0.0, max=1.0, callback=finite, help="How loud.")
+    ] = 1.0,
     list_sounds: Annotated[
         bool, typer.Option("--list", help="Show the names of the built-in sounds.")
     ] = False,

@@ -18,6 +18,7 @@ from voz.control.motion import Motion, halt, moved
 from voz.control.safety import secured
 from voz.control.steps import Step, filled
 from voz.control.table import USUAL, CommandTable, Steps, is_selection
+from voz.errors import ConfigError
 from voz.events import Call, Event, Ignored, Play, Publish, Reply, Run, SelectedObject, Warning
 from voz.settings import Safety
 
@@ -122,7 +123,7 @@ def obey(
         return Transition(state, obeyed=False, ignored="not_now")
     try:
         steps = tuple(filled(step, command.slots) for step in steps or ())
-    except ValueError as error:
+    except ConfigError as error:
         return _refused(state, command, str(error))
     if steps and steps[0].confirm:
         return _ask(state, command, steps)

@@ -15,6 +15,9 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
+from voz.errors import ConfigError
+from voz.records import CheckedRecord, Finite, Int32
+
 PER_UNIT = 1000
 """Velocities are whole thousandths of 1 m/s and 1 rad/s: they leave no float residue."""
 
@@ -39,11 +42,11 @@ AMOUNTS = (*DRIVES, "faster", "slower", "metres", "degrees", "seconds")
 Amount: TypeAlias = Annotated[float, msgspec.Meta(ge=-1000, le=1000)] | str
 Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=300)]
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=3600)]
-Value: TypeAlias = bool | int | float | str
+Value: TypeAlias = bool | Int32 | Finite | str
 
 
 class Step(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+    CheckedRecord, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
     """One thing that a command does; at most one of the first thirteen, or only words or a sound.
 
@@ -81,7 +84,7 @@ class Step(
     state: str | None = None
     publish: Value | None = None
     run: Annotated[tuple[Text, ...], msgspec.Meta(min_length=1)] | None = None
-    call: Annotated[tuple[Text | int | float, ...], msgspec.Meta(min_length=1)] | None = None
+    call: Annotated[tuple[Text | int | Finite, ...], msgspec.Meta(min_length=1)] | None = None
     again: bool = False
     answer: bool | None = None
     say: Text | None = None
@@ -96,19 +99,20 @@ class Step(
         """Refuse what contradicts itself.
 
         Raises:
-            ValueError: so it does; msgspec makes its own error of it, which names the place.
+            ConfigError: so it does, or a field is wrong in itself.
         """
+        super().__post_init__()
         if len(self.actions) > 1:
             one, other, *_ = self.actions
-            raise ValueError(f"`{one}` and `{other}` are two steps; write [{{...}}, {{...}}]")
+            raise ConfigError(f"`{one}` and `{other}` are two steps; write [{{...}}, {{...}}]")
         if not self.actions and self.say is None and self.play is None:
-            raise ValueError(f"does nothing; write one of {', '.join(ACTIONS)}, say, play")
+            raise ConfigError(f"does nothing; write one of {', '.join(ACTIONS)}, say, play")
         self._check_bounds()
         self._check_amounts()
         if (self.publish is None) != (self.topic is None):
-            raise ValueError("`publish` and `topic` go together: a value, and where it goes")
+            raise ConfigError("`publish` and `topic` go together: a value, and where it goes")
         if self.call is not None and not TARGET.fullmatch(str(self.call[0])):
-            raise ValueError(f'`call` begins with "module:function", not with "{self.call[0]}"')
+            raise ConfigError(f'`call` begins with "module:function", not with "{self.call[0]}"')
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -146,21 +150,21 @@ class Step(
 
     def _check_bounds(self) -> None:
         if self.metres is not None and self.drive is None:
-            raise ValueError("`metres` is how far to `drive`")
+            raise ConfigError("`metres` is how far to `drive`")
         if self.degrees is not None and self.rotate is None and self.turn is None:
-            raise ValueError("`degrees` is how far to `rotate` or `turn`")
+            raise ConfigError("`degrees` is how far to `rotate` or `turn`")
         timed = (*DRIVES, "run", "call")
         if self.seconds is not None and not set(timed).intersection(self.actions):
-            raise ValueError(f"`seconds` is for one of {', '.join(timed)}")
+            raise ConfigError(f"`seconds` is for one of {', '.join(timed)}")
 
     def _check_amounts(self) -> None:
         for name in AMOUNTS:
             amount = getattr(self, name)
             if isinstance(amount, str):
                 if not SLOT.fullmatch(amount):
-                    raise ValueError(f'`{name}` is a number or a slot as "{{way}}", no "{amount}"')
+                    raise ConfigError(f'`{name}` is a number or a slot as "{{way}}", no "{amount}"')
             elif amount is not None and not (amount if name in DRIVES else amount > 0):
-                raise ValueError(f"`{name}` is {amount:g}; to end a motion write stop = true")
+                raise ConfigError(f"`{name}` is {amount:g}; to end a motion write stop = true")
 
 
 def filled(step: Step, slots: Mapping[str, str | float]) -> Step:
@@ -171,13 +175,13 @@ def filled(step: Step, slots: Mapping[str, str | float]) -> Step:
         slots: what was said, by the names of the slots.
 
     Raises:
-        ValueError: a slot is missing, or no number where one is needed.
+        ConfigError: a slot is missing, or no number where one is needed.
     """
     if not step.slots:
         return step
     missing = step.slots - slots.keys()
     if missing:
-        raise ValueError(f"nothing was said for {{{min(missing)}}}")
+        raise ConfigError(f"nothing was said for {{{min(missing)}}}")
     values = {name: getattr(step, name) for name in step.__struct_fields__}
     for name, value in values.items():
         if isinstance(value, tuple):
@@ -208,7 +212,7 @@ def _number(text: str, slots: Mapping[str, str | float]) -> float:
     try:
         return float(value)
     except ValueError:
-        raise ValueError(f'{text} is "{value}", and no number') from None
+        raise ConfigError(f'{text} is "{value}", and no number') from None
 
 
 CommandDefinition: TypeAlias = str | Step | tuple[Step, ...]

@@ -17,6 +17,9 @@ USUAL = ""
 
 SELECTED_OBJECT = "selected_object"
 
+OBJECTS = range(-(2**15), 2**15)
+"""The numbers that a `std_msgs/Int16` holds, which selects them."""
+
 STOP = "stop"
 """The command that nobody may give another meaning."""
 
@@ -179,6 +182,10 @@ def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
     if any(step.listen is not None for step in steps) and name not in table.halts | table.starts:
         raise _wrong(state, name, "begins or ends the listening, and can only say so besides")
     for step in steps:
+        if is_selection(step) and step.publish not in OBJECTS:
+            raise _wrong(
+                state, name, f"selects an object; their numbers go to {max(OBJECTS)}, as ROS has it"
+            )
         if step.state is not None and step.state not in table.sets:
             raise _wrong(state, name, f'switches to "{step.state}", and there is no [states] of it')
     if any(step.confirm for step in steps) and not {True, False} <= _answers(table, state):

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from voz.errors import ConfigError
 from voz.files import FEW_BYTES, read_json, replaced, shown_path, told
 from voz.recognition.costs import Cost
+from voz.records import CheckedRecord, Finite
 
 MODEL = Path(__file__).with_name("confidence.json")
 
@@ -29,10 +30,10 @@ TWO_EARS = (
 )
 """The features that each model has; beside the second ear, most of the first one's are idle."""
 
-Positive = Annotated[float, msgspec.Meta(gt=0)]
+Positive = Annotated[float, msgspec.Meta(gt=0, le=1e12)]
 
 
-class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Model(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """A logistic model.
 
     Attributes:
@@ -47,15 +48,15 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     fitted_on: list[str]
-    intercept: float
-    weights: dict[str, float]
+    intercept: Finite
+    weights: dict[str, Finite]
     alarms: Positive
     alarms_fall: Positive
     usual_alarms: Positive = 0.5
     costs: tuple[Cost, ...] = ()
 
 
-class Models(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Models(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """What a confidence is computed by, with the second ear and without it."""
 
     two_ears: Model

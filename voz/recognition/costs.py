@@ -9,11 +9,13 @@ from typing import Annotated
 
 import msgspec
 
+from voz.records import CheckedRecord, Fraction
+
 AROUND = (0.2, 0.5, 1.0, 2.0, 4.0, 10.0)
 """Rates that are looked at, as parts of the usual one."""
 
 
-class Cost(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Cost(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """What one rate of false alarms costs.
 
     Attributes:
@@ -22,7 +24,7 @@ class Cost(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     alarms: Annotated[float, msgspec.Meta(gt=0, le=1e4)]
-    missed: Annotated[float, msgspec.Meta(ge=0, le=1)]
+    missed: Fraction
 
 
 def rates_around(usual: float) -> tuple[float, ...]:

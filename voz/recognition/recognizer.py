@@ -26,6 +26,7 @@ from voz.recognition.listener import Listener
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
+from voz.records import check_is_a
 from voz.settings import Recognition
 
 MICROPHONE = "microphone"
@@ -80,8 +81,9 @@ class Recognizer:
         Raises:
             LanguageError: the language files cannot be used.
             ConfigError: the model of the confidence that the settings name cannot be used, or the
-                profile was made with another acoustic model.
+                profile was made with another acoustic model, or the settings are something else.
         """
+        check_is_a(Recognition, settings, "settings")
         self.files = language
         self._settings = settings
         self._profile = profile or Profile()
@@ -113,6 +115,9 @@ class Recognizer:
         """Let there be so many false alarms in an hour of talk, from the next decision on.
 
         Any thread may ask for it, also while a stream is followed.
+
+        Raises:
+            ConfigError: it is out of the range that `false_alarms_per_hour` has.
         """
         self._settings = replace(self._settings, false_alarms_per_hour=alarms)
         self._interpreter.accept_by(self._settings)

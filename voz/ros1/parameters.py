@@ -68,4 +68,6 @@ def read_settings(**speech: Any) -> Config:
             "safety": {"enabled": switch("safety")},
             "speech": {"voice": text("voice"), **speech},
         },
+        "a parameter of the node",
+        "correct it",
     )

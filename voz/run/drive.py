@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
@@ -11,7 +12,9 @@ from voz.control.bound import Place
 from voz.control.controller import GivenCommand, State, Transition, at_rest, go_on, obey
 from voz.control.safety import motion_has_expired
 from voz.control.table import CommandTable
+from voz.errors import ConfigError
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
+from voz.records import check_is_a, is_number
 from voz.settings import Safety
 
 
@@ -40,8 +43,15 @@ class Controller:
             safety: the safety rules' settings.
             listening: whether commands are obeyed before a `start speech`.
             table: what each command does; None is what they do in the list that comes with voz.
-            odometry: tells where the robot is at a time of the run, s, without waiting.
+            odometry: tells where the robot is at a time of the run, s, without waiting; what is
+                no place is as good as None.
+
+        Raises:
+            ConfigError: an argument is something else.
         """
+        check_is_a(Safety, safety, "safety")
+        check_is_a(bool, listening, "listening")
+        check_is_a((CommandTable, type(None)), table, "table")
         self._receivers = receivers
         self._safety = safety
         self.table = table or usual_commands()
@@ -102,8 +112,12 @@ class Controller:
             now: the time of the run, s.
             why: for people.
             good: whether that is good news.
+
+        Raises:
+            ConfigError: the time is no number; the motion is ended all the same.
         """
         self.halt()
+        _check_time(now)
         self.stopped_at = now
         # What is back stops nothing: the robot stands still since it was lost.
         self.emit(Warning(now, why, good, stops=not good))
@@ -115,8 +129,13 @@ class Controller:
             now: the time of the run, s.
             why: for people.
             pressed: when the key was; what was begun to be said before moves nothing.
+
+        Raises:
+            ConfigError: a time is no number; the motion is ended all the same.
         """
         self.halt()
+        _check_time(now)
+        _check_time(pressed)
         self._told_to_stop = max(self._told_to_stop, pressed)
         self.emit(Warning(now, why, good=True, stops=True))
 
@@ -125,8 +144,12 @@ class Controller:
 
         Args:
             now: the time of the run, s.
+
+        Raises:
+            ConfigError: the time is no number.
         """
-        self._follow(go_on(self._state, now, self._safety, self._odometry(now)))
+        _check_time(now)
+        self._follow(go_on(self._state, now, self._safety, self._place(now)))
         if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
@@ -149,11 +172,16 @@ class Controller:
         """
         return event.end < self.stopped_at or event.start < self._told_to_stop
 
+    def _place(self, now: float) -> Place | None:
+        """Where odometry has the robot; None where it knows nothing, or no place."""
+        place = self._odometry(now)
+        return place if place is not None and all(map(math.isfinite, place)) else None
+
     def _try(self, event: Utterance | Partial) -> Transition:
         """What a command would do."""
         slots = event.slots if isinstance(event, Utterance) else {}
         command = GivenCommand(event.name, slots, event.t)
-        return obey(self._state, command, self.table, self._safety, self._odometry(event.t))
+        return obey(self._state, command, self.table, self._safety, self._place(event.t))
 
     def _obey(self, utterance: Utterance) -> None:
         """Obey an accepted utterance, unless it is to be ignored."""
@@ -186,3 +214,9 @@ class Controller:
             silent = all(isinstance(event, Reply) for event in transition.events)
             return silent and not transition.state.moving and transition.state.asked is None
         return utterance.name in self.table.stops
+
+
+def _check_time(now: float) -> None:
+    """Refuse a time in which no limit holds."""
+    if not is_number(now) or not math.isfinite(now):
+        raise ConfigError(f"the time of the run is {now!r}; give seconds")

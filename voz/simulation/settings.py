@@ -6,6 +6,7 @@ from typing import Annotated
 
 import msgspec
 
+from voz.errors import ConfigError
 from voz.settings import Section
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
@@ -55,15 +56,16 @@ class Simulator(Section, frozen=True, kw_only=True):
         """Refuse a room in which the robot has no place, or the objects are not on the table.
 
         Raises:
-            ValueError: so it is; msgspec makes its own error of it, which names the place.
+            ConfigError: so it is, or a field is wrong in itself.
         """
+        super().__post_init__()
         table, (x, y, _) = Tabletop(*self.table), self.start
         if table.x + table.width > self.room[0] or table.y + table.depth > self.room[1]:
-            raise ValueError("the table is not within the room")
+            raise ConfigError("the table is not within the room")
         for name, place in (("beer", self.beer), ("cocacola", self.cocacola)):
             if not table.holds(*place):
-                raise ValueError(f"the {name} is not on the table")
+                raise ConfigError(f"the {name} is not on the table")
         if gap_to_walls(x, y, self.radius, self.room) < 0:
-            raise ValueError("at its start the robot is in a wall")
+            raise ConfigError("at its start the robot is in a wall")
         if gap_to_table(x, y, self.radius, table) < 0:
-            raise ValueError("at its start the robot is in the table")
+            raise ConfigError("at its start the robot is in the table")

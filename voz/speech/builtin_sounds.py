@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import enum
 import functools
+import reprlib
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -26,13 +27,18 @@ ATTACK = 0.008
 
 
 class BuiltinSound(enum.IntEnum):
-    """What the robot has to say without words."""
+    """What the robot has to say without words; raises SpeechError for a number of none."""
 
     BACKINGUP = 1
     NEEDS_UNPLUGGING = 2
     NEEDS_PLUGGING = 3
     NEEDS_UNPLUGGING_BADLY = 4
     NEEDS_PLUGGING_BADLY = 5
+
+    @classmethod
+    def _missing_(cls, value: object) -> NoReturn:
+        known = f"1 to {len(cls)}"
+        raise SpeechError(f"there is no built-in sound {reprlib.repr(value)}; give {known}")
 
     @property
     def title(self) -> str:
@@ -70,16 +76,6 @@ MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
         SHORT_PAUSE,
     ],
 }
-
-
-def builtin(number: int) -> BuiltinSound:
-    """Find a sound by its number; raises SpeechError if there is none."""
-    try:
-        return BuiltinSound(number)
-    except ValueError:
-        raise SpeechError(
-            f"there is no built-in sound {number}; give 1 to {len(BuiltinSound)}"
-        ) from None
 
 
 @functools.cache

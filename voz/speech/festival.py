@@ -24,6 +24,7 @@ from pathlib import Path
 
 from voz.errors import SpeechError
 from voz.files import replaced
+from voz.records import check_is_a
 from voz.speech.espeak import PREFIX, check_voice, command, failure, is_espeak
 
 VOICES = {
@@ -85,7 +86,9 @@ def speakable(text: str, voice: str = "") -> str:
 
     Raises:
         SpeechError: nothing is left, or too much.
+        ConfigError: it is no text.
     """
+    check_is_a(str, text, "text")
     if is_espeak(voice):
         composed = unicodedata.normalize("NFC", text.translate(TYPOGRAPHY))
         words = "".join(char if char.isprintable() else " " for char in composed).split()
@@ -141,6 +144,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
 
 def check_known(voice: str) -> None:
     """Raise SpeechError if a voice is none of `VOICES`, nor may be one of espeak-ng's."""
+    check_is_a(str, voice, "voice")
     if is_espeak(voice):
         check_voice(voice)
     elif voice not in VOICES:

@@ -7,7 +7,8 @@ from typing import TypeAlias
 
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import PlayingSound, Wave
-from voz.errors import VozError
+from voz.errors import SpeechError, VozError
+from voz.records import is_number
 
 Key: TypeAlias = tuple[str, ...]
 """The kind of a sound, then what it is: its name, its path, or its text and voice."""
@@ -19,10 +20,15 @@ class Order:
     Args:
         volume: 0 to 1; what is beyond is taken as that.
         repeats: whether it goes on until it is stopped.
+
+    Raises:
+        SpeechError: the volume is no number.
     """
 
     def __init__(self, volume: float, repeats: bool) -> None:
-        self.volume = min(max(0.0, volume), 1.0)  # in this order no number is silence
+        if not is_number(volume):
+            raise SpeechError(f"a volume is a number from 0 to 1, and no {type(volume).__name__}")
+        self.volume = min(max(0.0, volume), 1.0)  # in this order NaN is silence
         self.repeats = repeats
         self.error: VozError | None = None
         self.decided = threading.Event()  # it has begun, or never will
@@ -49,8 +55,8 @@ class Orders:
 
     def place(self, key: Key, volume: float, repeats: bool) -> Order:
         """Take note of a sound that is to begin, in the place of what has the same key."""
-        self.stop(key)
         order = Order(volume, repeats)
+        self.stop(key)
         with self._lock:
             if self._closed:
                 order.decided.set()

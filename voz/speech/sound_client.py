@@ -17,11 +17,11 @@ from typing import NamedTuple
 from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import RATE, from_first_audible
-from voz.errors import SpeechError, VozError
-from voz.speech.builtin_sounds import ALL, BuiltinSound, builtin, synthesised
+from voz.errors import AudioError, SpeechError, VozError
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
 from voz.speech.espeak import PREFIX
 from voz.speech.festival import check_known, speakable
-from voz.speech.orders import Order, Orders
+from voz.speech.orders import Key, Order, Orders
 from voz.speech.rendered import cached, is_cached
 
 _log = logging.getLogger("voz")
@@ -89,7 +89,7 @@ class SoundClient:
             blocking: whether to wait until it has ended; None is as the client was made.
 
         Raises:
-            SpeechError: there is no such sound.
+            SpeechError: there is no such sound, or the volume is no number.
         """
         self._wait_for(self._play_builtin(sound, volume, repeats=False), blocking)
 
@@ -99,7 +99,7 @@ class SoundClient:
 
     def stop(self, sound: int) -> None:
         """End a built-in sound, or with `ALL` every sound."""
-        self._orders.stop(() if sound == ALL else ("builtin", builtin(sound).name))
+        self._orders.stop(() if sound == ALL else ("builtin", BuiltinSound(sound).name))
 
     def play_wave(
         self, sound: str | os.PathLike[str], volume: float = 1.0, blocking: bool | None = None
@@ -129,7 +129,7 @@ class SoundClient:
 
     def stop_wave(self, sound: str | os.PathLike[str]) -> None:
         """End a sound file."""
-        self._orders.stop(("wave", str(Path(sound).resolve())))
+        self._orders.stop(_key_of(sound))
 
     def say(
         self, text: str, voice: str = "", volume: float = 1.0, blocking: bool | None = None
@@ -215,14 +215,15 @@ class SoundClient:
             self.close()
 
     def _play_builtin(self, sound: int, volume: float, repeats: bool) -> Order:
-        known = builtin(sound)
+        known = BuiltinSound(sound)
         order = self._orders.place(("builtin", known.name), volume, repeats)
         self._orders.begin(order, synthesised(known))
         return order
 
     def _play_wave(self, sound: str | os.PathLike[str], volume: float, repeats: bool) -> Order:
+        key = _key_of(sound)
         wave = read_sound(Path(sound), RATE)
-        order = self._orders.place(("wave", str(Path(sound).resolve())), volume, repeats)
+        order = self._orders.place(key, volume, repeats)
         self._orders.begin(order, wave)
         return order
 
@@ -264,3 +265,11 @@ class SoundClient:
     def _tell(self, problem: str) -> None:
         if not self._quiet:
             self._warn(problem)
+
+
+def _key_of(sound: str | os.PathLike[str]) -> Key:
+    """By what a sound file is known; raises AudioError if it is not named by a path."""
+    try:
+        return "wave", str(Path(sound).resolve())
+    except (TypeError, ValueError):  # no name of a file has a zero in it
+        raise AudioError(f"{sound!r:.100} is no path of a sound; give a file") from None

@@ -26,6 +26,7 @@ from voz.audio import Samples
 from voz.language.acoustic_model import CEPSTRA, AcousticModel, Floats, Indices
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
+from voz.records import CheckedRecord, Fraction
 
 LIKE_THE_MODEL = -1.5
 """What is learnt from fits its command almost as well as any phones: nats for each frame of speech.
@@ -76,7 +77,7 @@ def teaches(values: Mapping[str, float], trust: float) -> bool:
     return trust > 0 and values.get("phones", -np.inf) >= LIKE_THE_MODEL
 
 
-Finite = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]
+Shift = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]
 
 
 class Observation(msgspec.Struct, frozen=True):
@@ -91,7 +92,7 @@ class Observation(msgspec.Struct, frozen=True):
     frames: int
 
 
-class StartVector(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class StartVector(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """What has been learnt so far about one microphone and speaker.
 
     Attributes:
@@ -101,12 +102,12 @@ class StartVector(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         share: how many of the utterances lately could be learnt from, 0 to 1.
     """
 
-    shift: Annotated[tuple[Finite, ...], msgspec.Meta(min_length=CEPSTRA, max_length=CEPSTRA)] = (
+    shift: Annotated[tuple[Shift, ...], msgspec.Meta(min_length=CEPSTRA, max_length=CEPSTRA)] = (
         0.0,
     ) * CEPSTRA
     frames: Annotated[float, msgspec.Meta(ge=0, le=MEMORY)] = 0.0
     doubts: Annotated[int, msgspec.Meta(ge=0, lt=DOUBTS)] = 0
-    share: Annotated[float, msgspec.Meta(ge=0, le=1)] = 0.25
+    share: Fraction = 0.25
 
     def moved(self, start: str) -> str:
         """Move the usual start by what was learnt.

@@ -15,6 +15,7 @@ from voz.errors import ConfigError
 from voz.files import FEW_BYTES, data_folder, read_json, read_text, replaced, shown_path, told
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.mllr import is_transforms
+from voz.records import CheckedRecord
 
 USUAL_PROFILE = "default"
 """Whoever does not say who speaks."""
@@ -24,7 +25,7 @@ MLLR_FILE = "mllr.txt"
 LEARNT_FOLDER = "learnt"
 
 
-class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """What is known of a speaker and a microphone before they are heard.
 
     Attributes:

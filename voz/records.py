@@ -1,0 +1,83 @@
+"""Records that check their fields where they are made. Pure."""
+
+from __future__ import annotations
+
+from functools import cache
+from numbers import Integral, Real
+from typing import Annotated, Any, TypedDict, get_type_hints
+
+import msgspec
+from msgspec.structs import force_setattr
+
+from voz.errors import ConfigError
+
+Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
+Finite = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
+"""Any number but NaN and infinity; seconds since 1970 are among them."""
+Int16 = Annotated[int, msgspec.Meta(ge=-(2**15), lt=2**15)]
+"""What a `std_msgs/Int16` holds."""
+Int32 = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**31)]
+"""What a `std_msgs/Int32` holds."""
+
+
+class CheckedRecord(msgspec.Struct, frozen=True):
+    """A record whose fields have the types and limits that are declared, however it is made.
+
+    msgspec checks what it reads from a file; its constructors check nothing.
+    """
+
+    def __post_init__(self) -> None:
+        """Check all fields, as if they stood in a file.
+
+        Raises:
+            ConfigError: a field has another type, or is out of its range.
+        """
+        kind = type(self)
+        given = {name: getattr(self, name) for name in kind.__struct_fields__}
+        try:
+            checked = msgspec.convert(
+                {name: _builtin(value) for name, value in given.items()}, _declared(kind)
+            )
+        except msgspec.ValidationError as error:
+            what, at, place = str(error).partition(" - at `$")
+            raise ConfigError(f"{what}{at.replace('$', kind.__name__)}{place}") from None
+        for name, value in checked.items():  # an int is a float now, and a list a tuple
+            if value is not given[name]:
+                force_setattr(self, name, value)
+
+
+def check_is_a(kind: type | tuple[type, ...], value: object, name: str) -> None:
+    """Refuse an argument of another type.
+
+    Args:
+        kind: the type that it must have; of several, messages name the first.
+        value: the argument.
+        name: what messages call it.
+
+    Raises:
+        ConfigError: it has another type.
+    """
+    if not isinstance(value, kind):
+        wanted = kind[0] if isinstance(kind, tuple) else kind
+        raise ConfigError(f"`{name}` is a {type(value).__name__}; give a {wanted.__name__}")
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a number, of Python's own or of numpy's."""
+    return isinstance(value, Real)
+
+
+@cache
+def _declared(kind: type[CheckedRecord]) -> Any:
+    """The types of a record's fields, without the record's own check."""
+    hints = get_type_hints(kind, include_extras=True)
+    return TypedDict(kind.__name__, {name: hints[name] for name in kind.__struct_fields__})  # type: ignore[operator]
+
+
+def _builtin(value: object) -> object:
+    """Give the number that a number of numpy's is; msgspec knows only Python's own."""
+    if type(value) in (float, int, bool, str):
+        return value
+    if isinstance(value, Integral):
+        return int(value)
+    return float(value) if isinstance(value, Real) else value

@@ -23,7 +23,6 @@ RUN printf 'pcm.!default { type pulse }\nctl.!default { type pulse }\n' > /etc/a
 
 ARG EXTRAS=
 COPY pyproject.toml README.md LICENSE /opt/voz/
-COPY lm /opt/voz/lm
 COPY voz /opt/voz/voz
 RUN python3 -m venv /opt/venv \
     && /opt/venv/bin/python -m pip install --no-cache-dir --prefer-binary "/opt/voz${EXTRAS}" \

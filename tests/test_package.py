@@ -38,10 +38,40 @@ def voz(installed: Path, *arguments: object) -> subprocess.CompletedProcess[str]
     )
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
 @pytest.mark.slow
 def test_the_language_files_travel_in_the_package(installed: Path) -> None:
-    there = {path.name for path in (installed / "voz" / "lm").iterdir()}
-    assert there == {path.name for path in (ROOT / "lm").iterdir()}
+    assert contents(installed / "voz" / "lm") == contents(ROOT / "lm")
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """A clone whose list somebody has changed."""
+    for name in ("lm", "voz"):
+        shutil.copytree(ROOT / name, tmp_path / "clone" / name, symlinks=True)
+    with (tmp_path / "clone" / "lm" / "comandos_voz.txt").open("a") as file:
+        file.write("stop peach\n")
+    return tmp_path / "clone"
+
+
+@pytest.mark.slow
+def test_a_list_that_is_edited_in_a_clone_is_warned_of_and_known_there_alone(clone: Path) -> None:
+    (elsewhere := clone.parent / "empty").mkdir()
+    environment = os.environ | {"PYTHONPATH": str(clone)}
+
+    def call(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [*VOZ, *arguments], cwd=folder, env=environment, capture_output=True, text=True
+        )
+
+    built = call(clone, "build-lm")
+    assert '"stop speech" and "stop peach" sound alike' in built.stderr
+    here, there = (call(folder, "parse", "stop peach").stdout for folder in (clone, elsewhere))
+    assert here == '"stop peach": stop peach\n'
+    assert there == '"stop peach": no command; did you mean "stop speech"?\n'
 
 
 @pytest.mark.slow

@@ -27,6 +27,7 @@ def test_only_a_velocity_that_changes_is_printed() -> None:
 def test_everything_else_is_told_in_words() -> None:
     lines = printed(
         Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav", obeyed=True),
+        Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav"),  # nothing here could obey
         Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav", ignored="not_listening"),
         Utterance(1.0, "go back", 0.934, True, 0.1, 0.9, "a.wav", ignored="robot_speaking"),
         Utterance(1.0, "go back", 0.1, False, 0.1, 0.9, "a.wav", "part_of_a_command"),
@@ -38,6 +39,7 @@ def test_everything_else_is_told_in_words() -> None:
         Warning(1.4, "listening again", good=True),
     )
     assert lines == [
+        'heard    "go back" (0.93)',
         'heard    "go back" (0.93)',
         'ignored  "go back" (0.93), not obeyed: say "start speech" first',
         'ignored  "go back" (0.93), not obeyed: the robot was speaking',

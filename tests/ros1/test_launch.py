@@ -119,6 +119,22 @@ def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> No
 
 
 @pytest.mark.slow
+def test_each_command_is_logged_once_by_the_node_that_obeys_it(ros_with_sound: Ros) -> None:
+    ros = ros_with_sound
+    recogniser = ros.node("recognizer")
+    control = ros.node("control_voz", "_listening:=true", "_sound:=none")
+    client = ros.client("/cmd_vel", "/recognizer/output", "/selected_object")
+    eventually(lambda: hears(client, control))
+    speak_until(ros, lambda: client.of("/selected_object"), POINT)
+    published = {"data": "point beer"}
+    eventually(
+        lambda: control.text.count("point beer") == client.of("/recognizer/output").count(published)
+    )
+    assert 'heard "point beer"' in control.text
+    assert "point beer" not in recogniser.text
+
+
+@pytest.mark.slow
 def test_the_simulator_stops_by_itself_when_whoever_drives_it_is_killed(ros: Ros) -> None:
     ros.node("simulator")
     driver, watching = ros.client(), ros.client("/odom")

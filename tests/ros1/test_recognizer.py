@@ -50,6 +50,20 @@ def test_it_publishes_what_is_understood_and_what_is_refused(
 
 
 @pytest.mark.slow
+def test_what_is_understood_is_logged_as_heard_where_nobody_subscribes(
+    ros_with_sound: Ros,
+) -> None:
+    ros = ros_with_sound
+    node = ros.node("recognizer")
+    client = ros.client("/recognizer/trouble")
+    eventually(lambda: {"data": ""} in client.of("/recognizer/trouble"))
+    speak(ros.environment, FORWARD)
+    node.wait_for("go forward")
+    (line,) = (line for line in node.lines if "go forward" in line)
+    assert 'heard "go forward"' in line
+
+
+@pytest.mark.slow
 def test_start_and_stop_are_services_and_start_reads_the_parameters_again(
     ros_with_sound: Ros, tmp_path: Path
 ) -> None:

@@ -84,7 +84,8 @@ def _done(event: Publish | Play | Run | Call | Ended) -> str:
 
 
 def _heard(event: Utterance) -> str:
-    if event.obeyed:
+    undecided = event.accepted and event.obeyed is None and not event.ignored
+    if event.obeyed or undecided:
         return f'heard    "{event.text}" ({event.confidence:.2f})'
     if event.text:
         return f'ignored  "{event.text}" ({event.confidence:.2f}), {why_not(event)}'

@@ -90,16 +90,19 @@ def recognise(node: Ros1Node) -> None:
                 raise_if_any(taken.message.error)
                 return
             elif not isinstance(taken.message, Halt):
-                log(taken.message)
-                _publish(taken.message, output, refused)
+                _report(taken.message, output, refused, log)
 
 
-def _publish(event: Event, output: Any, refused: Any) -> None:
+def _report(event: Event, output: Any, refused: Any, log: Receiver) -> None:
+    """Publish an utterance; log what no subscriber will log."""
+    if isinstance(event, Utterance) and event.accepted and not event.ignored:
+        if not output.get_num_connections():
+            log(event)
+        output.publish(event.text)
+        return
+    log(event)
     if isinstance(event, Utterance):
-        if event.accepted and not event.ignored:
-            output.publish(event.text)
-        else:
-            refused.publish(to_json(event))
+        refused.publish(to_json(event))
 
 
 def _tell(before: str, now: str, publisher: Any, log: Receiver, t: float) -> str:

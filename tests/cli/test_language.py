@@ -104,6 +104,19 @@ def test_a_mistake_in_a_template_is_shown_with_a_caret(voz: Any, templates: Path
     ]
 
 
+def test_at_most_ten_lines_warn_of_what_sounds_alike_and_all_if_asked(
+    voz: Any, templates: Path
+) -> None:
+    templates.write_text("bring: bring the {thing}\nstop\nthing = cap|cop|cup|cub|cab|cob|cut\n")
+    few = voz("build-lm", templates).err.splitlines()
+    every = voz("build-lm", templates, "--all").err.splitlines()
+    assert len(few) == 10
+    assert few[:9] == every[:9]
+    more = len(every) - 9
+    assert few[9] == f"warning: {more} more pairs sound alike; `voz build-lm --all` shows them"
+    assert all("sound alike" in line for line in every)
+
+
 def test_sentences_that_must_be_commands_are_tried(voz: Any, templates: Path) -> None:
     tests = templates.parent / "tests.txt"
     tests.write_text("turn left 5 degrees\n! turn left 6 degrees\nstop\n!\nstop it\n")

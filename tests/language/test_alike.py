@@ -45,10 +45,15 @@ def test_pairs_that_are_hardly_alike_give_no_warning():
     assert warnings([pair("go back", "stop", alike=0.7)]) == ()
 
 
-def test_many_warnings_are_a_few_and_how_many_more():
-    lines = warnings([pair(f"go {n}", f"no {n}") for n in range(20)])
-    assert len(lines) == 6
-    assert lines[-1] == ("15 more pairs sound as alike; `voz build-lm --alike` shows the closest")
+def test_many_warnings_are_ten_lines_the_worst_first_and_all_if_wanted():
+    pairs = [pair(f"go {n}", f"no {n}", 0.99 - n / 100) for n in range(20)]
+    lines = warnings(pairs)
+    assert len(lines) == 10
+    assert lines[:9] == warnings(pairs[:9])
+    assert lines[9] == "11 more pairs sound alike; `voz build-lm --all` shows them"
+    every = warnings(pairs, every=True)
+    assert every == (*lines[:9], *warnings(pairs[9:19]), *warnings(pairs[19:]))
+    assert len(warnings(pairs[:10])) == 10
 
 
 def test_the_command_that_is_close_to_others_too_is_the_one_to_reword():
@@ -67,6 +72,7 @@ def test_the_table_shows_the_closest_pairs(pairs: list[AlikePair]):
     how = how_often(pairs[0].alike)
     assert first.split() == f"{pairs[0].alike:.2f} {how} start speech stop speech R T / P".split()
     assert len(rest) == 9
+    assert len(table(pairs * 2, every=True).splitlines()) == 1 + 2 * len(pairs)
     assert table([]) == "no two commands sound alike"
 
 
@@ -93,7 +99,7 @@ def test_of_a_long_list_some_are_compared_with_their_neighbours(tmp_path: Path):
     pairs = closest_commands(path)
     assert pairs
     assert pairs == sorted(pairs, key=lambda pair: -pair.alike)
-    assert len(warnings(pairs)) <= 6
+    assert len(warnings(pairs)) <= 10
 
 
 def test_what_means_the_same_may_sound_alike(tmp_path: Path):

@@ -28,6 +28,9 @@ class Building:
     alike: Annotated[
         bool, typer.Option("--alike", help="Also show the commands that sound most alike.")
     ] = False
+    every_pair: Annotated[
+        bool, typer.Option("--all", help="Show all pairs that sound alike, not ten lines of them.")
+    ] = False
     picture: Annotated[
         Path | None,
         typer.Option(metavar="FILE.png|.svg", help="Also draw how alike all commands sound."),

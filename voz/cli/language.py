@@ -55,7 +55,7 @@ def build_lm(
     if options.check:
         _check_fresh(commands, folder, given)
         return
-    result = build.build(commands, folder, given)
+    result = build.build(commands, folder, given, options.every_pair)
     for warning in result.warnings:
         warn(warning)
     show(f"{result.sentences:,} sentences, {result.words:,} words:")
@@ -72,7 +72,7 @@ def _show_more(options: Building, commands: Path, given: Given) -> None:
     if options.sample:
         show(*given.commands.sample(options.sample))
     if options.alike:
-        show(*table(closest(given)).split("\n"))
+        show(*table(closest(given), options.every_pair).split("\n"))
     if options.picture:
         draw_alike(commands, options.picture, given)
 

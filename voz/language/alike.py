@@ -22,7 +22,8 @@ MOST_COMMANDS = 100
 LONG = 3
 """Words; of longer sentences it is said in which words they differ."""
 
-MOST_WARNINGS = 5
+MOST_LINES = 10
+"""Of warnings: what is read. The worst come first."""
 
 STEEPNESS = 13.3
 """How fast mistakes become rare as two commands are less alike, see `mixed_up`."""
@@ -31,20 +32,23 @@ NEVER_REWORDED = frozenset({"stop"})
 """The one command that works always (S1): everybody must be able to guess it."""
 
 
-def warnings(pairs: Sequence[AlikePair]) -> tuple[str, ...]:
+def warnings(pairs: Sequence[AlikePair], every: bool = False) -> tuple[str, ...]:
     """Tell the user which pairs are risky, and which of the two to reword.
 
     Args:
-        pairs: what `sound_alike` gives.
+        pairs: those that sound alike, the most alike first.
+        every: whether each pair has a line; else there are at most `MOST_LINES`.
 
     Returns:
-        A line for each pair, the most alike first; if there are many, a few and how many more.
+        A line for each pair, the most alike first; if there are too many, the last line says how
+        many more there are.
     """
     risky = [pair for pair in pairs if pair.alike >= RISKY]
-    lines = [_warning(pair, pairs) for pair in risky[:MOST_WARNINGS]]
-    if more := len(risky) - len(lines):
-        lines.append(f"{more} more pairs sound as alike; `voz build-lm --alike` shows the closest")
-    return tuple(lines)
+    if every or len(risky) <= MOST_LINES:
+        return tuple(_warning(pair, pairs) for pair in risky)
+    lines = [_warning(pair, pairs) for pair in risky[: MOST_LINES - 1]]
+    more = len(risky) - len(lines)
+    return (*lines, f"{more} more pairs sound alike; `voz build-lm --all` shows them")
 
 
 def mixed_up(alike: float) -> float:
@@ -86,12 +90,12 @@ def reword(pair: AlikePair, pairs: Iterable[AlikePair]) -> str:
     return max(candidates, key=closeness)
 
 
-def table(pairs: Sequence[AlikePair], count: int = 10) -> str:
+def table(pairs: Sequence[AlikePair], every: bool = False) -> str:
     """Write the closest pairs as a table.
 
     Args:
-        pairs: what `sound_alike` gives.
-        count: how many at most.
+        pairs: those that sound alike, the most alike first.
+        every: whether all are written; else at most `MOST_LINES`.
 
     Returns:
         Lines to print; one that says so if there are no such pairs.
@@ -100,7 +104,8 @@ def table(pairs: Sequence[AlikePair], count: int = 10) -> str:
         return "no two commands sound alike"
     rows = [("alike", "mixed up in noise", "commands", "", "what differs")]
     rows += [
-        (f"{p.alike:.2f}", how_often(p.alike), p.first, p.second, _versus(p)) for p in pairs[:count]
+        (f"{p.alike:.2f}", how_often(p.alike), p.first, p.second, _versus(p))
+        for p in (pairs if every else pairs[:MOST_LINES])
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)

@@ -45,13 +45,16 @@ class BuildResult:
     paths: tuple[Path, ...]
 
 
-def build(commands: Path, out: Path, given: Given | None = None) -> BuildResult:
+def build(
+    commands: Path, out: Path, given: Given | None = None, every_pair: bool = False
+) -> BuildResult:
     """Generate all language files from a command list.
 
     Args:
         commands: the command list; a `pronunciations.txt` beside it is used.
         out: the folder to write to; it is made if need be.
         given: what the list holds, if that is known already.
+        every_pair: whether it warns of all pairs that sound alike; else of the worst.
 
     Returns:
         What there is to tell the user.
@@ -63,7 +66,8 @@ def build(commands: Path, out: Path, given: Given | None = None) -> BuildResult:
     given = given or read_list(commands)
     contents = _contents(given, out)
     _write(contents, out)
-    warnings = (*given.warnings, *_guess_warnings(given), *_alike_warnings(given))
+    sound_alike = _alike_warnings(given, every_pair)
+    warnings = (*given.warnings, *_guess_warnings(given), *sound_alike)
     paths = tuple(out / name for name in contents)
     return BuildResult(len(given.commands), len(given.entries), warnings, paths)
 
@@ -182,12 +186,12 @@ def _guess_warnings(given: Given) -> tuple[str, ...]:
     return at_most(each, summary)
 
 
-def _alike_warnings(given: Given) -> tuple[str, ...]:
+def _alike_warnings(given: Given, every: bool) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
     brought = read_sentences(LanguageFiles(PACKAGED))
     if given.commands.few and set(given.commands) == set(brought):
         return ()  # docs/commands.md tells of these
-    return alike.warnings(closest(given))
+    return alike.warnings(closest(given), every)
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:

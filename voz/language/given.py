@@ -17,6 +17,7 @@ from voz.language.alike_picture import MOST_PICTURED, draw
 from voz.language.commands import MAX_BYTES, check_english, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
 from voz.language.dictionaries import pronounce_by
+from voz.language.distinct import distinct
 from voz.language.letter_to_sound import guess
 from voz.language.lexicon import (
     PRONUNCIATIONS,
@@ -25,7 +26,7 @@ from voz.language.lexicon import (
     pronounce,
     read_cmudict,
 )
-from voz.language.mixing import mean_the_same, pairs_of_many
+from voz.language.mixing import pairs_of_many
 from voz.language.spoken import Spoken
 from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.compiling import Compiled
@@ -111,9 +112,10 @@ def closest(given: Given) -> list[AlikePair]:
     commands, phones = given.commands, _phones(given.entries)
     distances = given.spoken.distances if given.spoken else None
     if len(commands) > alike.MOST_COMMANDS:
-        return pairs_of_many(commands, phones, distances)
-    pairs = sound_alike(commands.listed, phones, distances=distances)
-    return [pair for pair in pairs if not mean_the_same(commands, pair.first, pair.second)]
+        pairs = pairs_of_many(commands, phones, distances)
+    else:
+        pairs = sound_alike(commands.listed, phones, distances=distances)
+    return distinct(pairs, commands)
 
 
 def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import exp
+from random import Random
 
 from voz.language.alike import differing, words_that_differ
 from voz.language.confusion import UNLIKE, AlikePair
@@ -19,8 +20,8 @@ from voz.language.templates.neighbours import Near, nearest
 LOOKED_AT = 60
 """Sentences of a long list that are compared with their neighbours; it takes a second or two."""
 
-NEIGHBOURS = 4
-"""Of each."""
+NEIGHBOURS = 50
+"""Of each: most of them may be the same sentence with another number in it."""
 
 USUAL_FRAMES = 85.0
 """Of a command, 10 ms each: those that come with voz have so many on average."""
@@ -39,30 +40,30 @@ def pairs_of_many(
         distances: how far apart the phones are; None for those of English.
 
     Returns:
-        The pairs, the most alike first; of those that differ in the same words the most alike.
-        How alike they are hangs on the words that differ, and not on the length of the rest.
+        The pairs; of those that differ in the same words the most alike. How alike they are
+        depends on the words that differ, and not on the length of the rest.
     """
     spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
     sound = WordDistances(spellings, distances)
     found: dict[frozenset[str], AlikePair] = {}
-    for sentence in commands.sample(LOOKED_AT):
+    for sentence in _drawn(commands):
         for near in nearest(commands.network, sentence.split(), sound, NEIGHBOURS):
-            if not mean_the_same(commands, sentence, near.sentence):
-                alike = exp(-near.cost / USUAL_FRAMES / UNLIKE)
-                pair = AlikePair(sentence, near.sentence, alike, _phones(sentence, near, sound))
-                words = words_that_differ(pair)
-                if words not in found or alike > found[words].alike:
-                    found[words] = pair
-    return sorted(found.values(), key=lambda pair: -pair.alike)
+            pair = _pair(sentence, near, sound)
+            words = words_that_differ(pair)
+            if words not in found or pair.alike > found[words].alike:
+                found[words] = pair
+    return list(found.values())
 
 
-def _phones(sentence: str, near: Near, sound: WordDistances) -> tuple[str, str]:
-    """The phones of the words that differ."""
+def _drawn(commands: Commands) -> list[str]:
+    """Draw sentences: of as many templates as possible one, then others."""
+    every = range(len(commands.meanings))
+    labels = sorted(Random(0).sample(every, min(LOOKED_AT, len(every))))
+    each = [text for label in labels for text in commands.network.with_label(label, 1)]
+    return list(dict.fromkeys([*each, *commands.sample(LOOKED_AT)]))[:LOOKED_AT]
+
+
+def _pair(sentence: str, near: Near, sound: WordDistances) -> AlikePair:
     one, other = differing(sentence, near.sentence)
-    return sound.phones(one), sound.phones(other)
-
-
-def mean_the_same(commands: Commands, one: str, other: str) -> bool:
-    """Whether it does not matter which of two sentences was said."""
-    first, second = commands.parse(one), commands.parse(other)
-    return bool(first and second and first[1:] == second[1:])
+    alike = exp(-near.cost / USUAL_FRAMES / UNLIKE)
+    return AlikePair(sentence, near.sentence, alike, (sound.phones(one), sound.phones(other)))

@@ -48,15 +48,15 @@ def said_by(recordings: list[Recording], voice: str) -> list[Said]:
 
 
 def through_telephone(said: Sequence[Said]) -> list[Said]:
-    return [Said(text, telephone(samples)) for text, samples in said]
+    return [Said(s.text, telephone(s.samples)) for s in said]
 
 
 def write(folder: Path, said: Sequence[Said], speaker: str = "ana") -> Path:
     folder.mkdir(exist_ok=True)
     rows = [("path", "text", "speaker", "kind")]
-    for number, (text, samples) in enumerate(said):
-        soundfile.write(folder / f"{number}.wav", samples, SAMPLE_RATE)
-        rows.append((f"{number}.wav", text, speaker, "command"))
+    for number, sentence in enumerate(said):
+        soundfile.write(folder / f"{number}.wav", sentence.samples, SAMPLE_RATE)
+        rows.append((f"{number}.wav", sentence.text, speaker, "command"))
     (folder / MANIFEST).write_text(as_text(rows))
     return folder
 
@@ -119,6 +119,19 @@ def test_a_wrong_call_is_one_line(arguments: list[str], said: str, voz) -> None:
     assert result.code == 2
     assert said in result.err
     assert result.err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_recordings_that_are_heard_wrongly_are_named(
+    voz, recordings: list[Recording], tmp_path: Path
+) -> None:
+    first, second, *others = said_by(recordings, "festival_slt")[:6]
+    mislabelled = [Said(first.text, second.samples), second, *others]
+    folder = write(tmp_path / "wav", mislabelled)
+    result = voz("calibrate", "ana", "--wav", folder)
+    assert result.code == 0
+    (line,) = result.err.splitlines()
+    assert line == f"warning: {folder}/0.wav: should be {first.text}; heard: {second.text}"
 
 
 def test_too_few_commands_and_broken_recordings_are_one_line(
@@ -189,7 +202,7 @@ def test_what_run_learns_is_kept_for_the_next_run(
 
 
 @pytest.mark.slow
-def test_recording_can_be_stopped_and_goes_on(
+def test_recording_tells_what_is_heard_and_can_be_stopped_and_goes_on(
     pulse: dict[str, str], home: Path, recordings: list[Recording], tmp_path: Path
 ) -> None:
     said = {s.text: s.samples for s in said_by(recordings, "festival_slt")}
@@ -200,16 +213,27 @@ def test_recording_can_be_stopped_and_goes_on(
     assert record(environment, said, tmp_path, times=1) == asked[2:3]
     kept = read_kept(home / "ana" / "recordings", said)
     assert [s.text for s in kept] == asked[:3]
-    for text, samples in kept:
-        (segment,) = segments([samples])
-        assert len(segment.samples) == pytest.approx(len(said[text]), abs=0.6 * SAMPLE_RATE)
+    for sentence in kept:
+        (segment,) = segments([sentence.samples])
+        length = len(said[sentence.text])
+        assert len(segment.samples) == pytest.approx(length, abs=0.6 * SAMPLE_RATE)
 
 
 def record(
     environment: dict[str, str], said: dict[str, Samples], folder: Path, times: int
 ) -> list[str]:
-    """Speak what is asked for, so often, then press Ctrl-C; returns what was asked for."""
-    asked = []
+    """Speak what is asked for, so often, then press Ctrl-C; returns what was asked for.
+
+    What is asked for first is said wrongly, and right when it is asked for again.
+    """
+
+    def speak(text: str) -> None:
+        soundfile.write(folder / "prompt.wav", said[text], SAMPLE_RATE)
+        command = ["paplay", "--device=mic", str(folder / "prompt.wav")]
+        subprocess.run(command, env=environment, check=True)
+
+    asked: list[str] = []
+    heard: list[str] = []
     options = {"env": environment, "cwd": ROOT, "stdout": subprocess.PIPE, "text": True}
     process = subprocess.Popen([*VOZ, "calibrate", "ana"], **options)
     try:
@@ -219,9 +243,12 @@ def record(
                 break
             if is_prompt:
                 asked.append(text)
-                soundfile.write(folder / "prompt.wav", said[text], SAMPLE_RATE)
-                command = ["paplay", "--device=mic", str(folder / "prompt.wav")]
-                subprocess.run(command, env=environment, check=True)
+                other = next(other for other in said if other != text)
+                speak(other if len(asked) == 1 else text)
+            elif asked:
+                heard.append(line.strip())
+                if heard[-1].endswith(f"; say again: {asked[-1]}"):
+                    speak(asked[-1])
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=60)
     finally:
@@ -229,4 +256,6 @@ def record(
         process.wait()
     assert process.returncode == 128 + signal.SIGINT
     assert "what is recorded is kept" in rest
+    assert heard[0].endswith(f"; say again: {asked[0]}")
+    assert sum(line.startswith("heard: ") for line in heard) >= times + 1
     return asked

@@ -29,7 +29,8 @@ def calibrate(
 ) -> None:
     """Get to know a speaker and a microphone in two minutes.
 
-    Shows commands to say, keeps the recordings, and finds out what helps to understand them.
+    Shows commands to say and what is heard, keeps the recordings, and finds out what helps to
+    understand them. What is heard wrongly is asked for once more.
     `voz run --profile NAME` and `voz decode --profile NAME` use it. Ctrl-C stops, and the same
     call goes on.
 

@@ -10,10 +10,11 @@ from rich.console import Console
 from rich.progress import Progress
 
 from voz.audio.capture.microphone import open_microphone
-from voz.cli.terminal import show
+from voz.cli.terminal import show, warn
 from voz.errors import ConfigError
-from voz.hearing.enrolment import missing, prompts, read_kept, read_recordings, record
+from voz.hearing.enrolment import hear, missing, prompts, read_kept, read_recordings, record
 from voz.language.files import LanguageFiles, read_sentences
+from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
 from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile
 from voz.recordings.rows import MANIFEST
@@ -45,9 +46,12 @@ def make_profile(
     console = Console()
     commands = read_sentences(language)
     own = profile_folder(name) / RECORDINGS
+    recognizer = Recognizer(language, settings)
     if wav is None:
-        _record(name, device, commands, own, console)
+        _record(name, device, commands, recognizer, own, console)
     said = read_recordings((wav or own) / MANIFEST, commands)
+    if wav:
+        _warn_of_misheard(said, recognizer)
     found = _calibrate(said, language, settings, name)
     show(
         *report(found, len(said)),
@@ -86,7 +90,12 @@ def _kept(profile: Profile) -> list[str]:
 
 
 def _record(
-    name: str, device: str | None, commands: list[str], folder: Path, console: Console
+    name: str,
+    device: str | None,
+    commands: list[str],
+    recognizer: Recognizer,
+    folder: Path,
+    console: Console,
 ) -> None:
     """Ask for what has no recording yet."""
     asked = prompts(commands, name)
@@ -102,10 +111,18 @@ def _record(
         console.print(f"{len(asked) - len(left)} of {len(asked)} are recorded already")
     try:
         with open_microphone(device) as blocks:
-            record(left, blocks, folder, name, console)
+            record(left, blocks, recognizer, folder, name, console)
     except SystemExit:  # Ctrl-C
         console.print("stopped; what is recorded is kept, and the same call goes on")
         raise
+
+
+def _warn_of_misheard(said: list[Said], recognizer: Recognizer) -> None:
+    """Warn of the recordings that are not heard as what their list says."""
+    for sentence in said:
+        right, heard = hear(sentence.text, sentence.samples, recognizer)
+        if not right:
+            warn(f"{sentence.file}: should be {sentence.text}; heard: {heard}")
 
 
 def _calibrate(

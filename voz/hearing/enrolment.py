@@ -18,7 +18,9 @@ from voz.audio.endpointing.voice import VoiceDetector
 from voz.errors import ConfigError
 from voz.files import told
 from voz.recognition.confidence import NO_SPEECH
-from voz.recognition.speaker.calibration import FEWEST, Said
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.calibration import FEWEST, Said, sentences_in
+from voz.recordings.clips import Clip
 from voz.recordings.keeping import keep
 from voz.recordings.manifest import read_manifest
 from voz.recordings.rows import MANIFEST
@@ -29,13 +31,16 @@ PROMPTS = 24
 
 COLUMNS = ("path", "text", "speaker", "kind")
 
+TRIES = 2
+"""Times that a sentence is heard wrongly until it is kept: whoever reads it twice has said it."""
+
 MARGIN = int(0.5 * SAMPLE_RATE)
 """Kept before the speech, so that the end-pointer finds it again."""
 
 CLIPPED = 32_700
 """What is as loud as this is cut off at the top."""
 
-INDENT = " " * 11  # what stands below "  1 of 24   "
+INDENT = " " * 12  # what stands below "  1 of 24   "
 
 
 def prompts(commands: Sequence[str], name: str) -> list[str]:
@@ -61,13 +66,19 @@ def missing(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
 
 
 def record(
-    asked: Sequence[str], blocks: Iterator[Samples], folder: Path, name: str, console: Console
+    asked: Sequence[str],
+    blocks: Iterator[Samples],
+    recognizer: Recognizer,
+    folder: Path,
+    name: str,
+    console: Console,
 ) -> None:
-    """Let a speaker say commands, and keep each as soon as it is said.
+    """Let a speaker say commands, show what is heard, and keep each as soon as it is said.
 
     Args:
         asked: the commands, in the order in which they are shown.
         blocks: what the microphone hears, without an end.
+        recognizer: hears what is said; what it mishears is asked for once more.
         folder: where the recordings and their manifest are; it is made if need be.
         name: of the speaker, for the manifest.
         console: where the prompts and the level are shown.
@@ -78,17 +89,43 @@ def record(
     """
     voice = VoiceDetector()
     with level_bar(console, INDENT) as show:
+        shown = _shown(blocks, show)
         for number, text in enumerate(asked, start=1):
             console.print(f"{number:3} of {len(asked)}   say: {text}")
-            while True:
-                samples = _next_speech(_shown(blocks, show))
-                complaint = _complaint(samples, voice)
-                if complaint is None:
-                    break
-                console.print(f"{INDENT}{complaint}; say again: {text}")
+            samples = _listen_for(text, shown, recognizer, voice, console)
             with told(folder):
                 folder.mkdir(parents=True, exist_ok=True)
                 keep(samples, folder, COLUMNS, (text, name, "command"))
+
+
+def hear(text: str, samples: Samples, recognizer: Recognizer) -> tuple[bool, str]:
+    """Recognize a recording of a sentence: whether that is heard, and what is heard, in words."""
+    heard = sentences_in(samples, recognizer)
+    words = (u.text if u.accepted else f"{u.text} (unsure)" for u in heard)
+    return [u.text for u in heard] == [text], " and ".join(words) or "no command"
+
+
+def _listen_for(
+    text: str,
+    blocks: Iterator[Samples],
+    recognizer: Recognizer,
+    voice: VoiceDetector,
+    console: Console,
+) -> Samples:
+    """Listen until a sentence is heard right, or `TRIES` times wrongly; returns the last one."""
+    misheard = 0
+    while True:
+        samples = _next_speech(blocks)
+        complaint = _complaint(samples, voice)
+        if complaint is None:
+            right, heard = hear(text, samples, recognizer)
+            misheard += not right
+            if right or misheard == TRIES:
+                learning = "" if right else "; kept, to learn how you say it"
+                console.print(f"{INDENT}heard: {heard}{learning}")
+                return samples
+            complaint = f"heard: {heard}"
+        console.print(f"{INDENT}{complaint}; say again: {text}")
 
 
 def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
@@ -114,7 +151,7 @@ def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
             f"{manifest}: has {len({clip.text for clip in clips})} different commands of this "
             f"language; record at least {FEWEST}"
         )
-    return [Said(clip.text, np.concatenate(list(read_blocks(clip.path)))) for clip in clips]
+    return _read(clips)
 
 
 def read_kept(folder: Path, commands: Collection[str]) -> list[Said]:
@@ -122,8 +159,11 @@ def read_kept(folder: Path, commands: Collection[str]) -> list[Said]:
     manifest = folder / MANIFEST
     if not manifest.exists():
         return []
-    clips = [clip for clip in read_manifest(manifest) if clip.text in commands]
-    return [Said(clip.text, np.concatenate(list(read_blocks(clip.path)))) for clip in clips]
+    return _read(clip for clip in read_manifest(manifest) if clip.text in commands)
+
+
+def _read(clips: Iterable[Clip]) -> list[Said]:
+    return [Said(c.text, np.concatenate(list(read_blocks(c.path))), c.path) for c in clips]
 
 
 def _shown(blocks: Iterator[Samples], show: Callable[[Samples], None]) -> Iterator[Samples]:

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from voz.audio import Samples
 from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segmenter import segments
+from voz.events import Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.decoder import mean_start
 from voz.recognition.language import load_language
@@ -38,10 +39,17 @@ ALIGNED_AGAIN = 2
 
 
 class Said(NamedTuple):
-    """A recording of one sentence by the speaker: what it is, and the sound, 16 kHz."""
+    """A recording of one sentence by the speaker.
+
+    Attributes:
+        text: the sentence.
+        samples: the sound, 16 kHz.
+        file: where it is, if it is in a file.
+    """
 
     text: str
     samples: Samples
+    file: Path | None = None
 
 
 class Score(NamedTuple):
@@ -172,11 +180,16 @@ def fit(said: Iterable[Said], aligner: Aligner, mllr: Path) -> Profile:
     return Profile(learnt, str(mllr))
 
 
+def sentences_in(samples: Samples, recognizer: Recognizer) -> list[Utterance]:
+    """Recognize all that may be a sentence in a recording, accepted or not."""
+    return [u for u in recognizer.utterances([samples], "") if u.text]
+
+
 def score(said: Iterable[Said], recognizer: Recognizer) -> Score:
     """Count how many sentences are understood."""
     total = Score()
-    for text, samples in said:
-        heard = [u for u in recognizer.utterances([samples], "") if u.text]
+    for sentence in said:
+        text, heard = sentence.text, sentences_in(sentence.samples, recognizer)
         accepted = [u.text for u in heard if u.accepted]
         right = [u.text for u in heard] == [text]
         wrong = any(other != text for other in accepted)

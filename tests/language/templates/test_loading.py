@@ -240,6 +240,9 @@ def test_of_several_public_rules_each_is_a_command(tmp_path: Path) -> None:
     assert parses(load(tmp_path / "g.jsgf", text), "move", "stop") == [("go", {}), ("halt", {})]
 
 
+CHAIN = "public <go> = <r0>;\n" + "".join(f"<r{n}> = <r{n + 1}>;\n" for n in range(8000))
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
@@ -262,6 +265,7 @@ def test_of_several_public_rules_each_is_a_command(tmp_path: Path) -> None:
         ("a.gram", "grammar a;\n<a> = go;\n", ":1: no rule is public"),
         ("a.gram", "grammar a;\nimport <b.c>;\n", ":2:1: other grammars are not read"),
         ("a.gram", "grammar a;\npublic <a> = go\n", ":2:1: here stands a rule"),
+        ("a.gram", CHAIN, ":32:9: more than 30 names hold each other"),
     ],
 )
 def test_what_cannot_be_done_is_refused_with_its_place(

@@ -29,6 +29,7 @@ from voz.language.templates.source import Template, TemplateSource
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _HEADER = re.compile(r"\s*(?:#JSGF[^;]*;)?\s*(?:grammar\s+([\w.]+)\s*;)?")
+_VISIBLE = re.compile(r"\S")
 _IMPORT = re.compile(r"\s*import\b")
 _RULE = re.compile(
     r"\s*(public\s+)?<([\w.$-]+)>\s*=((?:[^;{\"]|\{(?:\\.|[^{}\\])*\}|\"[^\"]*\")*);"
@@ -113,8 +114,8 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     header = _HEADER.match(text)
     at, grammar = (header.end(), header[1] or "") if header else (0, "")
     source, public = TemplateSource(name), list[tuple[str, Expression, Location]]()
-    while text[at:].strip():
-        at += len(text[at:]) - len(text[at:].lstrip())
+    while found := _VISIBLE.search(text, at):
+        at = found.start()
         if _IMPORT.match(text, at):
             raise wrong(whole.place(at), "other grammars are not read; write their rules here")
         match = _RULE.match(text, at)

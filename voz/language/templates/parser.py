@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate
 from typing import ClassVar, NamedTuple, NoReturn
 
 from voz.language.commands import normalise, too_long, what_cannot_be_spoken
@@ -48,11 +51,20 @@ class Passage:
 
     def place(self, at: int = 0) -> Location:
         """Where a character of it stands in the file."""
-        before = self.text[:at]
-        down = before.count("\n")
-        column = len(before) - before.rfind("\n") - 1 + (0 if down else self.column)
-        shown = self.whole if self.whole and not down else self.text.split("\n")[down]
+        down = bisect_right(self._begins, at) - 1
+        column = at - self._begins[down] + (0 if down else self.column)
+        shown = self.whole if self.whole and not down else self._lines[down]
         return Location(self.file, self.line + down, column + 1, shown)
+
+    # Split once: a grammar of thousands of rules is one passage, of which each rule has a place.
+
+    @cached_property
+    def _lines(self) -> list[str]:
+        return self.text.split("\n")
+
+    @cached_property
+    def _begins(self) -> list[int]:
+        return [0, *accumulate(len(line) + 1 for line in self._lines)]
 
     def part(self, start: int, end: int | None = None) -> Passage:
         """A part of a passage that is one line."""

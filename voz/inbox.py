@@ -49,16 +49,13 @@ class Inbox:
     deques and `SimpleQueue` can be used in the midst of their own calls.
 
     Attributes:
+        halts: the names of the commands that leave the robot at rest.
         dropped: how many did not fit in, so far.
     """
 
     def __init__(self, halts: Collection[str]) -> None:
-        """Start with nothing in it.
-
-        Args:
-            halts: the names of the commands that leave the robot at rest.
-        """
-        self._halts = halts
+        """Start with nothing in it."""
+        self.halts = halts
         self._numbers = itertools.count(1)
         self._urgent: deque[tuple[int, Message]] = deque()
         self._usual: deque[tuple[int, Message]] = deque()
@@ -101,7 +98,7 @@ class Inbox:
     def _stops(self, message: Message) -> bool:
         """Whether a message ends the motion or the run."""
         if isinstance(message, Utterance):
-            return message.accepted and message.name in self._halts
+            return message.accepted and message.name in self.halts
         return isinstance(message, Halt | End) or (
-            isinstance(message, Partial) and message.name in self._halts
+            isinstance(message, Partial) and message.name in self.halts
         )

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Event, Utterance, Warning
+from voz.inbox import Inbox
 from voz.run.drive import Controller
-from voz.run.watch import over_robots
+from voz.run.watch import Flood, over_robots
 from voz.settings import Safety
 
 
@@ -79,3 +80,23 @@ def test_motion_ends_with_every_change_and_goes_on_without_one(
         run.lost = {"a": "a" if a else None, "b": "b" if b else None}
         assert run.look(t) == ((0, 0) if (a, b) != before else moving)
         before = (a, b)
+
+
+def flood_lines(dropped: dict[float, int]) -> list[tuple[float, str]]:
+    """What is told of a flood: by the time of each look (s), what was dropped so far."""
+    run, inbox = Run(), Inbox(set())
+    flood = Flood(run.drive, inbox)
+    for t, inbox.dropped in dropped.items():
+        flood.look(t)
+    return [(event.t, event.text) for event in run.events if isinstance(event, Warning)]
+
+
+def test_a_flood_is_one_line_when_it_is_over() -> None:
+    looks = {t / 10: min(max(t - 3, 0), 4) * 100 for t in range(100)}
+    assert flood_lines(looks) == [(0.8, "400 messages came too fast and were dropped")]
+
+
+def test_a_flood_without_an_end_is_a_line_now_and_then() -> None:
+    lines = flood_lines({t / 10: t * 100 for t in range(160)})
+    assert [t for t, _ in lines] == [5.0, 10.0, 15.0]
+    assert lines[1][1] == "5000 messages came too fast and were dropped"

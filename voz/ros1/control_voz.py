@@ -9,7 +9,6 @@ from typing import Any, NoReturn
 from voz.control.table import CommandTable
 from voz.hearing.sound_watch import SILENT, Silence
 from voz.inbox import Inbox
-from voz.language.commands import normalise
 from voz.language.files import find_language, read_commands
 from voz.language.templates.commands import Commands, plain_commands
 from voz.ros1.driving import drive
@@ -20,14 +19,10 @@ from voz.ros1.replies import replies
 from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.commands import check_list
-from voz.run.sources import LONGEST, typed
+from voz.run.text_commands import TextCommands
 
 STALE = 0.35
 """Without a word from a recogniser that tells how it is, s; with the beat, half a second."""
-
-
-BETWEEN_REFUSED = 0.05
-"""Strings that are no command are told so far apart, s; the others in between are counted."""
 
 
 class RemoteEars:
@@ -52,11 +47,9 @@ class RemoteEars:
         from rospy import Subscriber
         from std_msgs.msg import String
 
-        self._inbox = inbox
-        self._clock = clock
         self.commands = commands
+        self._texts = TextCommands(lambda: commands, inbox, clock)
         self._silence = Silence()
-        self._refused_at = -BETWEEN_REFUSED  # when, s
         self._problem = ""
         self._told: float | None = None  # on the monotonic clock, s
         self._words = Subscriber(topic, String, self._hear, tcp_nodelay=True)
@@ -76,15 +69,7 @@ class RemoteEars:
         return silent or (self._problem if self._problem != SILENT else None) or None
 
     def _hear(self, message: Any) -> None:
-        text = normalise(message.data[:LONGEST])
-        if not text:
-            return
-        known, now = self.commands.parse(text) is not None, self._clock()
-        if not known and now - self._refused_at < BETWEEN_REFUSED:
-            self._inbox.dropped += 1  # whoever floods the topic must not delay a `stop`
-            return
-        self._refused_at = self._refused_at if known else now
-        self._inbox.put(typed(text, self.commands, now, self.source))
+        self._texts.take(message.data, self.source)
 
     def _note(self, message: Any) -> None:
         self._problem = message.data

@@ -17,14 +17,13 @@ from voz.events import Event, Receiver
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
 from voz.inbox import Halt, Inbox
-from voz.language.commands import normalise
 from voz.recognition.recognizer import Recognizer
 from voz.recordings.recorder import Recorder
 from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
 from voz.run.clocks import Clock, WallClock
 from voz.run.drive import Controller
 from voz.run.renewal import renewing
-from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
+from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display
 from voz.terminal.keyboard import Line, keys, somebody_types
 
@@ -130,7 +129,7 @@ def run_live(
     table = settings.table
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
-    obey = partial(_obey, inbox, recognizer, clock)
+    texts = TextCommands(lambda: recognizer.commands, inbox, clock.now)
     with ExitStack() as parts:
         page = seat.page(inbox, clock) if seat.page else None
         recorder = parts.enter_context(_recorder(seat, settings, warn))
@@ -148,9 +147,9 @@ def run_live(
         )
         parts.enter_context(hearing)
         parts.enter_context(renewing(recognizer, table, warn))
-        line = parts.enter_context(keys(partial(_stop, inbox, clock), obey, warn))
+        line = parts.enter_context(keys(partial(_stop, inbox, clock), texts.take, warn))
         if seat.also:
-            parts.enter_context(seat.also(obey, partial(_unheard, inbox, clock)))
+            parts.enter_context(seat.also(texts.take, partial(_unheard, inbox, clock)))
         start = parts.enter_context(starting(table, inbox, clock))
         told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
         drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
@@ -171,15 +170,6 @@ def _stop(inbox: Inbox, clock: Clock) -> None:
 def _unheard(inbox: Inbox, clock: Clock, why: str) -> None:
     _stop(inbox, clock)
     warner(inbox, clock)(f"{why}: the robot stops")
-
-
-def _obey(
-    inbox: Inbox, recognizer: Recognizer, clock: Clock, line: str, source: str = TYPED
-) -> None:
-    """Let a line that was typed be obeyed as if it were spoken."""
-    text = normalise(line[:LONGEST])
-    if text not in NO_COMMAND:
-        inbox.put(typed(text, recognizer.commands, clock.now(), source))
 
 
 @contextmanager

@@ -58,22 +58,28 @@ class Watch:
 
 
 class Flood:
-    """Tells that messages came faster than they could be taken."""
+    """Warns that messages came faster than they could be taken."""
 
     def __init__(self, drive: Controller, inbox: Inbox) -> None:
         """Begin with nothing dropped."""
         self._drive = drive
         self._inbox = inbox
-        self._told = 0
+        self._seen = self._told = 0
         self._told_at = -FLOOD_TOLD_EVERY
+        self._since = 0.0  # when the first was dropped that was not told, s
 
     def look(self, now: float) -> None:
-        """Warn if messages were dropped; the time is that of the run, s."""
-        dropped = self._inbox.dropped - self._told
-        if dropped and now - self._told_at >= FLOOD_TOLD_EVERY:
-            self._told += dropped
-            self._told_at = now
-            self._drive.emit(Warning(now, f"{dropped} messages came too fast and were dropped"))
+        """Warn if messages were dropped: when no more are, or now and then; `now` in s."""
+        dropped = self._inbox.dropped
+        ended, self._seen = dropped == self._seen, dropped
+        if dropped == self._told:
+            self._since = now
+        elif now - self._told_at >= FLOOD_TOLD_EVERY and (
+            ended or now - self._since >= FLOOD_TOLD_EVERY
+        ):
+            text = f"{dropped - self._told} messages came too fast and were dropped"
+            self._told, self._told_at = dropped, now
+            self._drive.emit(Warning(now, text))
 
 
 def over_robots(drive: Controller, troubles: Mapping[str, Callable[[], str | None]]) -> list[Watch]:

@@ -246,6 +246,30 @@ def test_a_byte_that_is_no_text_is_no_command_and_stop_still_works(
     assert "��" in [event.get("text") for event in events]
 
 
+def test_a_stop_behind_thousands_of_lines_comes_before_them_and_they_are_counted_in_one_line(
+    tmp_path: Path, pulse: dict[str, str]
+) -> None:
+    log = tmp_path / "log.jsonl"
+
+    def events() -> list[dict[str, object]]:
+        return [json.loads(line) for line in log.read_text().splitlines(True) if line[-1] == "\n"]
+
+    with watched(tmp_path, pulse, "Base", "--no-sound", "--events", str(log)) as run:
+        run.type(b"go forward\n")
+        run.wait_for(0.1)
+        run.type(b"what is all this nonsense here\n" * 3000 + b"stop\n")
+        run.wait_until(lambda: any(event.get("text") == "stop" for event in events()))
+        so_far = events()
+        run.wait_for(0.0)
+        run.wait_until(lambda: any(event["type"] == "warning" for event in events()))
+        run.process.terminate()
+        assert run.process.wait(30) == 143
+    refused = [event for event in events() if event.get("reason") == "not_a_command"]
+    (warning,) = [event["text"] for event in events() if event["type"] == "warning"]
+    assert warning == f"{3000 - len(refused)} messages came too fast and were dropped"
+    assert len(so_far) < 1000
+
+
 def test_a_cache_of_replies_that_hangs_does_not_hold_up_stop(
     tmp_path: Path, pulse: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,0 +1,75 @@
+"""What is typed, or comes from another recognizer, on its way to the loop."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+from language.templates.of_text import commands_of
+
+from voz.events import Utterance
+from voz.inbox import Inbox
+from voz.run.text_commands import MOST_REFUSED, TextCommands
+
+LIST = """
+stop: [please] stop
+stop speech
+go forward
+turn: turn {side} {angle: 5..180 by 5} degrees
+side = left | right
+"""
+
+
+class Typing:
+    """Texts that are taken, and the time at which, s."""
+
+    def __init__(self) -> None:
+        self.now = 5.0
+        self.inbox = Inbox({"stop", "stop speech"})
+        commands = commands_of(LIST)
+        self.texts = TextCommands(lambda: commands, self.inbox, lambda: self.now)
+
+    def taken(self) -> list[Utterance]:
+        """All that waits, what stops first."""
+        messages = []
+        while taken := self.inbox.take(0):
+            assert isinstance(taken.message, Utterance)
+            messages.append(taken.message)
+        return messages
+
+
+def test_a_stop_behind_thousands_of_other_lines_comes_first_and_most_are_counted() -> None:
+    typing = Typing()
+    for _ in range(3000):
+        typing.texts.take("what is all this nonsense")
+    typing.texts.take("stop")
+    stop, *others = typing.taken()
+    assert (stop.text, len(others)) == ("stop", MOST_REFUSED)
+    assert typing.inbox.dropped == 3000 - MOST_REFUSED
+
+
+@given(st.lists(st.tuples(st.floats(0, 0.5), st.sampled_from(["go forward", "nonsense"]))))
+def test_no_command_is_dropped_and_of_other_texts_not_more_come_than_there_is_time_for(
+    texts: list[tuple[float, str]],
+) -> None:
+    typing, refused, taken = Typing(), list[float](), list[Utterance]()
+    for pause, text in texts:
+        typing.now += pause
+        typing.texts.take(text)
+        taken += typing.taken()
+    assert sum(one.accepted for one in taken) == sum(text == "go forward" for _, text in texts)
+    assert len(taken) + typing.inbox.dropped == len(texts)
+    refused = [one.t for one in taken if not one.accepted]
+    assert all(
+        later - first >= 1 for first, later in zip(refused, refused[MOST_REFUSED:], strict=False)
+    )
+
+
+def test_what_is_no_command_says_which_was_meant_and_where_it_comes_from() -> None:
+    typing = Typing()
+    for text in ("go forwart", " ", "-", "Turn left 90 degrees."):
+        typing.texts.take(text, "/heard")
+    refused, turn = typing.taken()
+    assert (refused.reason, refused.meant, refused.source) == (
+        "not_a_command", "go forward", "/heard",
+    )  # fmt: skip
+    assert (turn.command, turn.slots) == ("turn", {"side": "left", "angle": 90})

@@ -1,0 +1,52 @@
+"""Commands that come as text while the robot runs: typed, or from another recognizer."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from voz.inbox import Inbox
+from voz.language.commands import normalise
+from voz.language.templates.commands import Commands
+from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
+
+MOST_REFUSED = 16
+"""Texts in a second that are reported as no command; each takes 2 ms, as the most similar command
+is looked for. More are dropped and counted, so that a `stop` behind them does not wait for that."""
+
+
+class TextCommands:
+    """Puts commands that come as text into the inbox of a run; on any thread."""
+
+    def __init__(
+        self, commands: Callable[[], Commands], inbox: Inbox, now: Callable[[], float]
+    ) -> None:
+        """Prepare to take texts.
+
+        Args:
+            commands: returns the commands that are known at present.
+            inbox: where to.
+            now: returns the time of the run, s.
+        """
+        self._commands = commands
+        self._inbox = inbox
+        self._now = now
+        self._refused: deque[float] = deque([-1.0] * MOST_REFUSED, MOST_REFUSED)  # when, s
+
+    def take(self, text: str, source: str = TYPED) -> None:
+        """Let a text be obeyed as if it were spoken.
+
+        Args:
+            text: with capitals, digits and a full stop if it likes.
+            source: where it comes from.
+        """
+        text = normalise(text[:LONGEST])
+        if text in NO_COMMAND:
+            return
+        commands, now = self._commands(), self._now()
+        if commands.parse(text) is None:
+            if now - self._refused[0] < 1:
+                self._inbox.dropped += 1
+                return
+            self._refused.append(now)
+        self._inbox.put(typed(text, commands, now, source))

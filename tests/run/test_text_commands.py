@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from language.templates.of_text import commands_of
@@ -73,3 +74,23 @@ def test_what_is_no_command_says_which_was_meant_and_where_it_comes_from() -> No
         "not_a_command", "go forward", "/heard",
     )  # fmt: skip
     assert (turn.command, turn.slots) == ("turn", {"side": "left", "angle": 90})
+
+
+@pytest.mark.parametrize(
+    ("text", "continues"),
+    [
+        ("go", True),
+        ("Please", True),
+        ("turn left", True),
+        ("turn left 90", True),
+        ("g", False),
+        ("go forward", False),
+        ("turn left 91", False),
+        ("", False),
+        (".", False),
+        ("stop", False),  # `stop speech` goes on with it, but the robot is to stop
+        ("please stop", False),
+    ],
+)
+def test_a_space_goes_on_with_what_a_longer_command_begins_with(text: str, continues: bool) -> None:
+    assert Typing().texts.continues(text) == continues

@@ -21,10 +21,14 @@ def shown(display: Display, colours: bool = False) -> str:
 
 
 def a_display(
-    peak: float = 0.1, listening: bool = True, speaking: bool = False, note: str = ""
+    peak: float = 0.1,
+    listening: bool = True,
+    speaking: bool = False,
+    note: str = "",
+    typing: str = "",
 ) -> Display:
     sound = SimpleNamespace(peak=peak, background=-52.3, deaf=speaking, device="USB Audio")
-    return Display(sound, lambda: listening, lambda: "go fo", lambda: note)
+    return Display(sound, lambda: listening, lambda: typing, lambda: note)
 
 
 def heard(text: str, **others: object) -> Utterance:
@@ -138,13 +142,20 @@ def test_the_bar_turns_red_before_the_microphone_clips() -> None:
     assert "\x1b[32m█" in shown(a_display(0.5), colours=True)
 
 
-def test_it_says_whether_it_listens_to_which_microphone_and_what_is_typed() -> None:
+def test_it_says_whether_it_listens_to_which_microphone_and_what_stops_the_robot() -> None:
     assert "listening" in shown(a_display()).splitlines()[0]
     assert "speaking" in shown(a_display(speaking=True)).splitlines()[0]
     text = shown(a_display(listening=False, note="everything is recorded"))
     assert 'say "start speech"' in text.splitlines()[0]
-    for part in ("USB Audio", "go fo", "everything is recorded", "space or Esc stops"):
+    for part in ("USB Audio", "everything is recorded", "space or Esc stops"):
         assert part in text
+
+
+def test_what_is_typed_is_seen_and_that_its_first_space_does_not_stop() -> None:
+    display = a_display(typing="go fo")
+    assert "go fo▏" in line_with("type", display)
+    assert "Esc or two spaces stop the robot" in shown(display)
+    assert "space or Esc stops" not in shown(display)
 
 
 def test_what_others_say_is_seen_and_not_obeyed_by_the_terminal() -> None:

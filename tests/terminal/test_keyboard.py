@@ -24,43 +24,106 @@ from hypothesis import given
 from hypothesis import strategies as st
 from programs import wait_until
 
-from voz.inbox import Halt
-from voz.terminal.keyboard import BACKSPACE, ENTER, STOP_KEYS, Line, keys
+from voz.inbox import Halt, Inbox
+from voz.language.templates.commands import plain_commands
+from voz.run.text_commands import TextCommands
+from voz.terminal.keyboard import BACKSPACE, ENTER, LONGEST_PAUSE, STOP_KEYS, Line, keys
 
 words = st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S")), min_size=1)
 any_keys = st.lists(st.one_of(st.characters(), st.sampled_from([*STOP_KEYS, *ENTER, *BACKSPACE])))
 
+SENTENCES = [
+    "start speech", "stop", "stop speech", "go forward", "speed up", "a little to the left",
+]  # fmt: skip
+KNOWN = TextCommands(lambda: plain_commands(SENTENCES), Inbox({"stop", "stop speech"}), lambda: 0.0)
+commands = st.sampled_from(SENTENCES)
+command_keys = st.lists(
+    st.one_of(commands, st.sampled_from([*"goup ", "  ", "stop ", "\x1b", "\x1b[A", "\x7f", "\r"]))
+).map("".join)
+pauses = st.sampled_from([0.0, 0.3, LONGEST_PAUSE, LONGEST_PAUSE + 0.1, 60.0])
 
-def press(line: Line, keys: str) -> list[str | Halt]:
-    return [done for key in keys if (done := line.press(key)) is not None]
+
+def a_line() -> Line:
+    return Line(KNOWN.continues)
+
+
+def press(line: Line, keys: str, now: float = 1.0) -> list[str | Halt]:
+    return [done for key in keys if (done := line.press(key, now)) is not None]
 
 
 @given(words, words)
 def test_what_is_typed_comes_with_enter(one: str, other: str) -> None:
     for enter in ENTER:
-        assert press(Line(), f"{one} {other}{enter}") == [Halt(), f"{one} {other}"]
+        typed = press(a_line(), f"{one} {other}{enter}")
+        assert [line for line in typed if line != Halt()] == [f"{one} {other}"]
+
+
+@given(commands, st.booleans())
+def test_a_command_that_is_typed_at_one_go_stops_nothing_but_by_its_own_stop(
+    command: str, capital: bool
+) -> None:
+    typed = command.upper() if capital else command
+    stops = [Halt()] if command == "stop speech" else []
+    assert press(a_line(), f"{typed}\r") == [*stops, typed]
+
+
+@given(command_keys, st.data())
+def test_each_space_stops_unless_it_goes_on_with_a_command_that_is_being_typed(
+    keys: str, data: st.DataObject
+) -> None:
+    line, now, last, before = a_line(), 0.0, 0.0, ""
+    for key in keys:
+        now += data.draw(pauses)
+        text = line.text
+        halted = line.press(key, now) == Halt()
+        goes_on = (
+            before != " "
+            and now - last <= LONGEST_PAUSE
+            and any(sentence.startswith(f"{text} ") for sentence in SENTENCES)
+            and text != "stop"
+        )
+        assert halted == (key == "\x1b" or (key == " " and not goes_on))
+        if key == " ":
+            assert line.text == (f"{text.rstrip()} " if text else "")
+        elif key not in "\x1b[A":
+            last = now
+        before = key
 
 
 @given(any_keys)
-def test_escape_stops_whatever_was_typed(keys: list[str]) -> None:
-    line = Line()
+def test_escape_and_ctrl_z_stop_whatever_was_typed(keys: list[str]) -> None:
+    line = a_line()
     press(line, "".join(keys))
-    assert line.press("\x1b") == Halt()
-    assert line.text == ""
+    for key in ("\x1b", "\x1a"):
+        assert line.press(key, 1.0) == Halt()
+        assert line.text == ""
 
 
 @given(any_keys)
-def test_space_stops_whatever_was_typed_and_belongs_to_it(keys: list[str]) -> None:
-    line = Line()
+def test_the_second_of_two_spaces_stops_whatever_was_typed(keys: list[str]) -> None:
+    line = a_line()
     press(line, "".join(keys))
+    line.press(" ", 1.0)
     before = line.text
-    assert line.press(" ") == Halt()
-    assert line.text == (f"{before} " if before else "")
+    for _ in range(3):
+        assert line.press(" ", 1.0) == Halt()
+        assert line.text == before
+
+
+def test_a_space_after_a_word_that_was_left_lying_stops_and_the_command_may_go_on() -> None:
+    line = a_line()
+    assert press(line, "speed", now=1.0) == []
+    assert press(line, " ", now=1.0 + LONGEST_PAUSE + 0.01) == [Halt()]
+    assert press(line, "up\r", now=9.0) == ["speed up"]
+
+
+def test_after_a_space_that_stops_the_rest_of_the_line_is_no_command_of_its_own() -> None:
+    assert press(a_line(), "do not go forward\r") == [Halt()] * 3 + ["do not go forward"]
 
 
 @given(words, st.sampled_from(["\x1b[A", "\x1bOB", "\x1b[1;5C", "\x1b[3~"]))
 def test_an_arrow_key_stops_and_is_no_text_whole_or_split(text: str, arrow: str) -> None:
-    line = Line()
+    line = a_line()
     assert press(line, text) == []
     assert press(line, arrow) == [Halt()]
     assert press(line, f"{text}\r") == [text]
@@ -68,15 +131,15 @@ def test_an_arrow_key_stops_and_is_no_text_whole_or_split(text: str, arrow: str)
 
 @given(any_keys)
 def test_what_is_being_typed_can_always_be_printed(keys: list[str]) -> None:
-    line = Line()
+    line = a_line()
     for key in keys:
-        line.press(key)
+        line.press(key, 1.0)
         assert line.text.isprintable()
 
 
 @given(words)
 def test_backspace_takes_the_last_letter_back(text: str) -> None:
-    line = Line()
+    line = a_line()
     assert press(line, f"{text}x\x7f\n") == [text]
     assert press(line, "\b\b\x7f\n") == [""]
 
@@ -100,7 +163,7 @@ def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
             raise MemoryError
         lines.append(line)
 
-    with keys(lambda: stopped.append(True), typed, told.append):
+    with keys(lambda: stopped.append(True), typed, KNOWN.continues, told.append):
         print("break", file=keyboard, flush=True)
         wait_until(lambda: told)
         print("go back", file=keyboard, flush=True)
@@ -120,7 +183,7 @@ def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
         assert left.wait(10)
         raise OSError("closed")
 
-    with keys(lambda: told.append("stop"), typed, told.append):
+    with keys(lambda: told.append("stop"), typed, KNOWN.continues, told.append):
         print("go back", file=keyboard, flush=True)
         assert taking.wait(10)
     left.set()
@@ -133,7 +196,7 @@ def test_a_line_without_an_end_is_taken_at_the_end_of_the_input_and_not_at_that_
     ends: bool, taken: list[str], keyboard: TextIO, begun: Callable[[], list[Thread]]
 ) -> None:
     lines: list[str] = []
-    with keys(lambda: None, lines.append, lines.append):
+    with keys(lambda: None, lines.append, KNOWN.continues, lines.append):
         print("go back\nstop", end="", file=keyboard, flush=True)
         wait_until(lambda: lines)
         if ends:
@@ -239,6 +302,25 @@ def test_in_a_terminal_commands_are_typed_and_keys_stop(terminal: Terminal) -> N
     heard = [e["text"] for e in terminal.events() if e["type"] == "utterance"]
     assert heard == ["go forward"] * len(STOP_KEYS) + ["turn upside down", "go back"]
     terminal.wait_to_see("drives back at 0.10 m/s")
+
+
+@pytest.mark.slow
+def test_a_command_of_two_words_is_typed_while_the_robot_moves_and_is_seen_as_it_is_typed(
+    terminal: Terminal,
+) -> None:
+    terminal.wait_for_velocity(0)
+    terminal.type("go forward\r")
+    terminal.wait_for_velocity(0.1)
+    driving = len(terminal.events())
+    terminal.type("speed up")
+    terminal.wait_to_see("speed up▏")
+    terminal.type("\r")
+    terminal.wait_for_velocity(0.15)
+    since = terminal.events()[driving:]
+    assert {event["linear"] for event in since if event["type"] == "cmd_vel"} == {0.1, 0.15}
+    assert not [event for event in since if event["type"] == "warning"]
+    terminal.type("slow  down\r")  # the second of two spaces stops
+    terminal.wait_for_velocity(0)
 
 
 @pytest.mark.slow

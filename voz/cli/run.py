@@ -35,8 +35,9 @@ if TYPE_CHECKING:
 def run(options: Running) -> None:
     """Drive a robot by your voice, or by recordings or typed commands.
 
-    With a microphone, space stops the robot at once and commands may be typed too. In a text,
-    `-` alone on a line lets a cycle of 0.1 s pass with no command.
+    With a microphone, the space bar, Esc and Ctrl-Z stop the robot at once. Commands may be typed
+    too; a space inside of one does not stop. In a text, `-` alone on a line lets a cycle of 0.1 s
+    pass with no command.
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """

@@ -147,7 +147,8 @@ def run_live(
         )
         parts.enter_context(hearing)
         parts.enter_context(renewing(recognizer, table, warn))
-        line = parts.enter_context(keys(partial(_stop, inbox, clock), texts.take, warn))
+        stop = partial(_stop, inbox, clock)
+        line = parts.enter_context(keys(stop, texts.take, texts.continues, warn))
         if seat.also:
             parts.enter_context(seat.also(texts.take, partial(_unheard, inbox, clock)))
         start = parts.enter_context(starting(table, inbox, clock))

@@ -50,3 +50,13 @@ class TextCommands:
                 return
             self._refused.append(now)
         self._inbox.put(typed(text, commands, now, source))
+
+    def continues(self, text: str) -> bool:
+        """Return whether a space after a text that is being typed goes on with a command.
+
+        After one that stops the robot it does not, though `stop` may become `stop speech`: who
+        presses the space bar then wants it to stop.
+        """
+        commands = self._commands()
+        parse = commands.parse(text)
+        return not (parse and parse.command in self._inbox.halts) and commands.is_begun(text)

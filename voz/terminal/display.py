@@ -37,6 +37,9 @@ BESIDE = 40
 
 HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
 
+TYPING_HELP = "Esc or two spaces stop the robot, Enter obeys the line, Ctrl-C ends"
+"""While a command is typed: the space between its words does not stop."""
+
 
 class HeardSound(Protocol):
     """What there is to show of a microphone.
@@ -116,10 +119,12 @@ class Display:
         for number in range(SHOWN):
             label = "heard" if number == 0 else ""
             table.add_row(label, self._lines[number] if number < len(self._lines) else "")
-        table.add_row("type", Text(self._typing() + "▏"))
+        typing = self._typing()
+        table.add_row("type", Text(typing + "▏"))
         if note := self._note():
             table.add_row("", Text(note, "yellow"))
-        return Panel(Group(table), title=self._title(), subtitle=Text(HELP, "dim"), width=WIDTH)
+        keys = Text(TYPING_HELP if typing else HELP, "dim")
+        return Panel(Group(table), title=self._title(), subtitle=keys, width=WIDTH)
 
     def _title(self) -> Text:
         if self._sound.deaf:

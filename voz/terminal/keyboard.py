@@ -1,4 +1,4 @@
-"""Typed commands beside the spoken ones, and a key that stops the robot at once."""
+"""Typed commands beside the spoken ones, and keys that stop the robot at once."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import select
 import sys
 import termios
 import threading
+import time
 import tty
 from collections.abc import Callable, Iterator
 from typing import TextIO
@@ -17,9 +18,14 @@ from voz.inbox import Halt
 
 ESCAPE = "\x1b"
 
-STOP_KEYS = (" ", ESCAPE, "\x1a")
-"""Space, Escape and Ctrl-Z. A space within a line belongs to it, too: it stops all the same, as
-nobody can know what was typed by mistake."""
+SPACE = " "
+
+STOP_KEYS = (SPACE, ESCAPE, "\x1a")
+"""Space, Escape and Ctrl-Z. A space that goes on with a command does not stop, see `Line`."""
+
+LONGEST_PAUSE = 2.0
+"""Between a word and the space that goes on with it, s: who types a command is quicker, and who
+comes back to a line that was left unfinished presses the space bar to stop the robot."""
 
 SEQUENCE = "[O"
 """What follows the Escape of an arrow key and the like; then comes what is none of `PARAMETERS`."""
@@ -41,32 +47,59 @@ them, and after each call other threads have their turn."""
 
 
 class Line:
-    """A line that is being typed, key by key: pure."""
+    """A line that is being typed, key by key: pure.
 
-    def __init__(self) -> None:
+    A space between two words of a command is a space, if the word before it was typed just now. Any
+    other one, and the second of two, stops the robot; it is part of the line all the same, so that
+    the rest of the line is not taken for a command.
+    """
+
+    def __init__(self, continues: Callable[[str], bool]) -> None:
+        """Begin with nothing typed.
+
+        Args:
+            continues: returns whether a space after a text goes on with a command.
+        """
         self.text = ""
+        self._continues = continues
         self._key = ""  # the beginning of one that sends several characters
+        self._typed_at = 0.0  # the last character, s
 
-    def press(self, character: str) -> str | Halt | None:
+    def press(self, character: str, now: float) -> str | Halt | None:
         """Take a character.
+
+        Args:
+            character: what the key sends.
+            now: the time, s.
 
         Returns:
             The line if it is complete, `Halt` for a key that stops, else None.
         """
         if character not in STOP_KEYS and self._belongs_to_a_key(character):
             return None
+        if character == SPACE:
+            return self._space(now)
         if character in STOP_KEYS:
             self._key = character if character == ESCAPE else ""
-            self.text = f"{self.text} " if character == " " and self.text else ""
+            self.text = ""
             return Halt()
         if character in ENTER:
             line, self.text = self.text, ""
             return line
         if character in BACKSPACE:
-            self.text = self.text[:-1]
+            self.text, self._typed_at = self.text[:-1], now
         elif character.isprintable() and len(self.text) < LONGEST:
-            self.text += character
+            self.text, self._typed_at = self.text + character, now
         return None
+
+    def _space(self, now: float) -> Halt | None:
+        self._key = ""
+        text = self.text
+        if not text or text.endswith(SPACE):
+            return Halt()
+        self.text += SPACE
+        just_now = now - self._typed_at <= LONGEST_PAUSE
+        return None if just_now and len(text) < LONGEST and self._continues(text) else Halt()
 
     def _belongs_to_a_key(self, character: str) -> bool:
         """Whether a character is no text: an arrow key sends Escape, a bracket and a letter."""
@@ -81,19 +114,23 @@ class Line:
 
 @contextlib.contextmanager
 def keys(
-    stop: Callable[[], None], typed: Callable[[str], None], warn: Callable[[str], None]
+    stop: Callable[[], None],
+    typed: Callable[[str], None],
+    continues: Callable[[str], bool],
+    warn: Callable[[str], None],
 ) -> Iterator[Line]:
     """Read the keyboard for the length of a `with` block, on a thread of its own.
 
     Args:
         stop: called for each of the keys that stop.
         typed: called with each line.
+        continues: returns whether a space after a text that is being typed goes on with a command.
         warn: called if something that was typed may be lost.
 
     Yields:
         The line that is being typed, for whoever shows it.
     """
-    line = Line()
+    line = Line(continues)
     stream = sys.stdin
     if not somebody_types():
         yield line
@@ -153,8 +190,9 @@ def _keys_into(
     line: Line, stop: Callable[[], None], typed: Callable[[str], None]
 ) -> Callable[[str], None]:
     def take(text: str) -> None:
+        now = time.monotonic()
         for character in text:
-            done = line.press(character)
+            done = line.press(character, now)
             if isinstance(done, Halt):
                 stop()
             elif done is not None:

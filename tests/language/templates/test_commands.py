@@ -87,6 +87,7 @@ def test_what_is_no_sentence_has_no_parse(text: str) -> None:
             assert (commands.parse(sentence) is not None) == (sentence in listed)
             longer = any(one.startswith(f"{sentence} ") for one in listed)
             assert commands.may_go_on(sentence) == longer
+            assert commands.is_begun(sentence.upper()) == longer
 
 
 @settings(max_examples=30)

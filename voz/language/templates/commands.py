@@ -140,6 +140,12 @@ class Commands(Collection[str]):
         state = self.network.walk(text.split())
         return state is not None and bool(self.network.arcs[state])
 
+    def is_begun(self, text: str) -> bool:
+        """Tell whether a longer sentence begins with what was typed, which may have digits."""
+        return bool(words := tokens(text)) and any(
+            self.network.arcs[state] for state, _ in self._walked(words)
+        )
+
     def going_on(self, text: str) -> frozenset[str]:
         """Name the commands of the longer sentences that begin with this one."""
         begin = self.network.walk(text.split())
@@ -204,6 +210,12 @@ class Commands(Collection[str]):
 
     def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
         """The sentences that typed text may be; numbers have several wordings."""
+        for state, words in self._walked(typed):
+            if self.network.labels[state] != NONE:
+                yield words, self.network.labels[state]
+
+    def _walked(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
+        """The states to which typed text leads, each with the words on its way."""
         begun: list[tuple[int, list[str]]] = [(0, [])]
         for ways in typed:
             begun = [
@@ -212,9 +224,7 @@ class Commands(Collection[str]):
                 for way in ways
                 if (after := self.network.walk(way.split(), state)) is not None
             ]
-        for state, words in begun:
-            if self.network.labels[state] != NONE:
-                yield words, self.network.labels[state]
+        return begun
 
 
 def _words(sentences: Iterable[str]) -> set[str]:

@@ -84,7 +84,7 @@ def decode(output: Place, resume: bool = False) -> list[int]:
         asked.extend(numbers)
         return many.decode(NAMES, numbers)
 
-    going = Going(resume, False, lambda _: None, lambda _: None)
+    going = Going(resume, False, lambda _: None, lambda _: None, lambda _: None)
     decode_into(output, HEADER, NAMES, some, going, lambda _: None)
     return asked
 

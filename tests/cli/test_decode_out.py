@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pty
 import re
@@ -76,7 +77,8 @@ def test_a_run_that_is_killed_again_and_again_makes_the_same_file(
         result = decode(out, folder, "--resume")
         assert result.code == 3
         assert out.read_bytes() == known[".jsonl"]
-        assert [path.name for path in Path(place).iterdir()] == [out.name]
+        left = sorted(path.name for path in Path(place).iterdir())
+        assert left == [out.name, f"{out.name}.recordings"]
 
 
 def test_ctrl_c_says_how_to_go_on(folder: Path, known: dict[str, bytes], tmp_path: Path) -> None:
@@ -116,14 +118,89 @@ def test_input_that_grows_is_taken_up_and_what_failed_is_tried_again(
     (some / "07.flac").write_bytes(b"bad")
     assert decode(out, some).code == 3
     shutil.copy(folder / "00.flac", some)
-    shutil.copy(folder / "01.flac", some / "07.flac")
     assert "24 recordings (23 were known)" in decode(out, some, "--resume").err
-    result = decode(out, some, "--retry-failed")
-    assert result.code == 0
-    assert "24 recordings (23 were known)" in result.err
+    again = decode(out, some, "--retry-failed")
+    assert again.code == 3
+    assert "24 recordings (23 were known)" in again.err
     fresh = tmp_path / f"fresh{ending}"
     decode(fresh, some)
     assert out.read_bytes() == fresh.read_bytes()
+
+
+def kept_by_a_kill(out: Path, folder: Path) -> set[str]:
+    """Kill a run in its midst; gives what it has decoded until then."""
+    journal = out.with_name(f"{out.name}.journal")
+    with begun(out, folder) as program:
+        while not (journal.exists() and journal.read_bytes().count(b"\n") > 5):
+            pass
+        program.kill()
+        program.communicate()
+    lines = journal.read_text().splitlines()[1:6]
+    return {Path(json.loads(line)["file"]).name for line in lines}
+
+
+@pytest.mark.parametrize("killed", [True, False])
+def test_what_changed_is_decoded_again_and_named(
+    folder: Path, tmp_path: Path, killed: bool
+) -> None:
+    some, out = tmp_path / "some", tmp_path / "heard.jsonl"
+    shutil.copytree(folder, some)
+    if killed:
+        known = sorted(kept_by_a_kill(out, some) - {"07.flac", "09.flac"})
+    else:
+        decode(out, some)
+        known = ["03.flac", "07.flac", "12.flac"]
+    shutil.copy(folder / "20.flac", some / known[0])
+    shutil.copy(folder / "21.flac", some / known[1])
+    os.utime(some / known[2])
+    result = decode(out, some, "--resume")
+    named = ", ".join(str(some / name) for name in known[:2])
+    assert f"changed since, decoded again: {named}\n" in result.err
+    if not killed:
+        assert "24 recordings (22 were known)" in result.err
+    fresh = tmp_path / "fresh.jsonl"
+    decode(fresh, some)
+    assert out.read_bytes() == fresh.read_bytes()
+    assert "24 recordings (24 were known)" in decode(out, some, "--resume").err
+
+
+def test_a_long_recording_that_changed_is_decoded_again(tmp_path: Path) -> None:
+    some, out = tmp_path / "some", tmp_path / "heard.csv"
+    some.mkdir()
+    for seconds in (1300, 1250):
+        soundfile.write(some / "long.flac", [0.0] * 16000 * seconds, 16000)
+        result = decode(out, some, "--resume")
+        assert f",{seconds}.0," in out.read_text()
+    assert f"changed since, decoded again: {some / 'long.flac'}\n" in result.err
+
+
+def test_an_output_without_what_its_recordings_were_like_says_that_all_are_taken(
+    folder: Path, known: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / "heard.jsonl"
+    decode(out, folder)
+    before = (tmp_path / "heard.jsonl.recordings").read_text()
+    (tmp_path / "heard.jsonl.recordings").unlink()
+    result = decode(out, folder, "--resume")
+    assert f"{out}: what its recordings were like is not kept beside it" in result.err
+    assert "24 recordings (24 were known)" in result.err
+    assert "is not kept" not in decode(out, folder, "--resume").err
+    # Of another output it says nothing.
+    out.write_bytes(b"".join(known[".jsonl"].splitlines(keepends=True)[:-1]))
+    assert "is not kept" in decode(out, folder, "--resume").err
+    assert out.read_bytes() == known[".jsonl"]
+    (tmp_path / "heard.jsonl.recordings").write_text(before[:-20])
+    assert "heard.jsonl.recordings: is damaged" in decode(out, folder, "--resume").complaint
+
+
+def test_what_is_gone_keeps_its_results(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "00.flac", tmp_path)
+    out, listed = tmp_path / "heard.jsonl", tmp_path / "00.flac"
+    assert decode(out, listed).code == 0
+    before = out.read_bytes()
+    listed.unlink()
+    assert decode(out, listed, "--resume").code == 0
+    assert out.read_bytes() == before
 
 
 def test_other_settings_are_refused(folder: Path, tmp_path: Path) -> None:

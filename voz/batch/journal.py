@@ -17,10 +17,13 @@ from pathlib import Path
 from typing import BinaryIO
 
 import msgspec
+from msgspec.structs import replace
 
 from voz.batch.fingerprint import Header, difference
 from voz.batch.places import Place, journal_path, shown_place
-from voz.batch.rows import Outcome, Row, as_row
+from voz.batch.rows import Outcome, as_row
+from voz.batch.stamp_file import Stamped
+from voz.batch.stamps import Stamp
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.files import shown_path, told
@@ -32,12 +35,13 @@ NOWHERE = -1
 
 
 class Entry(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A line: the rows of a recording, and how much of it was heard."""
+    """A line: the rows of a recording, how much of it was heard, and what it was like."""
 
     file: str
     rows: tuple[dict[str, object], ...]
     seconds: float = 0.0
     cpu: float = 0.0
+    stamp: Stamp | None = None
 
 
 class Journal:
@@ -69,7 +73,9 @@ class Journal:
     def add(self, file: str, outcome: Outcome) -> None:
         """Keep an outcome, all of it or nothing; raises OSError if it cannot be written."""
         rows = tuple(msgspec.to_builtins(row) for row in outcome.rows)
-        entry = Entry(file, rows, outcome.seconds, outcome.cpu)
+        self._append(Entry(file, rows, outcome.seconds, outcome.cpu, outcome.stamp))
+
+    def _append(self, entry: Entry) -> None:
         length = _write(self._file, self._end, entry)
         self._note(entry)
         self._end += length
@@ -85,7 +91,23 @@ class Journal:
                 entry = _entry(lines.readline())
                 assert entry is not None
                 rows = tuple(as_row(row) for row in entry.rows)
-                yield Outcome(rows, entry.seconds, entry.cpu)
+                yield Outcome(rows, entry.seconds, entry.cpu, entry.stamp)
+
+    def stamps(self) -> Iterator[tuple[int, Stamped]]:
+        """What the recordings that have an outcome were like, in their order, by their number."""
+        with _reader(self._file) as lines:
+            for number, at in enumerate(self._at):
+                if at != NOWHERE:
+                    lines.seek(at)
+                    yield number, msgspec.json.decode(lines.readline(), type=Stamped)
+
+    def set_stamp(self, number: int, stamp: Stamp) -> None:
+        """Keep that a recording has the same bytes, but another stamp."""
+        with _reader(self._file) as lines:
+            lines.seek(self._at[number])
+            entry = _entry(lines.readline())
+        assert entry is not None
+        self._append(replace(entry, stamp=stamp))
 
     def _note(self, entry: Entry) -> None:
         """Remember where a line is that begins at the end."""
@@ -101,7 +123,7 @@ def journal_for(
     header: Header,
     names: Sequence[str],
     resume: bool,
-    finished: Iterable[tuple[str, tuple[Row, ...]]] = (),
+    finished: Iterable[Entry] = (),
 ) -> Iterator[Journal]:
     """Open the journal of an output, and let no other run have it, for a `with` block.
 
@@ -120,8 +142,8 @@ def journal_for(
         if not _header_there(file, path, header, output, resume):
             os.ftruncate(file, 0)
             end = _write(file, 0, header)
-            for name, rows in finished:
-                end += _write(file, end, Entry(name, tuple(map(msgspec.to_builtins, rows))))
+            for entry in finished:
+                end += _write(file, end, entry)
         yield Journal(file, names)
 
 

@@ -19,12 +19,14 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import promised_seconds, read_blocks
 from voz.audio.endpointing.levels import FRAME
 from voz.audio.endpointing.segmenter import RUN_IN, Voices, usual_voices
 from voz.batch.rows import Outcome, Row, Unreadable, in_file, outcome
+from voz.batch.stamps import Stamp
 from voz.errors import AudioError
 from voz.events import Utterance
 from voz.recognition.recognizer import Recognizer
@@ -45,10 +47,12 @@ class Plan(msgspec.Struct, frozen=True):
     Attributes:
         cuts: where parts begin, in frames: 0 first, and the end of the recording last.
         voices: in which frames there may be a voice, eight in each byte.
+        stamp: what the recording was like before it was read; None if that is not known.
     """
 
     cuts: tuple[int, ...]
     voices: bytes
+    stamp: Stamp | None = None
 
     def voices_in(self, start: int, end: int) -> bytes:
         """The same for some frames, a byte for each."""
@@ -162,15 +166,16 @@ def first_mismatch(done: Sequence[Done]) -> int | None:
 
 def joined_parts(plan: Plan, number: int) -> Plan:
     """Take two parts, of which one has this number and the other the next one, for one."""
-    return Plan(tuple(cut for n, cut in enumerate(plan.cuts) if n != number + 1), plan.voices)
+    return replace(plan, cuts=tuple(cut for n, cut in enumerate(plan.cuts) if n != number + 1))
 
 
-def joined(file: str, done: Sequence[Done]) -> Outcome:
+def joined(file: str, done: Sequence[Done], stamp: Stamp | None = None) -> Outcome:
     """The outcome of a recording from those of its parts."""
     rows = tuple(row for part in done for row in part.rows)
     # In whole samples: a sum of seconds may be rounded the other way than those of one process.
     samples = sum(round(part.seconds * SAMPLE_RATE) for part in done)
-    return outcome(file, rows, samples / SAMPLE_RATE, sum(part.cpu for part in done))
+    whole = outcome(file, rows, samples / SAMPLE_RATE, sum(part.cpu for part in done))
+    return replace(whole, stamp=stamp)
 
 
 def _part(plan: Plan, start: int, end: int) -> Part:

@@ -7,16 +7,24 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import msgspec
+
 from voz.batch.fingerprint import Header
 from voz.batch.formats import by_file, format_of, reading
-from voz.batch.journal import check_same_run, journal_for
+from voz.batch.journal import Entry, Journal, check_same_run, journal_for
 from voz.batch.places import Place, exists, journal_path, shown_place, state_of, written
+from voz.batch.remote import shown_name
 from voz.batch.rows import Outcome, Row
 from voz.batch.scheduler import Known
+from voz.batch.stamp_file import Stamped, read_stamps, write_stamps
+from voz.batch.stamps import look_again, stamp_of
 from voz.errors import ConfigError
 
 Decode: TypeAlias = Callable[[Sequence[int]], Iterator[Known]]
 """Decodes recordings, given their numbers, in any order."""
+
+NAMED = 10
+"""Recordings that are named to the user at most; there may be a million."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +36,14 @@ class Going:
         failed: whether recordings that failed are tried again.
         heard: is told of each outcome that is new.
         total: is told, before any, how many there will be.
+        notice: is told what the user should know of what was there.
     """
 
     resume: bool
     failed: bool
     heard: Callable[[Outcome], None]
     total: Callable[[int], None]
+    notice: Callable[[str], None]
 
 
 def decode_into(
@@ -49,7 +59,7 @@ def decode_into(
     Args:
         output: a file or an object elsewhere; its ending says how it is written.
         header: what the results hang on.
-        names: of the recordings, as results name them.
+        names: paths and addresses of the recordings.
         decode: decodes some of them.
         going: how it goes on.
         whole: is told of all outcomes in order, as they are written.
@@ -59,12 +69,14 @@ def decode_into(
     """
     write = format_of(output).write
     before = state_of(output)
-    finished = _finished(output, header) if going.resume else iter(())
-    with journal_for(output, header, names, going.resume, finished) as journal:
-        left = journal.missing(going.failed)
+    shown = [shown_name(name) for name in names]
+    finished = _finished(output, header, going) if going.resume else iter(())
+    with journal_for(output, header, shown, going.resume, finished) as journal:
+        changed = _changed(journal, names, going) if going.resume else []
+        left = sorted({*journal.missing(going.failed), *changed})
         going.total(len(left))
         for number, outcome in decode(left) if left else ():
-            journal.add(names[number], outcome)
+            journal.add(shown[number], outcome)
             going.heard(outcome)
 
         def rows() -> Iterator[Row]:
@@ -76,6 +88,7 @@ def decode_into(
             if state_of(output) != before:
                 raise ConfigError(f"{shown_place(output)}: was written by another run meanwhile")
             write(path, header, rows())
+        write_stamps(output, (stamped for _, stamped in journal.stamps()))
         journal_path(output).unlink()
 
 
@@ -87,13 +100,35 @@ def _telling_what_is_kept() -> Iterator[None]:
         raise ConfigError(f"{error}; what was decoded is kept, go on by --resume") from error
 
 
-def _finished(output: Place, header: Header) -> Iterator[tuple[str, tuple[Row, ...]]]:
+def _changed(journal: Journal, names: Sequence[str], going: Going) -> list[int]:
+    """Find and name the recordings that are not as they were when they were decoded."""
+    known = ((number, stamped.stamp) for number, stamped in journal.stamps())
+    looked = list(look_again(names, known))
+    for each in looked:
+        if not each.changed:
+            journal.set_stamp(each.number, each.now)
+    changed = [each.number for each in looked if each.changed]
+    if changed:
+        some = ", ".join(shown_name(names[number]) for number in changed[:NAMED])
+        more = f" and {len(changed) - NAMED:,} more" if len(changed) > NAMED else ""
+        going.notice(f"changed since, decoded again: {some}{more}")
+    return changed
+
+
+def _finished(output: Place, header: Header, going: Going) -> Iterator[Entry]:
     """What an output holds that is whole; nothing if there is none."""
     if not exists(output):
         return
-    with reading(output) as (there, rows):
+    with reading(output) as (there, rows), read_stamps(output) as stamps:
         check_same_run(there, header, output)
-        yield from by_file(rows)
+        if stamps is None:
+            going.notice(
+                f"{shown_place(output)}: what its recordings were like is not kept beside it, so "
+                "all that are in it count as unchanged; decode into another file if some changed"
+            )
+        for file, together in by_file(rows):
+            stamp = next(stamps, Stamped(file)).stamp if stamps else stamp_of(file)
+            yield Entry(file, tuple(map(msgspec.to_builtins, together)), stamp=stamp)
 
 
 def in_order(known: Iterator[Known]) -> Iterator[Outcome]:

@@ -16,6 +16,7 @@ from voz.errors import AudioError, ConfigError
 from voz.files import check_writable
 
 JOURNAL = ".journal"
+STAMPS = ".recordings"
 
 Place: TypeAlias = Path | str
 """A file, or the address of an object, as `s3://bucket/heard.jsonl`."""
@@ -33,9 +34,18 @@ def shown_place(place: Place) -> str:
 
 def journal_path(output: Place) -> Path:
     """Where the journal of an output is: beside a file; of an object in the working folder."""
+    return _path_for(output, JOURNAL)
+
+
+def stamps_path(output: Place) -> Path:
+    """Where it is kept what the recordings of an output were like; as with its journal."""
+    return _path_for(output, STAMPS)
+
+
+def _path_for(output: Place, ending: str) -> Path:
     if isinstance(output, Path):
-        return output.with_name(output.name + JOURNAL)
-    return Path(file_for(output) + JOURNAL)
+        return output.with_name(output.name + ending)
+    return Path(file_for(output) + ending)
 
 
 def check_place(output: Place) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from voz.errors import AudioError, ConfigError
@@ -68,6 +68,18 @@ def fetched(name: str, base: str = "") -> Iterator[Fetched]:
             file.write(piece)
         file.flush()
         yield Fetched(Path(file.name), name)
+
+
+def remote_info(name: str) -> dict[str, Any] | None:
+    """Ask what a store says of an object, as its size and ETag; None if it says nothing."""
+    try:
+        from fsspec.core import url_to_fs
+
+        system, path = url_to_fs(name)
+        system.invalidate_cache()  # what it said before may be old
+        return dict(system.info(path))
+    except Exception:  # each of its file systems fails in its own way
+        return None
 
 
 def _pieces(name: str) -> Iterator[bytes]:

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import msgspec
 
+from voz.batch.stamps import Stamp
 from voz.events import Ear, Reason, RefusedBy, Utterance
 
 
@@ -71,11 +72,13 @@ class Outcome(msgspec.Struct, frozen=True):
         rows: one at least; an error is the last one.
         seconds: how much of it was heard, s.
         cpu: processor time that took, s.
+        stamp: what the recording was like; None if that is not known.
     """
 
     rows: tuple[Row, ...]
     seconds: float = 0.0
     cpu: float = 0.0
+    stamp: Stamp | None = None
 
     @property
     def failed(self) -> bool:
@@ -83,9 +86,9 @@ class Outcome(msgspec.Struct, frozen=True):
         return isinstance(self.rows[-1], Unreadable)
 
 
-def failure(file: str, error: str) -> Outcome:
+def failure(file: str, error: str, stamp: Stamp | None = None) -> Outcome:
     """The outcome for a recording that gave nothing but an error."""
-    return Outcome((Unreadable(file, error),))
+    return Outcome((Unreadable(file, error),), stamp=stamp)
 
 
 def outcome(file: str, heard: tuple[Row, ...], seconds: float, cpu: float) -> Outcome:

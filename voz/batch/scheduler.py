@@ -13,6 +13,7 @@ from voz.batch.long_files import Done, Plan, first_mismatch, joined, joined_part
 from voz.batch.pool import Pool, TooSlow
 from voz.batch.remote import is_remote, shown_name
 from voz.batch.rows import Outcome, failure
+from voz.batch.stamps import stamp_of
 from voz.batch.tasks import Cutting, Files, PartOf, Task
 from voz.errors import AudioError
 from voz.process.pool import Died
@@ -173,7 +174,8 @@ class Scheduler:
                 continue
             self._first = deque(one for one in self._first if one.numbers != (number,))
             self._last = deque(one for one in self._last if one.numbers != (number,))
-            yield Known(number, failure(shown_name(self._names[number]), error))
+            name = self._names[number]
+            yield Known(number, failure(shown_name(name), error, stamp_of(name)))
 
     def _begin_parts(self, number: int, plan: Plan | None) -> None:
         if plan is None:
@@ -199,7 +201,7 @@ class Scheduler:
         wrong = first_mismatch(parts)
         if wrong is None:
             del self._cut[number]
-            yield Known(number, joined(shown_name(self._names[number]), parts))
+            yield Known(number, joined(shown_name(self._names[number]), parts, cut.plan.stamp))
         else:
             cut.plan = joined_parts(cut.plan, wrong)
             del cut.done[starts[wrong]], cut.done[starts[wrong + 1]]

@@ -15,6 +15,7 @@ from voz.batch.fingerprint import check_same
 from voz.batch.long_files import decode_part, is_long, plan_cuts
 from voz.batch.remote import Fetched, fetched, shown_name
 from voz.batch.rows import Outcome, Row, Unreadable, failure
+from voz.batch.stamps import stamp_of, with_checksum
 from voz.batch.tasks import Cutting, Files, Result, Setup, Task
 from voz.errors import AudioError, VozError
 from voz.files import shown_path
@@ -35,23 +36,29 @@ def work(setup: Setup, task: Task) -> Result:
     recognizer = _loaded(setup)
     if isinstance(task, Files):
         return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
+    # Before it is read: if it changes meanwhile, its stamp is the old one.
+    stamp = stamp_of(task.name, setup.base) if isinstance(task, Cutting) else None
     with _one_line(task.name, setup.memory), fetched(task.name, setup.base) as found:
         if isinstance(task, Cutting):
-            return plan_cuts(found.path)
+            stamp = stamp and with_checksum(stamp, found.path)
+            plan = plan_cuts(found.path)
+            return plan and replace(plan, stamp=stamp)
         done = decode_part(recognizer, found.path, task.part, found.name)
         return replace(done, rows=_named(done.rows, found))
 
 
 def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: Setup) -> Outcome | None:
     """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
+    stamp = stamp_of(name, setup.base)
     try:
         with _one_line(name, setup.memory), fetched(name, setup.base) as found:
             if cut and not setup.driving and is_long(found.path):
                 return None
+            stamp = stamp and with_checksum(stamp, found.path)
             outcome = _heard(recognizer, found, setup)
-            return replace(outcome, rows=_named(outcome.rows, found))
+            return replace(outcome, rows=_named(outcome.rows, found), stamp=stamp)
     except AudioError as error:
-        return failure(shown_name(name), str(error))
+        return failure(shown_name(name), str(error), stamp)
 
 
 def _heard(recognizer: Recognizer, found: Fetched, setup: Setup) -> Outcome:

@@ -91,10 +91,10 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
             account.new.add(outcome)
             bar.heard(outcome)
 
-        going = Going(options.resume or options.retry_failed, options.retry_failed, done, bar.begin)
-        shown = [shown_name(name) for name in names]
+        resume = options.resume or options.retry_failed
+        going = Going(resume, options.retry_failed, done, bar.begin, tell)
         decode = partial(many.decode, names)
-        decode_into(output, header, shown, decode, going, account.written)
+        decode_into(output, header, names, decode, going, account.written)
     account.tell(output, inputs)
     return account.whole.failed > 0
 

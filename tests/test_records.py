@@ -52,6 +52,9 @@ NEEDED: dict[str, dict[str, Any]] = {
 }
 """What a record needs besides the field that is looked at, where not all have defaults."""
 
+MEASURED = ("linear", "angular", "above")
+"""What is reported as it was found: the velocity in a message, a level above silence."""
+
 NUMBERS = st.one_of(
     st.floats(),
     st.floats(-2, 2),
@@ -107,7 +110,8 @@ def test_a_constructor_takes_what_a_file_may_hold_and_refuses_the_rest_in_its_wo
     made = outcome(lambda: kind(**fields))
     assert made == outcome(lambda: msgspec.convert({**tagged(kind), **fields}, kind))
     if isinstance(made, kind):
-        assert all(abs(number) < math.inf for number in numbers_in(msgspec.to_builtins(made)))
+        fields = {k: v for k, v in msgspec.to_builtins(made).items() if k not in MEASURED}
+        assert all(abs(number) < math.inf for number in numbers_in(fields))
         assert made == replace(made)
 
 

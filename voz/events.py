@@ -86,7 +86,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     latency: Finite | None = None
     obeyed: bool | None = None
     ignored: Ignored | None = None
-    above: Finite | None = None
+    above: float | None = None
     ears: tuple[Ear, Ear] | None = None
     refused_by: RefusedBy | None = None
     command: str | None = None
@@ -141,8 +141,8 @@ class Twist(CheckedRecord, frozen=True, tag_field="type", tag="cmd_vel"):
     """
 
     t: Finite
-    linear: Finite
-    angular: Finite
+    linear: float
+    angular: float
 
 
 class SelectedObject(CheckedRecord, frozen=True, tag_field="type", tag="selected_object"):

@@ -113,8 +113,8 @@ def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str])
         fitted_on=fitted_on,
         intercept=round(intercept, 4),
         weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
-        alarms=0.0,
-        alarms_fall=0.0,
+        alarms=1.0,
+        alarms_fall=1.0,
     )
 
 

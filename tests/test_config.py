@@ -136,6 +136,24 @@ def test_the_settings_in_the_documents_are_the_defaults(tmp_path: Path) -> None:
         ('\n[commands."go far"]\ndrive = 0\n', ':2: [commands] "go far": `drive` is 0'),
         ('[states.menu]\n\n"back" = [{ }]\n', ':3: [states.menu] "back": does nothing'),
         ('[commands]\n"a.b" = 3\n', ':2: [commands] "a.b": Expected'),
+        (
+            "[commands]\ncome = { drive = 1, meters = 2 }\n",
+            ':2: [commands] "come": Object contains unknown field `meters`; did you mean `metres`? '
+            "docs/actions.md lists what a command does",
+        ),
+        (
+            '[commands]\nback = "stop"\n\n[states.menu]\nback = { drive = 0.1, blink = 1 }\n',
+            ':5: [states.menu] "back": Object contains unknown field `blink`; docs/actions.md',
+        ),
+        (
+            '[safety]\nenabled = true\n[commands]\nadvance = "go forwards"\n',
+            ':4: [commands] "advance" is to do the same as "go forwards", which is no command '
+            'here; did you mean "go forward"?',
+        ),
+        (
+            '[states.menu]\nback = { drive = 1 }\n[states.other]\nback = { state = "menus" }\n',
+            ':4: [states.other] "back" switches to "menus", and there is no [states] of it',
+        ),
     ],
 )
 def test_a_wrong_command_is_told_with_its_line(tmp_path: Path, text: str, told: str) -> None:
@@ -144,6 +162,38 @@ def test_a_wrong_command_is_told_with_its_line(tmp_path: Path, text: str, told: 
     with pytest.raises(ConfigError) as caught:
         load_config(path)
     assert str(caught.value).startswith(f"{path}{told}")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "[safety]\nmax_liner = 1\n",
+            "unknown field `max_liner` - at `$.safety`; did you mean `max_l",
+        ),
+        (
+            "[saftey]\nmax_linear = 1\n",
+            "unknown field `saftey`; did you mean `safety`? docs/settings",
+        ),
+        (
+            "[ros2]\nzzz = 1\n",
+            "unknown field `zzz` - at `$.ros2`; docs/settings.md lists the settings",
+        ),
+    ],
+)
+def test_the_name_that_is_nearest_to_an_unknown_one_is_asked_for(
+    tmp_path: Path, text: str, told: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load_config(write(tmp_path, text))
+    assert told in str(caught.value)
+
+
+def test_an_option_keeps_the_lines_of_the_file(tmp_path: Path) -> None:
+    path = write(tmp_path, '[commands]\n\n"wave" = { say = "hello" }\n')
+    config = overridden(load_config(path), {"safety": {"enabled": False}})
+    assert str(config.table.wrong("", "wave", "is shy")) == f'{path}:3: [commands] "wave" is shy'
+    assert str(config.table.wrong("", "stop", "is shy")) == '[commands] "stop" is shy'
 
 
 def test_own_commands_stand_beside_those_of_voz_and_stop_is_never_missed(tmp_path: Path) -> None:

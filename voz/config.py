@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,8 @@ from typing import Any
 import msgspec
 from msgspec.structs import replace
 
-from voz.control.steps import CommandDefinition
-from voz.control.table import CommandTable, command_table
+from voz.control.steps import CommandDefinition, Step
+from voz.control.table import USUAL, CommandTable, Places, command_table
 from voz.errors import ConfigError
 from voz.files import FEW_BYTES, read_text
 from voz.settings import (
@@ -33,7 +34,7 @@ else:
     import tomli as tomllib
 
 
-class Config(Section, frozen=True, kw_only=True):
+class Config(Section, frozen=True, kw_only=True, dict=True):
     """All settings.
 
     Attributes:
@@ -65,7 +66,13 @@ class Config(Section, frozen=True, kw_only=True):
         Raises:
             ConfigError: with it the robot might not stop, or it contradicts itself.
         """
-        return command_table({**_brought(), **self.commands}, self.states)
+        return command_table({**_brought(), **self.commands}, self.states, self.places)
+
+    @property
+    def places(self) -> Places:
+        """Where the file defines the commands that it does; none where there is no file."""
+        places: Places = self.__dict__.get("places_in_file", {})
+        return places
 
 
 USUAL_COMMANDS = Path(__file__).parent / "control" / "commands.toml"
@@ -80,7 +87,7 @@ def usual_commands() -> CommandTable:
 
 @cache
 def _brought() -> dict[str, CommandDefinition]:
-    return load_config(USUAL_COMMANDS).commands
+    return _read(USUAL_COMMANDS).commands
 
 
 def never_missing_a_stop(config: Config) -> Config:
@@ -90,7 +97,8 @@ def never_missing_a_stop(config: Config) -> Config:
         ConfigError: the table of commands cannot be used.
     """
     names = dict.fromkeys([*config.recognition.never_missed, *sorted(config.table.stops)])
-    return replace(config, recognition=replace(config.recognition, never_missed=tuple(names)))
+    sure = replace(config, recognition=replace(config.recognition, never_missed=tuple(names)))
+    return _from_the_same_file(sure, config)
 
 
 def load_config(path: Path) -> Config:
@@ -103,13 +111,21 @@ def load_config(path: Path) -> Config:
         The configuration; what the file does not name has its default.
 
     Raises:
-        ConfigError: the file cannot be read, is no TOML, or holds a wrong name or value.
+        ConfigError: the file cannot be read, is no TOML, holds a wrong name or value, or commands
+            that do not fit together.
     """
+    config = _read(path)
+    config.table  # noqa: B018 (raises what is wrong with it)
+    return config
+
+
+def _read(path: Path) -> Config:
+    """Read a file, without a look at how its commands fit together."""
     text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", FEW_BYTES)
     try:
         settings = tomllib.loads(text)
-        _check_commands(settings, text, path)
-        return msgspec.convert(settings, Config)
+        places = _check_commands(settings, text, path)
+        config = msgspec.convert(settings, Config)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     except ConfigError:  # which is a ValueError too
@@ -120,34 +136,62 @@ def load_config(path: Path) -> Config:
         raise ConfigError(f"{path}: {error}; {_advice(error)}") from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long; shorten it") from None
+    config.__dict__["places_in_file"] = places
+    return config
+
+
+def _from_the_same_file(config: Config, other: Config) -> Config:
+    """Let a configuration know the places that another one knows."""
+    config.__dict__.update(other.__dict__)
+    return config
 
 
 def _advice(error: msgspec.ValidationError) -> str:
     """Say where a setting belongs; a table of no known name may be that of a user's own robot."""
     lists = "docs/settings.md lists the settings"
-    return lists if " - at " in str(error) else f"{lists}; [own.MODULE] is for robots of your own"
+    at = re.search(r" - at `\$\.(\w+)", str(error))
+    if at is None:
+        return f"{_meant(error, Config)}{lists}; [own.MODULE] is for robots of your own"
+    return f"{_meant(error, type(getattr(Config(), at[1])))}{lists}"
 
 
-def _check_commands(settings: dict[str, Any], text: str, path: Path) -> None:
-    """Refuse a command that is wrong in itself; msgspec would leave out its name and line."""
+def _meant(error: msgspec.ValidationError, kind: type) -> str:
+    """Ask whether a field that a record lacks is another one, misspelt."""
+    unknown = re.search("unknown field `(.+?)`", str(error))
+    fields = getattr(kind, "__struct_fields__", ())
+    near = get_close_matches(unknown[1], fields, 1) if unknown else []
+    return f"did you mean `{near[0]}`? " if near else ""
+
+
+def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
+    """Refuse a command that is wrong in itself; msgspec would leave out its name and line.
+
+    Returns:
+        Where each command stands.
+    """
     states = settings.get("states", {})
-    tables = {"commands": settings.get("commands", {})}
-    if isinstance(states, dict):
-        tables |= {f"states.{name}": table for name, table in states.items()}
-    for table, commands in tables.items():
+    tables = {USUAL: settings.get("commands", {}), **(states if isinstance(states, dict) else {})}
+    places: dict[tuple[str, str], str] = {}
+    for state, commands in tables.items():
+        table = f"states.{state}" if state else "commands"
         for name, command in commands.items() if isinstance(commands, dict) else ():
+            places[state, name] = where = f"{path}{_line_of(table, name, text)}"
             try:
                 msgspec.convert(command, CommandDefinition)
             except msgspec.ValidationError as error:
                 why = str(error).partition(" - at `$`")[0]
-                where = f"{path}{_line_of(name, text)}"
+                advice = _meant(error, Step) + "docs/actions.md lists what a command does"
+                why += f"; {advice}" if "unknown field" in why else ""
                 raise ConfigError(f'{where}: [{table}] "{name}": {why}') from error
+    return places
 
 
-def _line_of(name: str, text: str) -> str:
+def _line_of(table: str, name: str, text: str) -> str:
     """Find where a command stands; empty if it is written in an unusual way."""
+    header = re.search(rf"^\s*\[{re.escape(table)}\s*\]", text, re.MULTILINE)
     quoted = rf"""["']?{re.escape(name)}["']?"""
-    found = re.search(rf"^\s*({quoted}\s*[.=]|\[+[^\n]*{quoted}\s*\])", text, re.MULTILINE)
+    line = re.compile(rf"^\s*({quoted}\s*[.=]|\[+[^\n]*{quoted}\s*\])", re.MULTILINE)
+    found = (header and line.search(text, header.end())) or line.search(text)
     return f":{text.count(chr(10), 0, found.end()) + 1}" if found else ""
 
 
@@ -172,6 +216,7 @@ def overridden(
         elif value is not None:
             settings[name] = value
     try:
-        return never_missing_a_stop(msgspec.convert(settings, Config))
+        made = msgspec.convert(settings, Config)
     except msgspec.ValidationError as error:
         raise ConfigError(f"{kind} cannot be used: {error}; {advice}") from error
+    return never_missing_a_stop(_from_the_same_file(made, config))

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from calls import Result
 
 TABLE = """
 [commands]
@@ -31,6 +32,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, voz: Any) -> Path:
     (tmp_path / "pronunciations.txt").write_text(said + "\n")
     assert voz("build-lm", "list.txt", "--out", "lm").code == 0
     return tmp_path
+
+
+def last(result: Result) -> str:
+    """The last line that says what is wrong."""
+    return str(result.err.splitlines()[-1])
 
 
 def events(voz: Any, here: Path, *lines: str) -> list[dict[str, Any]]:
@@ -114,8 +120,47 @@ def test_slots_drive_as_far_as_was_said(voz: Any, here: Path) -> None:
     (here / "voz.toml").write_text('[commands]\n"go" = { drive = 0.5, metres = "{far}" }\n')
     result = voz("run", "--text", "-", "--no-sound")
     assert result.code == 2
-    assert '[commands] "go" uses the slot far, which' in result.err
-    assert "it has way" in result.err
+    assert last(result) == (
+        'voz: voz.toml:2: [commands] "go" uses the slot far, which list.txt does not give it; '
+        "it has way"
+    )
+
+
+def test_a_slot_that_a_plain_list_does_not_give_is_told_with_the_list(voz: Any, here: Path) -> None:
+    (here / "voz.toml").write_text('[commands]\n"fold arm" = { say = "{thing}" }\n')
+    (here / "lm" / "comandos_voz.txt").write_text("fold arm\nstop\n")
+    told = 'voz: voz.toml:2: [commands] "fold arm" uses the slot thing, which {} does not give it'
+    assert last(voz("build-lm")).startswith(told.format("lm/comandos_voz.txt"))
+    (here / "voz.toml").rename(here / "later.toml")
+    assert voz("build-lm").code == 0
+    arguments = ("run", "--text", "-", "--no-sound", "--config", "later.toml")
+    told = told.replace("voz.toml", "later.toml")
+    assert last(voz(*arguments)).startswith(told.format("lm/comandos_voz.txt"))
+    (here / "lm" / "comandos_voz.txt").unlink()
+    assert last(voz(*arguments)).startswith(told.format("the list from which lm was made"))
+
+
+@pytest.mark.parametrize(
+    ("sound", "meant"),
+    [
+        ("horn.wav", "`voz sound --list` shows the others"),
+        ("backing-upp", "did you mean backing-up?"),
+    ],
+)
+def test_a_sound_that_is_not_there_is_told_before_anything_moves(
+    voz: Any, here: Path, sound: str, meant: str
+) -> None:
+    table = f'[commands]\n"fold arm" = "stop"\n"go back" = {{ drive = -0.1, play = "{sound}" }}\n'
+    (here / "voz.toml").write_text(table)
+    (here / "typed").write_text("start speech\ngo back\n")
+    result = voz("run", "--text", "typed", "--no-sound", "--events", "-")
+    assert (result.code, last(result)) == (
+        2,
+        f'voz: voz.toml:3: [commands] "go back" plays {sound}, and there is no such file; {meant}',
+    )
+    assert "cmd_vel" not in result.out
+    (here / sound).write_bytes(b"")  # that it is no sound is told when it is played
+    assert voz("run", "--text", "typed", "--no-sound").code == 0
 
 
 def test_a_table_that_takes_stop_away_is_refused(voz: Any, here: Path) -> None:

@@ -106,10 +106,13 @@ def test_a_function_that_hangs_is_told() -> None:
 @pytest.mark.parametrize(
     ("step", "why"),
     [
-        (Step(run=("no-such-program",)), '"a": there is no program no-such-program'),
-        (Step(call=("no_such_module:f",)), '"a": no_such_module:f cannot be imported'),
-        (Step(call=("os:no_such_function",)), '"a": os:no_such_function cannot be imported'),
-        (Step(call=("os:name",)), '"a": os:name is no function'),
+        (Step(run=("no-such-program",)), '"a" runs no-such-program, and there is no such program'),
+        (Step(call=("no_such_module:f",)), '"a" calls no_such_module:f, which cannot be imported'),
+        (
+            Step(call=("os:no_such_function",)),
+            '"a" calls os:no_such_function, which cannot be imported',
+        ),
+        (Step(call=("os:name",)), '"a" calls os:name, which is no function'),
     ],
 )
 def test_what_is_not_there_is_told_before_anything_moves(step: Step, why: str) -> None:

@@ -141,11 +141,11 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
 def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> Driving:
     """By which rules recordings drive; refuses a list that drives and cannot stop."""
     from voz.batch.driving import driving
-    from voz.language.files import read_commands
+    from voz.language.files import name_of_list, read_commands
     from voz.run.commands import begins_listening, check_list
 
     settings, commands = options.settings(), read_commands(language)
-    check_list(commands, settings.table, str(language.sentences))
+    check_list(commands, settings.table, name_of_list(language))
     listening = options.listening or not begins_listening(commands, settings.table)
     return driving(folder, settings, listening)
 

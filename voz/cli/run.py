@@ -41,7 +41,7 @@ def run(options: Running) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz.language.files import read_commands
+    from voz.language.files import name_of_list, read_commands
     from voz.process.quiet_libraries import quiet_libraries
     from voz.run.unblocked import unblocked_output
 
@@ -55,7 +55,7 @@ def run(options: Running) -> None:
         plan = _plan(options, settings)
         language = options.language(settings)
         commands = read_commands(language)
-        options.listening = _listening(options, settings, commands, str(language.sentences))
+        options.listening = _listening(options, settings, commands, name_of_list(language))
         _tell_what_does_nothing(commands, settings, plan)
         _tell_what_is_never_said(commands, settings)
         if options.live:

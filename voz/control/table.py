@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from difflib import get_close_matches
 from itertools import combinations
+from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
 from voz.control.steps import CommandDefinition, Step
@@ -11,6 +13,8 @@ from voz.errors import ConfigError
 
 Steps: TypeAlias = tuple[Step, ...]
 CommandDefinitions: TypeAlias = Mapping[str, CommandDefinition]
+Places: TypeAlias = Mapping[tuple[str, str], str]
+"""Where commands are defined, as `FILE:LINE`, by their state and name."""
 
 USUAL = ""
 """The set of commands that a run begins with."""
@@ -32,12 +36,14 @@ class CommandTable(NamedTuple):
         stops: the commands that do nothing but stop; they work always, in every state.
         halts: the commands that leave the robot at rest: those, and what ends the listening.
         starts: the commands that begin the listening.
+        places: where the user defined them.
     """
 
     sets: Mapping[str, Mapping[str, Steps]]
     stops: frozenset[str]
     halts: frozenset[str]
     starts: frozenset[str]
+    places: Places = MappingProxyType({})
 
     def steps(self, name: str, state: str = USUAL) -> Steps | None:
         """Look up a command; what stops or listens is the same in every state.
@@ -70,7 +76,9 @@ class CommandTable(NamedTuple):
             if step.topic is not None and not is_selection(step):
                 kind = topics.setdefault(step.topic, type(step.publish))
                 if kind is not type(step.publish):
-                    raise _wrong(state, name, f"publishes another kind of value on {step.topic}")
+                    raise self.wrong(
+                        state, name, f"publishes another kind of value on {step.topic}"
+                    )
         return topics
 
     @property
@@ -79,30 +87,40 @@ class CommandTable(NamedTuple):
         said = (step.say for _, _, step in self.all_steps() if step.say and "{" not in step.say)
         return tuple(dict.fromkeys(said))
 
+    def wrong(self, state: str, name: str, why: str) -> ConfigError:
+        """Make the error of a command that cannot be, with the place where the user defined it."""
+        return _wrong(self.places, state, name, why)
+
 
 def command_table(
-    commands: CommandDefinitions, states: Mapping[str, CommandDefinitions]
+    commands: CommandDefinitions,
+    states: Mapping[str, CommandDefinitions],
+    places: Places = MappingProxyType({}),
 ) -> CommandTable:
     """Make the table, and refuse one with which the robot might not stop.
 
     Args:
         commands: `[commands]` of the settings, with those that voz brings.
         states: `[states.NAME]` of the settings.
+        places: where the user defined them.
 
     Raises:
-        ConfigError: it cannot be used; the message says which command and why.
+        ConfigError: it cannot be used; the message says which command, where, and why.
     """
     named = {USUAL: commands, **states}
     sets = {
-        state: {name: _resolved(name, own, state) for name in own} for state, own in named.items()
+        state: {name: _resolved(name, own, state, places) for name in own}
+        for state, own in named.items()
     }
     usual = sets[USUAL]
     stops = frozenset(name for name, steps in usual.items() if _only_stops(steps))
     ends = frozenset(name for name, steps in usual.items() if _only_listens(steps, False))
     starts = frozenset(name for name, steps in usual.items() if _only_listens(steps, True))
-    table = CommandTable(sets, stops, stops | ends, starts)
+    table = CommandTable(sets, stops, stops | ends, starts, places)
     if STOP not in stops:
-        raise _wrong(USUAL, STOP, "is given another meaning; it stops the robot, and nothing else")
+        raise table.wrong(
+            USUAL, STOP, "is given another meaning; it stops the robot, and nothing else"
+        )
     for state, own in sets.items():
         for name, steps in own.items():
             _check(table, state, name, steps)
@@ -148,14 +166,18 @@ def check_commands(
         )
 
 
-def _resolved(name: str, commands: CommandDefinitions, state: str) -> Steps:
+def _resolved(name: str, commands: CommandDefinitions, state: str, places: Places) -> Steps:
     """Follow a command that is another word for one, to its steps."""
     seen = [name]
     while isinstance(command := commands[seen[-1]], str):
         if command not in commands:
-            raise _wrong(state, name, f'is to do the same as "{command}", which is no command here')
+            near = get_close_matches(command, commands, 1)
+            meant = f'; did you mean "{near[0]}"?' if near else ""
+            why = f'is to do the same as "{command}", which is no command here{meant}'
+            raise _wrong(places, state, name, why)
         if command in seen:
-            raise _wrong(state, name, f'is to do the same as "{command}", and that as this one')
+            why = f'is to do the same as "{command}", and that as this one'
+            raise _wrong(places, state, name, why)
         seen.append(command)
     return command if isinstance(command, tuple) else (command,)
 
@@ -175,32 +197,34 @@ def _only_listens(steps: Steps, listen: bool) -> bool:
 def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
     """Refuse a command that does not fit to the rest of the table."""
     if state != USUAL and (name in table.halts or name in table.starts):
-        raise _wrong(state, name, "stops or listens in all states, by [commands]")
+        raise table.wrong(state, name, "stops or listens in all states, by [commands]")
     slots = frozenset[str]().union(*(step.slots for step in steps))
     if name in table.halts and slots:
-        raise _wrong(state, name, f"stops, and must not hang on the slot {min(slots)}")
+        raise table.wrong(state, name, f"stops, and must not hang on the slot {min(slots)}")
     if any(step.listen is not None for step in steps) and name not in table.halts | table.starts:
-        raise _wrong(state, name, "begins or ends the listening, and can only say so besides")
+        raise table.wrong(state, name, "begins or ends the listening, and can only say so besides")
     for step in steps:
         if is_selection(step) and step.publish not in OBJECTS:
-            raise _wrong(
+            raise table.wrong(
                 state, name, f"selects an object; their numbers go to {max(OBJECTS)}, as ROS has it"
             )
         if step.state is not None and step.state not in table.sets:
-            raise _wrong(state, name, f'switches to "{step.state}", and there is no [states] of it')
+            raise table.wrong(
+                state, name, f'switches to "{step.state}", and there is no [states] of it'
+            )
     if any(step.confirm for step in steps) and not {True, False} <= _answers(table, state):
-        raise _wrong(
+        raise table.wrong(
             state, name, "asks first, and no command answers; add { answer = true } and = false }"
         )
     if any(step.confirm or step.again for step in steps[1:]):
-        raise _wrong(
+        raise table.wrong(
             state, name, "has `confirm` or `again` in its midst; they belong to the first step"
         )
     if len(steps) > 1 and any(step.answer is not None for step in steps):
-        raise _wrong(state, name, "answers, and can do nothing else but say so")
+        raise table.wrong(state, name, "answers, and can do nothing else but say so")
     for one, other in combinations(steps, 2):
         if one.sets_velocity and not one.bounded and (other.sets_velocity or other.stop):
-            raise _wrong(
+            raise table.wrong(
                 state, name, "goes on after a motion that does not end; add metres or seconds"
             )
 
@@ -209,6 +233,7 @@ def _answers(table: CommandTable, state: str) -> set[bool | None]:
     return {step.answer for where, _, step in table.all_steps() if where == state}
 
 
-def _wrong(state: str, name: str, why: str) -> ConfigError:
+def _wrong(places: Places, state: str, name: str, why: str) -> ConfigError:
+    place = f"{places[state, name]}: " if (state, name) in places else ""
     table = f"[states.{state}]" if state else "[commands]"
-    return ConfigError(f'{table} "{name}" {why}')
+    return ConfigError(f'{place}{table} "{name}" {why}')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -141,6 +142,19 @@ def _stored(files: LanguageFiles) -> Stored | None:
     if not files.templates.exists():
         return None
     return read_json(files.templates, Stored, LanguageError, AGAIN)
+
+
+def name_of_list(files: LanguageFiles) -> str:
+    """Name the list that language files were made from, as messages call it.
+
+    Raises:
+        LanguageError: the file with what templates were compiled to cannot be read.
+    """
+    if stored := _stored(files):
+        return os.path.normpath(files.folder / next(iter(stored.sources)))
+    if files.commands.is_file():
+        return str(files.commands)
+    return f"the list from which {files.folder} was made"
 
 
 def parse_sentences(text: str, path: Path, advice: str = AGAIN) -> list[str]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from voz.control.steps import Step
 from voz.control.table import CommandTable, check_commands
-from voz.errors import ConfigError
 from voz.language.templates.commands import Commands
 
 MOST_LOOKED_AT = 64
@@ -24,9 +22,13 @@ def check_list(commands: Commands, table: CommandTable, where: str) -> None:
     Raises:
         ConfigError: so it is.
     """
-    for _, name, step in table.all_steps():
+    for state, name, step in table.all_steps():
         if name in commands.names and step.slots:
-            _check_slots(commands, name, step, where)
+            known = _slots(commands, name)
+            if missing := step.slots - known:
+                have = f"it has {', '.join(sorted(known))}" if known else "it has none"
+                why = f"uses the slot {min(missing)}, which {where} does not give it; {have}"
+                raise table.wrong(state, name, why)
     stops = commands.named(table.stops, MOST_LOOKED_AT)
     after = {name for stop in stops for name in commands.going_on(stop)}
     check_commands(table, commands.names, after, where)
@@ -47,13 +49,7 @@ def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(named) if name not in commands.names]
 
 
-def _check_slots(commands: Commands, name: str, step: Step, where: str) -> None:
-    """Refuse a step with a slot that its command has in no sentence."""
+def _slots(commands: Commands, name: str) -> set[str]:
+    """Name the slots that a command has in some sentence."""
     parses = (commands.parse(text) for text in commands.named([name], MOST_LOOKED_AT))
-    known = {slot for parse in parses if parse for slot in parse.slots}
-    if missing := step.slots - known:
-        have = f"it has {', '.join(sorted(known))}" if known else "it has none"
-        raise ConfigError(
-            f'[commands] "{name}" uses the slot {min(missing)}, which {where} does not give it; '
-            f"{have}"
-        )
+    return {slot for parse in parses if parse for slot in parse.slots}

@@ -12,6 +12,9 @@ import subprocess
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from difflib import get_close_matches
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from voz.control.steps import SLOT
@@ -20,6 +23,7 @@ from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
 from voz.robot.mistakes import in_words, is_by_signal
 from voz.robot.own_code import imported
+from voz.speech.builtin_sounds import BuiltinSound
 
 MOST = 8
 """Programs and functions at once; more are not started."""
@@ -42,12 +46,13 @@ class Programs:
             wait: whether each is waited for: where recordings tell the time.
 
         Raises:
-            ConfigError: there is no such function or program.
+            ConfigError: there is no such function, program or sound.
         """
         self._tell = tell
         self._wait = wait
         self._functions = _functions(table)
         _check_programs(table)
+        _check_sounds(table)
         self._running: set[subprocess.Popen[bytes]] = set()
         self._places = threading.Semaphore(MOST)
         self._closed = False
@@ -134,31 +139,38 @@ def _kill(program: subprocess.Popen[bytes]) -> None:
 def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
     """Import the functions of a table."""
     functions: dict[str, Callable[..., Any]] = {}
-    for _, name, step in table.all_steps():
+    for state, name, step in table.all_steps():
         if step.call:
             target = str(step.call[0])
-            functions[target] = _imported(name, target)
+            functions[target] = _imported(target, partial(table.wrong, state, name))
     return functions
 
 
-def _imported(name: str, target: str) -> Callable[..., Any]:
+def _imported(target: str, wrong: Callable[[str], ConfigError]) -> Callable[..., Any]:
     try:
         found = imported(target)
     except (Exception, SystemExit) as error:
         if is_by_signal(error):
             raise
-        raise ConfigError(
-            f'[commands] "{name}": {target} cannot be imported ({in_words(error)})'
-        ) from error
+        raise wrong(f"calls {target}, which cannot be imported ({in_words(error)})") from error
     if not callable(found):
-        raise ConfigError(f'[commands] "{name}": {target} is no function')
+        raise wrong(f"calls {target}, which is no function")
     return found  # type: ignore[no-any-return]
 
 
 def _check_programs(table: CommandTable) -> None:
-    for _, name, step in table.all_steps():
+    for state, name, step in table.all_steps():
         program = step.run[0] if step.run else None
         if program and not SLOT.search(program) and not shutil.which(program):
-            raise ConfigError(
-                f'[commands] "{name}": there is no program {program}; give its path, or install it'
-            )
+            why = f"runs {program}, and there is no such program; give its path, or install it"
+            raise table.wrong(state, name, why)
+
+
+def _check_sounds(table: CommandTable) -> None:
+    builtin = [sound.title for sound in BuiltinSound]
+    for state, name, step in table.all_steps():
+        sound = step.play
+        if sound and not SLOT.search(sound) and sound not in builtin and not Path(sound).is_file():
+            near = get_close_matches(sound, builtin, 1)
+            meant = f"did you mean {near[0]}?" if near else "`voz sound --list` shows the others"
+            raise table.wrong(state, name, f"plays {sound}, and there is no such file; {meant}")

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 from voz.control.table import CommandTable
-from voz.language.files import LanguageFiles
+from voz.language.files import LanguageFiles, name_of_list
 from voz.recognition.recognizer import Recognizer
 from voz.robot.mistakes import reason
 from voz.run.commands import check_list
@@ -53,9 +53,9 @@ def renewing(
 
 
 def _renew(recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]) -> None:
-    where = str(recognizer.files.sentences)
+    files = recognizer.files
     try:
-        recognizer.reload(lambda commands: check_list(commands, table, where))
+        recognizer.reload(lambda commands: check_list(commands, table, name_of_list(files)))
     except Exception as error:  # whatever it is, the next list may be taken
         tell(f"the new commands are not taken: {reason(error)}", False)
     else:

@@ -150,7 +150,8 @@ def name_of_list(files: LanguageFiles) -> str:
     Raises:
         LanguageError: the file with what templates were compiled to cannot be read.
     """
-    if stored := _stored(files):
+    stored = _stored(files)
+    if stored and stored.sources:  # the list is the first of them
         return os.path.normpath(files.folder / next(iter(stored.sources)))
     if files.commands.is_file():
         return str(files.commands)

@@ -54,12 +54,16 @@ class Decoding(Recognising):
         typer.Option(
             metavar="S",
             min=0.1,
+            max=1e6,
             callback=finite,
             help="For each file; else a minute and its length.",
         ),
     ] = None
     memory_limit: Annotated[
-        int, typer.Option(metavar="MB", min=10, help="What a file may need in a worker.")
+        int,
+        typer.Option(
+            metavar="MB", min=10, max=1_000_000_000, help="What a file may need in a worker."
+        ),
     ] = 2000
     shard: Annotated[
         str | None,

@@ -49,6 +49,8 @@ def test_what_a_function_gets_is_what_the_file_says(tmp_path: Path) -> None:
         ("[recognition]\nsearch = 'magic'", "search"),
         ("safety = 3", "safety"),
         ("[ros2]\ncmd_vel = '2nd/cmd_vel'", "cmd_vel"),
+        ('[ros1]\ncmd_vel = "cmd_vel\\n"', "cmd_vel"),
+        ("[ros1]\nnode = 'españa'", "node"),
         ("[ros2]\ncmd_vel = 'cmd vel'", "cmd_vel"),
         ("[ros2]\nnamespace = 'robot1/'", "namespace"),
         ("[ros2]\ndomain = 233", "domain"),

@@ -14,7 +14,7 @@ AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
 Pause = Annotated[float, msgspec.Meta(ge=0.03, le=1)]
 Alarms = Annotated[float, msgspec.Meta(gt=0, le=1e4)]
 Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
-RosName = Annotated[str, msgspec.Meta(pattern=r"^[/~]?[A-Za-z]\w*(/\w+)*$")]
+RosName = Annotated[str, msgspec.Meta(pattern=r"^[/~]?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*\Z")]
 ROS_NAME = r"/?[a-zA-Z_][a-zA-Z0-9_]*(/[a-zA-Z_][a-zA-Z0-9_]*)*"
 TopicName = Annotated[str, msgspec.Meta(pattern=rf"^{ROS_NAME}\Z")]
 Namespace = Annotated[str, msgspec.Meta(pattern=rf"^({ROS_NAME})?\Z")]

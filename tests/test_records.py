@@ -160,6 +160,8 @@ def test_every_record_with_limits_is_among_them() -> None:
         (lambda: voz.BuiltinSound(9), "there is no built-in sound 9; give 1 to 5"),
         (lambda: voz.Controller([], 0.3), "`safety` is a float; give a Safety"),  # type: ignore[arg-type]
         (lambda: voz.Controller([], Safety(), "yes"), "`listening` is a str; give a bool"),  # type: ignore[arg-type]
+        (lambda: voz.SoundClient(voice=3), "`voice` is a int; give a str"),  # type: ignore[arg-type]
+        (lambda: voz.SoundClient(blocking="no"), "`blocking` is a str; give a bool"),  # type: ignore[arg-type]
         (lambda: voz.load(settings=0.3), "`settings` is a float; give a Recognition"),  # type: ignore[arg-type]
         (lambda: voz.load(profile=3), "`profile` is a int; give a str"),  # type: ignore[arg-type]
     ],
@@ -188,7 +190,7 @@ def test_no_limit_lets_a_robot_drive_faster_or_the_other_way(limit: Any, velocit
         return
     for step in (Step(drive=velocity), Step(turn=velocity)):
         driven = secured(step, Motion(), moved(Motion(), step), safety).velocities()
-        assert all(abs(v) <= limit and v * velocity >= 0 for v in driven)
+        assert all(abs(v) <= limit + 1e-9 and v * velocity >= 0 for v in driven)
 
 
 def toml(value: object) -> str:

@@ -18,6 +18,7 @@ from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import RATE, from_first_audible
 from voz.errors import AudioError, SpeechError, VozError
+from voz.records import check_is_a
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
 from voz.speech.espeak import PREFIX
 from voz.speech.festival import check_known, speakable
@@ -62,6 +63,9 @@ class SoundClient:
         voice: who speaks if nobody else is named, one of `voz.speech.festival.VOICES`.
         blocking: whether `play`, `play_wave` and `say` wait until the sound has ended.
         warn: called with a warning's line, from any thread.
+
+    Raises:
+        ConfigError: an argument is something else.
     """
 
     def __init__(
@@ -70,6 +74,8 @@ class SoundClient:
         blocking: bool = False,
         warn: Callable[[str], None] = _log.warning,
     ) -> None:
+        check_is_a(str, voice, "voice")
+        check_is_a(bool, blocking, "blocking")
         self._voice = voice
         self._blocking = blocking
         self._warn = warn

@@ -27,6 +27,7 @@ from voz.settings import (
     SpokenLanguage,
 )
 from voz.simulation.settings import Simulator
+from voz.toml_lines import lines_of_commands
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -171,11 +172,13 @@ def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
     """
     states = settings.get("states", {})
     tables = {USUAL: settings.get("commands", {}), **(states if isinstance(states, dict) else {})}
+    lines = lines_of_commands(text)
     places: dict[tuple[str, str], str] = {}
     for state, commands in tables.items():
         table = f"states.{state}" if state else "commands"
         for name, command in commands.items() if isinstance(commands, dict) else ():
-            places[state, name] = where = f"{path}{_line_of(table, name, text)}"
+            line = f":{lines[state, name]}" if (state, name) in lines else ""
+            places[state, name] = where = f"{path}{line}"
             try:
                 msgspec.convert(command, CommandDefinition)
             except msgspec.ValidationError as error:
@@ -184,15 +187,6 @@ def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
                 why += f"; {advice}" if "unknown field" in why else ""
                 raise ConfigError(f'{where}: [{table}] "{name}": {why}') from error
     return places
-
-
-def _line_of(table: str, name: str, text: str) -> str:
-    """Find where a command stands; empty if it is written in an unusual way."""
-    header = re.search(rf"^\s*\[{re.escape(table)}\s*\]", text, re.MULTILINE)
-    quoted = rf"""["']?{re.escape(name)}["']?"""
-    line = re.compile(rf"^\s*({quoted}\s*[.=]|\[+[^\n]*{quoted}\s*\])", re.MULTILINE)
-    found = (header and line.search(text, header.end())) or line.search(text)
-    return f":{text.count(chr(10), 0, found.end()) + 1}" if found else ""
 
 
 def overridden(

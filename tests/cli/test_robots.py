@@ -334,6 +334,22 @@ def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Seri
     assert serial_robot.read_text().splitlines()[-1] == "0.00 0.00"
 
 
+def test_two_runs_never_drive_by_one_serial_port(serial_robot: SerialPort, typed: Path) -> None:
+    with driven_by_text(serial_robot) as process:
+        other = in_process(
+            "run", "--text", typed, "--no-sound", "--robot", "serial_robot:SerialRobot"
+        )
+        assert f"{serial_robot.name} is in use by process " in other.complaint
+        assert "--robot serial_robot:SerialRobot): end that, or name another" in other.complaint
+        type_line(process, "stop")
+        wait_for(lambda: serial_robot.read_text().endswith("0.00 0.00\n"), process)
+        after = serial_robot.read_text().rpartition("0.10 0.00\n")[2]
+        assert set(after.splitlines()) == {"0.00 0.00"}
+    # That one was killed just now; its robot's process goes on for a moment.
+    again = in_process("run", "--text", typed, "--no-sound", "--robot", "serial_robot:SerialRobot")
+    assert (again.code, again.err) == (0, "")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", [[], ["--realtime"]])
 def test_a_terminal_shows_the_room(arguments: list[str], typed: Path) -> None:

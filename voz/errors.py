@@ -6,6 +6,7 @@
     ├── LanguageError    the generated language files are missing or broken
     ├── AudioError       a recording or a sound device cannot be read or opened
     ├── SpeechError      a text cannot be spoken
+    ├── RecognizerBusyError  a signal handler calls a recognizer amid another call
     ├── ServiceError     the system does not run voz as a service
     └── RobotError       a robot cannot be reached
         └── RobotMistake its own code raised something
@@ -53,6 +54,10 @@ class AudioError(VozError):
 
 class SpeechError(VozError):
     """A text cannot be turned into speech."""
+
+
+class RecognizerBusyError(VozError):
+    """A recognizer is called by a signal handler amid another call, which cannot go on by that."""
 
 
 class ServiceError(VozError):

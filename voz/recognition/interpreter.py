@@ -37,6 +37,7 @@ from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
 from voz.recognition.thresholds import needed
+from voz.recognition.turns import Turns
 from voz.settings import Recognition
 
 DECODER_FRAME = 160
@@ -77,7 +78,7 @@ class Hypothesis(NamedTuple):
 
 
 class Interpreter:
-    """Finds what was said in stretches of speech; made once, used for many.
+    """Finds what was said in stretches of speech; made once, used for many, on any thread.
 
     Attributes:
         learnt: what is known of the microphone and the speaker; it changes only while learning.
@@ -112,21 +113,20 @@ class Interpreter:
         self._needed = needed(self.model, settings)
         self._never_missed = frozenset(settings.never_missed)
         self._voice = voice_detector()
+        self._turns = Turns()  # pocketsphinx decodes one utterance at a time
 
     def accept_by(self, settings: Recognition) -> None:
         """Accept by other settings from now on; any thread may ask for it."""
         self._needed = needed(self.model, settings)
 
-    def understand(self, segment: Segment, learnt: StartVector | None = None) -> Hypothesis:
-        """Find the sentence of a segment, and how likely it is that it was said.
+    def understand(self, segment: Segment) -> Hypothesis:
+        """Find the sentence of a segment, and how likely it is that it was said."""
+        with self._turns:
+            return self._understand(segment, self.learnt)
 
-        Args:
-            segment: the stretch of speech.
-            learnt: in place of what is known of the microphone and the speaker.
-        """
+    def _understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
         if segment.end - segment.start > self.longest:
             return Hypothesis(segment, "")  # no command, and it would take long to find that out
-        learnt = self.learnt if learnt is None else learnt
         sound = cleaned(segment.samples)
         start = learnt.moved(mean_start(sound))
         text = self._decoder.decode(sound, start) if self._decoder else ""
@@ -154,19 +154,25 @@ class Interpreter:
         Args:
             so_far: what stands out of the room, up to now, 16 kHz.
         """
-        return self._spotter.spot(so_far) if self._spotter else None
+        if self._spotter is None:
+            return None
+        with self._turns:
+            return self._spotter.spot(so_far)
 
     def learn(self, heard: Hypothesis) -> None:
         """Learn from an utterance, or doubt what was learnt if it is understood only without.
 
         Nothing happens unless it was made to learn.
         """
-        if self._aligner is None:
-            return
+        if self._aligner:
+            with self._turns:
+                self._learn(heard, self._aligner)
+
+    def _learn(self, heard: Hypothesis, aligner: Aligner) -> None:
         if teaches(heard.values, heard.trust):
             sound = cleaned(heard.segment.samples)
             start = mean_start(sound)
-            observed = self._aligner.observe(sound, heard.text, start, self.learnt)
+            observed = aligner.observe(sound, heard.text, start, self.learnt)
             if observed:
                 self.learnt = self.learnt.updated(observed)
         elif self.learnt.frames and self._teaches_without(heard.segment):
@@ -176,7 +182,7 @@ class Interpreter:
 
     def _teaches_without(self, segment: Segment) -> bool:
         """Tell whether it could be learnt from, had nothing been learnt yet."""
-        heard = self.understand(segment, StartVector())
+        heard = self._understand(segment, StartVector())
         return teaches(heard.values, heard.trust)
 
     def _voice_in(self, samples: Samples, evidence: Evidence) -> float:

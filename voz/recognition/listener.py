@@ -7,6 +7,7 @@ import numpy.typing as npt
 from voz.audio.capture.arrays import Converter
 from voz.events import Partial, Utterance
 from voz.recognition.stream import Stream
+from voz.recognition.turns import Turns
 
 
 class Listener:
@@ -21,6 +22,7 @@ class Listener:
         """
         self._stream = stream
         self._converter = Converter(rate)
+        self._turns = Turns()
 
     def feed(self, array: npt.ArrayLike) -> list[Utterance | Partial]:
         """Take the next sound.
@@ -34,9 +36,11 @@ class Listener:
         Raises:
             AudioError: it is something else, or the stream was ended.
         """
-        return list(self._stream.feed(self._converter.feed(array)))
+        with self._turns:
+            return list(self._stream.feed(self._converter.feed(array)))
 
     def finish(self) -> list[Utterance | Partial]:
         """End the stream; returns what was still open."""
-        last = self._stream.feed(self._converter.finish())
-        return [*last, *self._stream.finish()]
+        with self._turns:
+            last = self._stream.feed(self._converter.finish())
+            return [*last, *self._stream.finish()]

@@ -59,6 +59,10 @@ class Candidate(NamedTuple):
 class Recognizer:
     """Finds the utterances in streams of audio; made once, used for many.
 
+    Any thread may call it: the calls take turns, stretch of speech by stretch of speech, and each
+    hears what it would hear alone. A signal handler that interrupts one of them may not, and gets
+    a `RecognizerBusyError`.
+
     Attributes:
         files: the language files.
     """

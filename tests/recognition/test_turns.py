@@ -1,0 +1,121 @@
+"""One recognizer, called by several threads."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from threading import Barrier, BrokenBarrierError, Thread
+
+import numpy as np
+import pytest
+from recordings import Recording
+
+from voz.audio import Samples
+from voz.audio.capture.files import read_blocks
+from voz.errors import RecognizerBusyError
+from voz.events import Utterance
+from voz.recognition import interpreter
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.turns import Turns
+
+
+@pytest.fixture(scope="module")
+def sounds(recordings: list[Recording]) -> list[Samples]:
+    clips = [r for r in recordings if r.kind == "command"][::60]
+    return [np.concatenate(list(read_blocks(r.path))) for r in clips]
+
+
+def test_threads_that_decode_hear_what_each_would_hear_alone(
+    recognizer: Recognizer, sounds: list[Samples]
+) -> None:
+    alone = [recognizer.decode(sound, 16000) for sound in sounds]
+    assert any(alone)
+    together = Barrier(4)
+
+    def decode_all(_: int) -> list[list[Utterance]]:
+        together.wait()
+        return [recognizer.decode(sound, 16000) for sound in sounds]
+
+    with ThreadPoolExecutor(4) as threads:
+        for heard in threads.map(decode_all, range(4)):
+            assert heard == alone
+
+
+def test_a_stream_and_a_generator_do_not_keep_others_waiting(
+    recognizer: Recognizer, session: Recording, sounds: list[Samples]
+) -> None:
+    def halves(sound: Samples) -> Iterator[Samples]:
+        yield sound[: len(sound) // 2]
+        # In the midst of the recording, as its next block is asked for.
+        between.extend(recognizer.decode(sounds[0], 16000))
+        yield sound[len(sound) // 2 :]
+
+    alone = [*recognizer.utterances(read_blocks(session.path), "")]
+    between: list[Utterance] = []
+    generator = recognizer.utterances(halves(session.samples()), "")
+    heard = [*islice(generator, 1)]
+    listener = recognizer.listen(16000)
+    listener.feed(sounds[0])
+    other = Thread(target=lambda: between.extend(recognizer.decode(sounds[0], 16000)))
+    other.start()
+    other.join()
+    listener.finish()
+    heard += generator
+    assert [u.text for u in heard] == [u.text for u in alone]
+    assert between == recognizer.decode(sounds[0], 16000) * 2
+
+
+def test_threads_that_feed_one_stream_take_turns(recognizer: Recognizer) -> None:
+    met: list[bool] = []
+
+    class Sound:
+        together = Barrier(2)
+
+        def __array__(self, *_: object, **__: object) -> Samples:
+            try:
+                self.together.wait(0.2)
+                met.append(True)
+            except BrokenBarrierError:
+                met.append(False)
+            return np.zeros(1600, np.int16)
+
+    listener = recognizer.listen(16000)
+    with ThreadPoolExecutor(2) as threads:
+        assert [*threads.map(listener.feed, [Sound(), Sound()])] == [[], []]
+    assert met == [False, False]
+
+
+def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
+    recognizer: Recognizer, sounds: list[Samples], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cleaned = interpreter.cleaned
+    refused: list[str] = []
+
+    def interrupted(samples: Samples) -> Samples:
+        signal.raise_signal(signal.SIGUSR1)
+        return cleaned(samples)
+
+    def handler(*_: object) -> None:
+        with pytest.raises(RecognizerBusyError) as raised:
+            recognizer.decode(sounds[0], 16000)
+        refused.append(str(raised.value))
+
+    before = signal.signal(signal.SIGUSR1, handler)
+    monkeypatch.setattr(interpreter, "cleaned", interrupted)
+    try:
+        heard = recognizer.decode(sounds[0], 16000)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    monkeypatch.undo()
+    assert refused[0].startswith("a signal handler calls the recognizer")
+    assert heard == recognizer.decode(sounds[0], 16000)
+
+
+def test_what_was_refused_lets_the_next_call_in() -> None:
+    turns = Turns()
+    with turns, pytest.raises(RecognizerBusyError), turns:
+        raise AssertionError
+    with turns:
+        pass

@@ -1,0 +1,33 @@
+"""Lets the calls of several threads take turns."""
+
+from __future__ import annotations
+
+from threading import RLock
+
+from voz.errors import RecognizerBusyError
+
+
+class Turns:
+    """One call at a time, in a `with` block; those of other threads wait for it.
+
+    A call of the same thread would wait for ever: a signal handler has interrupted the first one.
+    """
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+        self._taken = False
+
+    def __enter__(self) -> None:
+        """Wait for the other threads; raises RecognizerBusyError instead of waiting for itself."""
+        self._lock.acquire()
+        if self._taken:
+            self._lock.release()
+            raise RecognizerBusyError(
+                "a signal handler calls the recognizer in the midst of another call; let it set a "
+                "flag, and call the recognizer where that is looked at"
+            )
+        self._taken = True
+
+    def __exit__(self, *_: object) -> None:
+        self._taken = False
+        self._lock.release()

@@ -108,10 +108,10 @@ def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
     angle: str, turning: Recognizer, tmp_path: Path
 ) -> None:
     text = f"turn left {angle} degrees"
-    clear = turning.decode(said(text, tmp_path, -40))[-1]
+    clear = turning.decode(said(text, tmp_path, -40), SAMPLE_RATE)[-1]
     assert (clear.text, clear.accepted) == (text, True)
     for noise in (-6, -5, -4, -3):
-        heard = turning.decode(said(text, tmp_path, noise))[-1]
+        heard = turning.decode(said(text, tmp_path, noise), SAMPLE_RATE)[-1]
         assert not heard.accepted
         assert heard.reason == "unsure_between"
         assert heard.between

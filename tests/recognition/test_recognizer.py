@@ -72,6 +72,14 @@ def test_times_are_within_the_recording_and_in_order(
     assert {u.source for u in heard} == {"session.wav"}
 
 
+def test_an_array_without_its_rate_is_taken_for_no_rate(recognizer: Recognizer) -> None:
+    told = "an array does not hold its sample rate; give it, as in rate=44100"
+    with pytest.raises(AudioError, match=told):
+        recognizer.decode(np.zeros(44100, np.int16))
+    with pytest.raises(AudioError, match=told):
+        recognizer.listen()
+
+
 def test_silence_gives_no_utterance(recognizer: Recognizer) -> None:
     silence = [np.zeros(16000, np.int16)] * 3
     assert list(recognizer.utterances(silence, "silence")) == []

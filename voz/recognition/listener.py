@@ -13,7 +13,7 @@ from voz.recognition.turns import Turns
 class Listener:
     """Hears a stream of sound in arrays; `Recognizer.listen` makes one."""
 
-    def __init__(self, stream: Stream, rate: float) -> None:
+    def __init__(self, stream: Stream, rate: float | None) -> None:
         """Begin to listen; errors are those of `Converter`.
 
         Args:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy.typing as npt
 from msgspec.structs import replace
 
-from voz.audio import SAMPLE_RATE, Samples
+from voz.audio import Samples
 from voz.audio.capture.arrays import converted
 from voz.audio.endpointing.segment import Segment, follow_closely, through
 from voz.audio.endpointing.segmenter import Segmenter, Voices
@@ -155,29 +155,29 @@ class Recognizer:
         """
         return Stream(self._interpreter, source, self._early, spotting, voices)
 
-    def listen(self, rate: float = SAMPLE_RATE) -> Listener:
+    def listen(self, rate: float | None = None) -> Listener:
         """Begin to listen to a stream of arrays.
 
         Args:
-            rate: of the arrays, Hz.
+            rate: of the arrays, Hz; must be given.
 
         Raises:
-            AudioError: there is no speech in sound of that rate.
+            AudioError: no rate is given, or there is no speech in sound of that rate.
         """
         return Listener(self.stream(ARRAY), rate)
 
-    def decode(self, array: npt.ArrayLike, rate: float = SAMPLE_RATE) -> list[Utterance]:
+    def decode(self, array: npt.ArrayLike, rate: float | None = None) -> list[Utterance]:
         """Recognise a whole recording in an array.
 
         Args:
             array: samples, or samples x channels: int16, or floats from -1 to 1.
-            rate: of the samples, Hz.
+            rate: of the samples, Hz; must be given.
 
         Returns:
             Each stretch of speech in it, in the order of time.
 
         Raises:
-            AudioError: the array holds something else.
+            AudioError: no rate is given, or the array holds something else.
         """
         return list(self.utterances([converted(array, rate)], ARRAY))
 

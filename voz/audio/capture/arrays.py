@@ -22,15 +22,17 @@ LOUDEST = 4.0
 class Converter:
     """Turns a stream of arrays into `Samples`, block by block."""
 
-    def __init__(self, rate: float) -> None:
+    def __init__(self, rate: float | None) -> None:
         """Start a stream.
 
         Args:
             rate: of all its arrays, Hz.
 
         Raises:
-            AudioError: there is no speech in sound of that rate.
+            AudioError: no rate is given, or there is no speech in sound of that rate.
         """
+        if rate is None:
+            raise AudioError("an array does not hold its sample rate; give it, as in rate=44100")
         if not _is_usable(rate):
             raise AudioError(
                 f"a sample rate of {rate!r} Hz is not usable; give one from {LOWEST_RATE} to "
@@ -63,7 +65,7 @@ class Converter:
         return self._resampler.finish()
 
 
-def converted(array: npt.ArrayLike, rate: float) -> Samples:
+def converted(array: npt.ArrayLike, rate: float | None) -> Samples:
     """Turn a whole recording into `Samples`; arguments and errors are those of `Converter`."""
     converter = Converter(rate)
     return np.concatenate([converter.feed(array), converter.finish()])

@@ -72,6 +72,11 @@ def build(
     return BuildResult(len(given.commands), len(given.entries), warnings, paths)
 
 
+def write(given: Given, out: Path) -> None:
+    """Write all language files of a list into a folder; raises LanguageError if that fails."""
+    _write(_contents(given, out), out)
+
+
 def check(commands: Path, out: Path, given: Given | None = None) -> list[str]:
     """Compare the files in a folder with what would be generated, and write nothing.
 

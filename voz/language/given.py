@@ -5,7 +5,7 @@ An edge: it reads files.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,7 +14,7 @@ from voz.errors import CommandsError
 from voz.files import read_bytes
 from voz.language import alike
 from voz.language.alike_picture import MOST_PICTURED, draw
-from voz.language.commands import MAX_BYTES, check_english, parse_commands
+from voz.language.commands import MAX_BYTES, CommandList, check_english, parse_commands
 from voz.language.confusion import AlikePair, sound_alike
 from voz.language.dictionaries import pronounce_by
 from voz.language.distinct import distinct
@@ -31,10 +31,17 @@ from voz.language.spoken import Spoken
 from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.compiling import Compiled
 from voz.language.templates.compiling import compiled as compile_templates
+from voz.language.templates.expression import wrong
 from voz.language.templates.loading import is_templates, read_templates
+from voz.language.templates.sentences import has_templates, parse_templates
+from voz.language.templates.source import TemplateSource
 
 if TYPE_CHECKING:
     from voz.language.languages import OtherLanguage
+
+
+IN_NO_FILE = "the list of commands"
+"""What messages call a list that is in no file."""
 
 
 class Given(NamedTuple):
@@ -74,19 +81,47 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> Given:
     """
     data = _read_text(commands)
     if is_templates(commands, data):
-        return _read_templates(commands, language)
-    parsed = parse_commands(data, str(commands))
+        source, read = read_templates(commands)
+        return _of_templates(source, read, commands.parent, language)
+    return _of_sentences(parse_commands(data, str(commands)), commands.parent, language)
+
+
+def list_of(lines: Iterable[str]) -> Given:
+    """Read the lines of a command list in English that is in no file.
+
+    Args:
+        lines: sentences or templates, in voz's notation.
+
+    Raises:
+        CommandsError: they cannot be used.
+    """
+    data = "\n".join(lines).encode(errors="surrogatepass")
+    if not has_templates(data):
+        return _of_sentences(parse_commands(data, IN_NO_FILE))
+    source = parse_templates(data, IN_NO_FILE)
+    for name, place in source.imports:
+        raise wrong(place, f"only a file imports others; put the lines of {name} here")
+    return _of_templates(source, {})
+
+
+def _of_sentences(
+    parsed: CommandList, folder: Path | None = None, language: OtherLanguage | None = None
+) -> Given:
     known, places = plain_commands(parsed.sentences), parsed.places()
-    entries, spoken = _pronounced(commands, places, language), language and language.spoken
+    entries, spoken = _pronounced(folder, places, language), language and language.spoken
     return Given(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
-def _read_templates(commands: Path, language: OtherLanguage | None) -> Given:
-    source, read = read_templates(commands)
+def _of_templates(
+    source: TemplateSource,
+    read: Mapping[Path, bytes],
+    folder: Path | None = None,
+    language: OtherLanguage | None = None,
+) -> Given:
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
-    entries, spoken = _pronounced(commands, places, language), language and language.spoken
+    entries, spoken = _pronounced(folder, places, language), language and language.spoken
     return Given(
         source.name, compiled.commands, entries, places, compiled.warnings, compiled, spoken, read
     )
@@ -141,12 +176,12 @@ def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> Non
 
 
 def _pronounced(
-    commands: Path, places: Mapping[str, str], language: OtherLanguage | None
+    folder: Path | None, places: Mapping[str, str], language: OtherLanguage | None
 ) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced."""
-    own = commands.parent / PRONUNCIATIONS
+    """Find out how words are pronounced; a file in the folder may say it."""
+    own = folder / PRONUNCIATIONS if folder else None
     phones = language.spoken.phones if language else None
-    user = parse_pronunciations(_read_text(own), str(own), phones) if own.exists() else {}
+    user = parse_pronunciations(_read_text(own), str(own), phones) if own and own.exists() else {}
     if language:
         return pronounce_by(places, user, language.dictionary, language.rules)
     check_english(places)

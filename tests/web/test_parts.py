@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from voz.events import Twist, Utterance, Warning
 from voz.web.board import REMEMBERED, Board, encoded
 from voz.web.doors import MOST_SESSIONS, Doors, new_token
-from voz.web.limits import Limit
+from voz.web.limits import Limit, LimitOfEach
 from voz.web.picture import ReckonedPicture
 from voz.web.sound import HEADER, MOST_SAMPLES, PageClock, read_block
 from voz.web.watcher import MOST_WAITING, Watcher
@@ -29,6 +29,15 @@ def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
         now += pause
         through += limit.allows(now)
         assert through <= 5 + 2 * now + 1e-6
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 10)), max_size=200))
+def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None:
+    limits, now = LimitOfEach(2.0, 5.0), 0.0
+    own = {one: Limit(2.0, 5.0) for one in "abc"}
+    for one, pause in asked:
+        now += pause
+        assert limits.allows(one, now) == own[one].allows(now)
 
 
 # Who drives
@@ -219,6 +228,7 @@ def test_the_token_is_changed_for_a_session() -> None:
     assert doors.knows([(b"cookie", f"a=b; voz-1={session}".encode())])
     assert not doors.knows([(b"cookie", f"voz-2={session}".encode())])
     assert not doors.knows([(b"cookie", f"voz-1={token}".encode())])
+    assert not doors.knows([(b"cookie", f"voz-1=a; voz-1={session}".encode())])
     assert doors.knows([(b"authorization", f"Bearer {token}".encode())])
     for _ in range(MOST_SESSIONS):
         doors.enter(token)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import socket
 import ssl
 import stat
@@ -19,7 +20,7 @@ import numpy as np
 import pytest
 from calls import in_process
 from live_robot import moves, rests, warns
-from operator_page import Page, PageRobot, heard, opened, page_robot, room_noise, with_noise
+from operator_page import Page, PageRobot, heard, opened, page_robot, room_noise, told, with_noise
 from programs import wait_until
 from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -347,6 +348,29 @@ def test_a_flood_leaves_the_beat_and_the_stop_alone(robot: PageRobot) -> None:
     time.sleep(1.0)  # the limits let one in again
     assert robot.api.post("/api/stop").json()["stopped"]
     assert robot.state["now"]["linear"] == 0
+
+
+@pytest.mark.parametrize(
+    ("begin", "frame"),
+    [
+        (b"", b"\x89\xfd" + bytes(4) + b"x" * 125),
+        (b"", b"\x8a\x80" + bytes(4)),
+        (b"\x01\x80" + bytes(4), b"\x00\x80" + bytes(4)),
+    ],
+    ids=["pings", "pongs", "parts of a message"],
+)
+def test_a_page_that_sends_frames_without_end_is_let_go(
+    robot: PageRobot, begin: bytes, frame: bytes
+) -> None:
+    def flood(size: int) -> None:
+        with socket.socket(fileno=os.dup(page.socket.fileno())) as bare:
+            bare.sendall(begin)
+            for _ in range(size // (1000 * len(frame))):
+                bare.sendall(frame * 1000)
+
+    with told(robot) as page, pytest.raises(ConnectionError):
+        flood(20_000_000)
+    robot.drives("go forward")
 
 
 def test_more_pages_than_it_serves_are_turned_away(robot: PageRobot) -> None:

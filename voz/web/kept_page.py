@@ -44,6 +44,6 @@ def show_session(site: Site, session: Record) -> None:
 
     routes = [Route("/", index), Route("/api/session", all_of_it)]
     app = Starlette(routes=[*routes, Mount("/page", StaticFiles(directory=FILES))])
-    with serving(Guard(app, site.doors), site.at, site.tls, list, fail):
+    with serving(Guard(app, site.doors, site.at), site.at, site.tls, list, fail):
         failed.wait()
     raise ConfigError(f"{reasons[0]}; start it anew")

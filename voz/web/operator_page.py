@@ -123,7 +123,8 @@ class OperatorPage:
         api = Api(desk, self._site.doors, look, about, parts.settings)
         tuning = TuningApi(desk, marking, dial, self._sounding, parts.settings.speech.voice)
         routes = [*api.routes(), *tuning.routes()]
-        app = Guard(application(routes, self._site.authority), self._site.doors)
+        pages = application(routes, self._site.authority)
+        app = Guard(pages, self._site.doors, self._site.at)
         work = partial(telling, desk, self._feed, look, marking.news, self._site.renew)
         with serving(app, self._site.at, self._site.tls, work, self._warn):
             yield ears

@@ -16,6 +16,8 @@ from voz.errors import ConfigError, VozError
 from voz.web.board import Record
 from voz.web.desk import Desk
 from voz.web.feed import Feed
+from voz.web.listener import ACCEPTED_AT_ONCE, Listener
+from voz.web.page_socket import PageSocket
 
 SHOWN_EVERY = 0.1
 """How often pages are told how things are, s."""
@@ -29,11 +31,14 @@ MOST_AT_ONCE = 64
 LARGEST_MESSAGE = 32_768
 """Of a WebSocket, bytes: a block of sound has 3 kB."""
 
+LARGEST_HEADER = 16_384
+"""Of a request that is not complete yet, bytes: cookies of other services may be in it."""
+
 CLOSING_TIME = 2.0
 """For the server to end, s; the robot is at rest by then."""
 
 
-def listening_socket(host: str, port: int) -> socket.socket:
+def listening_socket(host: str, port: int) -> Listener:
     """Take an address for the server, before anything moves.
 
     Args:
@@ -48,10 +53,10 @@ def listening_socket(host: str, port: int) -> socket.socket:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
         with ExitStack() as failing:
-            taken = failing.enter_context(socket.socket(family, kind, protocol))
+            taken = failing.enter_context(Listener(family, kind, protocol))
             taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             taken.bind(address)
-            taken.listen(128)
+            taken.listen(ACCEPTED_AT_ONCE)
             failing.pop_all()
     except OSError as error:
         reason = error.strerror or str(error)
@@ -65,7 +70,7 @@ def listening_socket(host: str, port: int) -> socket.socket:
 @contextmanager
 def serving(
     app: ASGIApp,
-    at: socket.socket,
+    at: Listener,
     tls: SSLContext | None,
     work: Callable[[], list[asyncio.Task[None]]],
     warn: Callable[[str], None],
@@ -80,10 +85,10 @@ def serving(
         warn: told if it fails; the run goes on without a page, and who drove by it is gone (S5).
     """
     config = uvicorn.Config(
-        app, ws="websockets-sansio", ws_max_size=LARGEST_MESSAGE, ws_max_queue=MOST_AT_ONCE,
+        app, http="h11", ws=PageSocket, ws_max_size=LARGEST_MESSAGE, ws_max_queue=MOST_AT_ONCE,
         ws_per_message_deflate=False, log_config=None, access_log=False, lifespan="off",
         proxy_headers=False, server_header=False, timeout_graceful_shutdown=1,
-        limit_concurrency=400,
+        backlog=ACCEPTED_AT_ONCE, h11_max_incomplete_event_size=LARGEST_HEADER,
     )  # fmt: skip
     config.load()
     config.ssl = tls
@@ -111,11 +116,11 @@ def serving(
 
 async def _serve(
     server: uvicorn.Server,
-    at: socket.socket,
+    at: Listener,
     work: Callable[[], list[asyncio.Task[None]]],
     started: threading.Event,
 ) -> None:
-    tasks = work()
+    tasks = [*work(), asyncio.create_task(at.close_late())]
     for task in tasks:  # they have no end; one that fails shall not leave a page that stands still
         task.add_done_callback(lambda _: setattr(server, "should_exit", True))
     started.set()

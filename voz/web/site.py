@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime, timezone
@@ -13,6 +12,7 @@ from typing import NamedTuple
 from voz.web.addresses import is_local, link, own_names, reached_at
 from voz.web.certificates import Certificates
 from voz.web.doors import Doors, new_token
+from voz.web.listener import Listener
 from voz.web.server import listening_socket
 
 PORT = 8737
@@ -30,7 +30,7 @@ class Site(NamedTuple):
         certificates: for HTTPS.
     """
 
-    at: socket.socket
+    at: Listener
     doors: Doors
     link: str
     host: str

@@ -373,6 +373,32 @@ def test_a_page_that_sends_frames_without_end_is_let_go(
     robot.drives("go forward")
 
 
+def test_the_stops_of_many_pages_do_not_hold_up_the_page_that_drives(robot: PageRobot) -> None:
+    with opened(robot) as driver, ExitStack() as stack:
+        driver.take_the_wheel()
+        pages = [stack.enter_context(opened(robot)) for _ in range(5)]
+        for number in range(100):
+            for page in pages:
+                page.send("stop", number=number + 1)
+        for page in pages:
+            page.wait_for(lambda record: record["type"] == "stop" and record["number"] == 100)
+        driver.send("drive")
+        told = []
+        driver.wait_for(lambda record: told.append(record["type"]) or record["type"] == "drive")
+    between = "".join("x" if t == "state" else "." for t in told if t in ("state", "utterance"))
+    assert ".." not in between
+
+
+def test_commands_of_pages_that_watch_use_up_none_of_the_page_that_drives(
+    robot: PageRobot,
+) -> None:
+    with opened(robot) as driver, opened(robot) as watcher:
+        driver.take_the_wheel()
+        for _ in range(30):
+            assert robot.command("go back", page=watcher.welcome["secret"]).status_code == 409
+        assert robot.command("go forward", page=driver.welcome["secret"]).json()["obeyed"]
+
+
 def test_more_pages_than_it_serves_are_turned_away(robot: PageRobot) -> None:
     with ExitStack() as pages:
         for _ in range(100):

@@ -22,7 +22,7 @@ from voz.config import Config
 from voz.web.answers import decoded, decoded_body, refused
 from voz.web.asking import NotDone
 from voz.web.board import Record, encoded
-from voz.web.desk import Desk, OvertakenError, TakenError
+from voz.web.desk import Desk, OvertakenError, TakenError, TooManyError
 from voz.web.diagnostics import bundle
 from voz.web.doors import Doors
 from voz.web.limits import Limit
@@ -45,9 +45,6 @@ FILES = Path(__file__).with_name("page")
 
 MESSAGES_EACH_SECOND, MESSAGES_AT_ONCE = 40.0, 200.0
 """Of one page, besides sound: it answers ten states a second."""
-
-COMMANDS_EACH_SECOND, COMMANDS_AT_ONCE = 5.0, 20.0
-"""Of all who drive by it."""
 
 LATE_EACH_SECOND = 2.0
 """How often a page is told that its sound is late."""
@@ -87,7 +84,6 @@ class Api:
         self._look = look
         self._about = about
         self._settings = settings
-        self._commands = Limit(COMMANDS_EACH_SECOND, COMMANDS_AT_ONCE)
 
     def routes(self) -> list[BaseRoute]:
         """All addresses under /api."""
@@ -129,14 +125,14 @@ class Api:
         command = await decoded_body(request, Command)
         if command is None:
             return refused(HTTPStatus.BAD_REQUEST, 'send JSON such as {"text": "go forward"}')
-        if not self._commands.allows(time.monotonic()):
-            return refused(HTTPStatus.TOO_MANY_REQUESTS, "too many commands at a time")
         try:
             utterance = await self._desk.command(command.text, command.page, command.stops)
         except TakenError:
             return refused(
                 HTTPStatus.CONFLICT, "another page drives, or none: take the wheel first"
             )
+        except TooManyError:
+            return refused(HTTPStatus.TOO_MANY_REQUESTS, "too many commands at a time")
         except OvertakenError:
             return refused(HTTPStatus.CONFLICT, "a stop came after it: give it again")
         except NotDone:

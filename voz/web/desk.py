@@ -9,17 +9,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
 
-from voz.events import Event, Utterance
-from voz.web.asking import Asking
+from voz.control.table import STOP
+from voz.events import Event, Utterance, Warning
+from voz.web.asking import BY_PAGE, PAGE, Asking
 from voz.web.board import Board, Record, encoded
 from voz.web.browser_microphone import BrowserMicrophone
 from voz.web.doors import same_secret
+from voz.web.limits import Limit
 from voz.web.watcher import Watcher
 from voz.web.wheel import Wheel
 
 MOST_PAGES = 100
 """At a time; more are turned away."""
 
+COMMANDS_EACH_SECOND, COMMANDS_AT_ONCE = 5.0, 20.0
+"""Of the page that drives, or of all programs while none does."""
 
 MOST_RECENT = 6000
 """Events that are kept for who asks what went wrong: ten minutes."""
@@ -27,6 +31,10 @@ MOST_RECENT = 6000
 
 class TakenError(Exception):
     """Another page drives."""
+
+
+class TooManyError(Exception):
+    """Whoever drives gives more commands than anybody can mean."""
 
 
 class OvertakenError(Exception):
@@ -68,6 +76,8 @@ class Desk:
         self._recent: deque[str] = deque(maxlen=MOST_RECENT)
         self._watchers: dict[int, Watcher] = {}
         self._numbers = count(1)
+        self._commands = Limit(COMMANDS_EACH_SECOND, COMMANDS_AT_ONCE)
+        self._reported_stops: set[type[Event]] = set()  # since the last state
 
     @property
     def full(self) -> bool:
@@ -99,8 +109,16 @@ class Desk:
         return list(self._recent)
 
     def take(self, event: Event) -> None:
-        """Tell all pages of an event."""
+        """Tell all pages of an event.
+
+        Of the stops that pages ask for, one between two states is reported: many at once would
+        make the page that drives too slow to follow.
+        """
         self._asking.take(event)
+        if _is_stop_by_page(event):
+            if type(event) in self._reported_stops:
+                return
+            self._reported_stops.add(type(event))
         self._recent.append(self.tell(self._board.take(event)))
 
     def tell(self, record: Record) -> str:
@@ -112,6 +130,7 @@ class Desk:
 
     def show(self, state: Record) -> None:
         """Tell all pages how things are, and look whether the one that drives is still there."""
+        self._reported_stops.clear()
         self._wheel.vacated(time.monotonic())
         record = encoded({"type": "state", **state, **self.pages})
         for watcher in self._watchers.values():
@@ -178,12 +197,15 @@ class Desk:
 
         Raises:
             TakenError: another page drives.
+            TooManyError: there were too many before it.
             OvertakenError: the page has asked for a stop since.
             NotDone: the control loop did not answer.
         """
         page = self.page_of(secret) if secret else None
         if self._wheel.driver != (page.number if page else None) or (secret and not page):
             raise TakenError
+        if not self._commands.allows(time.monotonic()):
+            raise TooManyError
         if page and stops is not None and stops < page.stops:
             raise OvertakenError
         return await self._asking.command(text)
@@ -211,3 +233,10 @@ class Desk:
     def drives(self, watcher: Watcher) -> bool:
         """Whether it is this page that drives."""
         return self._wheel.driver == watcher.number
+
+
+def _is_stop_by_page(event: Event) -> bool:
+    """Whether it is one of the two events of a stop that was asked for on a page."""
+    if isinstance(event, Utterance):
+        return event.source == PAGE and event.name == STOP
+    return isinstance(event, Warning) and event.text == BY_PAGE

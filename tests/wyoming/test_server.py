@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import json
+import shutil
 import socket
 import subprocess
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 from calls import VOZ, in_process
+from operator_page import with_noise
 from programs import PATIENCE
-from recordings import FIXTURES
+from recordings import FIXTURES, ROOT
+from spanish import spanish
 from wyoming.asr import Transcribe, Transcript
 from wyoming.audio import AudioChunk, AudioStart, AudioStop
 from wyoming.client import AsyncClient
@@ -22,24 +26,35 @@ from wyoming.event import Event
 from wyoming.info import Describe, Info
 
 from voz.audio.capture.files import read_blocks
+from voz.language.build import build
+from voz.language.given import read_list
+from voz.language.languages import read_language, sources_of
+from voz.settings import SpokenLanguage
 
 pytestmark = pytest.mark.slow
 
 RATE = 16_000
 
 
-@pytest.fixture(scope="module")
-def uri() -> Iterator[str]:
+@contextmanager
+def serving(*options: object, cwd: Path | None = None) -> Iterator[str]:
+    """A server for the length of a `with` block; yields where it is asked."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         uri = f"tcp://127.0.0.1:{free.getsockname()[1]}"
-    command = [*VOZ, "serve", "--wyoming", uri]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
+    command = [*VOZ, "serve", "--wyoming", uri, *map(str, options)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=cwd) as server:
         assert server.stderr
         assert server.stderr.readline() == f"serving at {uri}\n"
         yield uri
         server.terminate()
         assert server.wait(PATIENCE) in (0, -15, 143)
         assert "Traceback" not in server.stderr.read()
+
+
+@pytest.fixture(scope="module")
+def uri() -> Iterator[str]:
+    with serving() as uri:
+        yield uri
 
 
 def clip(name: str) -> np.ndarray:
@@ -98,6 +113,67 @@ def test_two_at_a_time_get_each_their_own(uri: str) -> None:
 
     texts = [Transcript.from_event(event).text for event in asyncio.run(both()) if event]
     assert texts == ["go back", "turn left"]
+
+
+def in_a_room(name: str) -> list[Event]:
+    """A request that goes on after the command, and does not say where that ends."""
+    *events, _ = spoken(with_noise(FIXTURES / name, 0.3, 2.0))
+    return events
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("commands/festival_slt__go_back.flac", "go back"),
+        ("near_misses/festival_slt__turn_around.flac", ""),
+    ],
+)
+def test_the_answer_comes_when_the_speech_ends_and_waits_for_no_audio_stop(
+    uri: str, name: str, text: str
+) -> None:
+    assert transcribed(uri, *in_a_room(name)) == text
+
+
+def test_what_follows_the_end_of_the_speech_belongs_to_no_request(uri: str) -> None:
+    async def two_commands() -> list[Event | None]:
+        async with AsyncClient.from_uri(uri) as client:
+            for name in ("go_back", "turn_left"):
+                for event in in_a_room(f"commands/festival_slt__{name}.flac"):
+                    await client.write_event(event)
+                await client.write_event(AudioChunk(RATE, 2, 1, bytes(RATE)).event())
+                await client.write_event(AudioStop().event())
+            await client.write_event(Describe().event())
+            return [await asyncio.wait_for(client.read_event(), PATIENCE) for _ in range(3)]
+
+    *answers, last = asyncio.run(two_commands())
+    texts = [Transcript.from_event(event).text for event in answers if event]
+    assert texts == ["go back", "turn left"]
+    assert last
+    assert Info.is_type(last.type)
+
+
+def test_its_language_is_that_of_the_list(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "examples" / "spanish", tmp_path, dirs_exist_ok=True)
+    spanish(tmp_path / "es")
+    sources = sources_of(
+        SpokenLanguage(
+            name="es",
+            acoustic_model=str(tmp_path / "es/model_parameters/es"),
+            dictionary=str(tmp_path / "es/es.dic"),
+            pronunciations=str(tmp_path / "rules.txt"),
+        )
+    )
+    assert sources
+    (tmp_path / "voz.toml").unlink()
+    commands = tmp_path / "comandos.txt"
+    build(commands, tmp_path / "lm", read_list(commands, read_language(sources)))
+    with serving(cwd=tmp_path) as uri:
+        told = asyncio.run(ask(uri, Describe().event()))
+        answer = asyncio.run(ask(uri, AudioStop().event()))
+    assert told
+    assert Info.from_event(told).asr[0].models[0].languages == ["es"]
+    assert answer
+    assert Transcript.from_event(answer).language == "es"
 
 
 @pytest.mark.parametrize(

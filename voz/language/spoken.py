@@ -39,6 +39,11 @@ class Spoken(msgspec.Struct, frozen=True, dict=True):
         return self.name.lower() in ENGLISH_NAMES
 
     @property
+    def code(self) -> str:
+        """What other programs call it: `en`, else the name that the user gave, such as `es`."""
+        return "en" if self.is_english else self.name
+
+    @property
     def is_usual(self) -> bool:
         """Whether nothing was configured."""
         return self.acoustic_model is None

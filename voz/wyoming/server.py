@@ -22,6 +22,7 @@ from wyoming.server import AsyncEventHandler, AsyncServer
 from voz import __version__
 from voz.errors import AudioError, ConfigError, VozError
 from voz.events import Utterance
+from voz.language.files import read_spoken
 from voz.recognition.listener import Listener
 from voz.recognition.recognizer import Recognizer
 
@@ -36,18 +37,26 @@ WIDTH = 2
 LARGEST = 4_000_000
 """Bytes of what one message may announce: half a minute of sound at 48 kHz."""
 
+NO_SPEECH = ("no_speech", "too_short", "too_quiet")
+"""Why a sound ends no request: a noise may come before the command."""
+
 ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
 
 
-def info(commands: Sequence[str]) -> Info:
-    """Tell what this server does."""
+def info(commands: Sequence[str], language: str) -> Info:
+    """Tell what this server does.
+
+    Args:
+        commands: the sentences that it knows.
+        language: they are in, as Home Assistant calls it.
+    """
     model = AsrModel(
         name="commands",
         attribution=ATTRIBUTION,
         installed=True,
         description=f"{len(commands)} commands: {', '.join(commands[:20])}",
         version=__version__,
-        languages=["en"],
+        languages=[language],
     )
     program = AsrProgram(
         name="voz",
@@ -111,19 +120,21 @@ class Handler(AsyncEventHandler):
         self,
         ears: SharedRecognizer,
         about: Info,
+        language: str,
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
         super().__init__(Bounded(reader), writer)
         self._ears = ears
         self._about = about
+        self._language = language
         self._begin()
 
     def _begin(self) -> None:
         self._listener: Listener | None = None
         self._format: tuple[int, int] | None = None  # Hz, and how many channels
         self._seconds = 0.0
-        self._said: list[str] = []
+        self._answered = False
 
     async def run(self) -> None:
         """Answer until the client goes, or sends what is no Wyoming."""
@@ -146,13 +157,14 @@ class Handler(AsyncEventHandler):
         elif Transcribe.is_type(event.type) or AudioStart.is_type(event.type):
             self._begin()
         elif AudioChunk.is_type(event.type):
-            await self._hear(AudioChunk.from_event(event))
+            if not self._answered:  # what follows the end of the speech may be on its way
+                await self._hear(AudioChunk.from_event(event))
         elif AudioStop.is_type(event.type):
             if self._listener:
-                self._keep(await self._ears.finish(self._listener))
-            text = " ".join(self._said)
+                await self._end_at(await self._ears.finish(self._listener))
+            if not self._answered:
+                await self._transcribe("")
             self._begin()
-            await self.write_event(Transcript(text, language="en").event())
 
     async def _hear(self, chunk: AudioChunk) -> None:
         wanted = (chunk.rate, chunk.channels)
@@ -166,10 +178,17 @@ class Handler(AsyncEventHandler):
         self._seconds += len(sound) / chunk.rate
         if self._seconds > LONGEST:
             raise AudioError(f"end a request after {LONGEST:.0f} s at the latest")
-        self._keep(await self._ears.feed(self._listener, sound))
+        await self._end_at(await self._ears.feed(self._listener, sound))
 
-    def _keep(self, heard: list[Utterance]) -> None:
-        self._said += [utterance.text for utterance in heard if utterance.accepted]
+    async def _end_at(self, heard: list[Utterance]) -> None:
+        """Answer by the first that was said: the client need not know where it ends."""
+        for utterance in heard:
+            if not self._answered and utterance.reason not in NO_SPEECH:
+                await self._transcribe(utterance.text if utterance.accepted else "")
+
+    async def _transcribe(self, text: str) -> None:
+        self._answered, self._listener = True, None
+        await self.write_event(Transcript(text, language=self._language).event())
 
 
 def serve(
@@ -186,10 +205,12 @@ def serve(
     Raises:
         ConfigError: nobody can be served there.
     """
+    language = read_spoken(recognizer.files).code
+    about = info(commands, language)
 
     async def work() -> None:
         server = AsyncServer.from_uri(uri)
-        await server.start(partial(Handler, SharedRecognizer(recognizer), info(commands)))
+        await server.start(partial(Handler, SharedRecognizer(recognizer), about, language))
         ready()
         await asyncio.Event().wait()
 

@@ -252,7 +252,7 @@ def overhead(counts: Sequence[int], place: Path) -> Table:
     table = Table(*header, "MB", "MB in a worker")
     for count in counts:
         folder = recordings(place / f"short{count}", count, 1.0, said=False)
-        measured = cost(decode(folder, place / "short.jsonl", "--jobs", 2))
+        measured = cost(decode(folder, place / f"short{count}.jsonl", "--jobs", 2))
         took, cpu = (1000 * seconds / count for seconds in (measured.took, measured.cpu))
         speed = re.search(r"(\d+) hours of sound per core-hour", measured.told)
         rest = cpu - 1000 / int(speed[1]) if speed else cpu

@@ -191,6 +191,32 @@ def check_writable(path: Path) -> None:
         raise ConfigError(f"{path}: cannot be written there; name a file in a folder of yours")
 
 
+def check_new(path: Path, overwrite: bool, advice: str = "") -> None:
+    """Refuse, before the work, to replace a result that is there.
+
+    Args:
+        path: of the file; an empty one, a pipe and a device have nothing to lose.
+        overwrite: whether the user asked for it by `--overwrite`.
+        advice: what else can be done, as a part of a sentence that ends in a comma.
+
+    Raises:
+        ConfigError: it is there.
+    """
+    try:
+        status = path.stat()
+    except OSError:  # it is not there
+        return
+    if not overwrite and stat.S_ISREG(status.st_mode) and status.st_size:
+        raise already_there(str(path), advice)
+
+
+def already_there(name: str, advice: str = "") -> ConfigError:
+    """The error for a result that would be replaced; see `check_new`."""
+    return ConfigError(
+        f"{name}: is there already; {advice}replace it by --overwrite, or name another file"
+    )
+
+
 def check_not_read(written: Iterable[str | Path], read: Iterable[str | Path]) -> None:
     """Refuse to write a file that is read, or two results into one, by whatever name.
 

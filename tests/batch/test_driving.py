@@ -41,7 +41,18 @@ def test_nothing_moves_unless_the_robot_listens(tmp_path: Path) -> None:
         return any(e["linear"] for e in sent)
 
     assert not moves()
-    assert moves("--listening")
+    assert moves("--listening", "--overwrite")
+
+
+def test_what_a_recording_did_before_is_replaced_only_if_asked(tmp_path: Path) -> None:
+    given = ("decode", "--drive", tmp_path, GO_BACK)
+    assert in_process(*given).code == 0
+    events = tmp_path / f"{file_for(str(GO_BACK))}.jsonl"
+    events.write_text("mine")
+    assert f"{events}: is there already; replace it by --overwrite" in in_process(*given).complaint
+    assert events.read_text() == "mine"
+    assert in_process(*given, "--overwrite").code == 0
+    assert events.read_text() != "mine"
 
 
 def test_programs_of_commands_are_not_started(tmp_path: Path) -> None:

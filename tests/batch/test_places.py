@@ -84,7 +84,7 @@ def decode(output: Place, resume: bool = False) -> list[int]:
         asked.extend(numbers)
         return many.decode(NAMES, numbers)
 
-    going = Going(resume, False, lambda _: None, lambda _: None, lambda _: None)
+    going = Going(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
     decode_into(output, HEADER, NAMES, some, going, lambda _: None)
     return asked
 
@@ -150,6 +150,17 @@ def test_an_unknown_address_is_refused_before_the_work() -> None:
     assert "nonesuch://bucket/heard.jsonl: cannot be opened" in result.complaint
     result = in_process("decode", GO_BACK, "--out", "memory://bucket/heard.txt")
     assert "memory://bucket/heard.txt: end it with .jsonl, .csv, .parquet" in result.complaint
+
+
+def test_an_object_is_replaced_only_if_asked(store: tuple[str, type[Store]]) -> None:
+    address, handler = store
+    output = f"{address}/heard.jsonl"
+    handler.objects["/heard.jsonl"] = b"mine"
+    given = ("decode", GO_BACK, "--ears", "1", "--jobs", "1", "--out", output)
+    assert f"{output}: is there already; go on with it" in in_process(*given).complaint
+    assert handler.objects == {"/heard.jsonl": b"mine"}
+    assert in_process(*given, "--overwrite").code == 0
+    assert handler.objects["/heard.jsonl"] != b"mine"
 
 
 @pytest.mark.slow

@@ -92,7 +92,7 @@ def test_ctrl_c_says_how_to_go_on(folder: Path, known: dict[str, bytes], tmp_pat
     assert program.returncode == 128 + signal.SIGINT
     assert told.splitlines() == [f"what was decoded is kept in {journal}: go on by --resume"]
     assert not out.exists()
-    assert decode(out, folder).complaint.endswith("or remove the file to begin again")
+    assert decode(out, folder).complaint.endswith("or begin again by --overwrite")
     result = decode(out, folder, "--resume")
     assert "were known" in result.err
     assert out.read_bytes() == known[".csv"]
@@ -203,6 +203,57 @@ def test_what_is_gone_keeps_its_results(folder: Path, tmp_path: Path) -> None:
     assert out.read_bytes() == before
 
 
+def test_a_finished_output_is_replaced_only_if_asked(folder: Path, tmp_path: Path) -> None:
+    out, one = tmp_path / "heard.jsonl", folder / "00.flac"
+    assert decode(out, one).code == 0
+    before = out.read_bytes()
+    complaint = decode(out, folder / "01.flac").complaint
+    assert complaint == (
+        f"voz: {out}: is there already; go on with it by --resume, replace it by --overwrite, "
+        "or name another file"
+    )
+    assert out.read_bytes() == before
+    assert decode(out, folder / "01.flac", "--overwrite").code == 0
+    assert b"01.flac" in out.read_bytes()
+    assert b"00.flac" not in out.read_bytes()
+    (tmp_path / "empty.csv").touch()
+    assert decode(tmp_path / "empty.csv", one).code == 0
+
+
+def test_an_unfinished_run_is_begun_again_only_if_asked(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "heard.jsonl"
+    kept_by_a_kill(out, folder)
+    assert "a run that has not ended is there" in decode(out, folder / "00.flac").complaint
+    result = decode(out, folder / "00.flac", "--overwrite")
+    assert result.err.startswith(f"written: {out}, 1 recordings\n")
+    journal = tmp_path / "heard.jsonl.journal"
+    journal.write_text("mine\n")
+    assert "is no journal" in decode(out, folder / "00.flac", "--overwrite").complaint
+    assert journal.read_text() == "mine\n"
+
+
+def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path) -> None:
+    made, out = shards(folder / "00.flac", tmp_path, 1), tmp_path / "whole.jsonl"
+    out.write_text("mine")
+    assert f"{out}: is there already; replace" in in_process("merge", *made, "--out", out).complaint
+    assert out.read_text() == "mine"
+    assert in_process("merge", *made, "--out", out, "--overwrite").code == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--overwrite",), "name it by --out"),
+        (("--overwrite", "--resume", "--out", "x.jsonl"), "leave it out to go on"),
+        (("--overwrite", "--retry-failed", "--out", "x.jsonl"), "leave it out to go on"),
+    ],
+)
+def test_what_is_to_be_replaced_must_be_clear(
+    folder: Path, given: tuple[str, ...], said: str
+) -> None:
+    assert said in in_process("decode", folder, *given).complaint
+
+
 def test_other_settings_are_refused(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     decode(out, folder, "--glob", "0*")
@@ -246,7 +297,7 @@ def test_what_is_no_whole_is_not_merged(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.jsonl"
     decode(other, folder, "--shard", "2/3", "--threshold", "0.5")
     assert "was made with other settings" in complaint(one, other, three)
-    decode(other, folder, "--shard", "2/3", "--glob", "0*")
+    decode(other, folder, "--shard", "2/3", "--glob", "0*", "--overwrite")
     assert "was made with another list of recordings" in complaint(one, other, three)
     lines = two.read_text().splitlines(keepends=True)
     two.write_text("".join(lines[:2]))

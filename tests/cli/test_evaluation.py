@@ -164,6 +164,32 @@ def test_no_result_takes_the_place_of_what_it_comes_from(
     assert (lists.read_bytes(), clip.read_bytes()) == before
 
 
+@pytest.mark.parametrize("option", ["--json", "--html"])
+def test_an_evaluation_that_is_there_is_replaced_only_if_asked(
+    option: str, voz: Call, tmp_path: Path
+) -> None:
+    lists, kept = tmp_path / "list.tsv", tmp_path / "kept"
+    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
+    kept.write_text("mine")
+    given = (lists, "--jobs", 1, "--engine", "plain-pocketsphinx", option, kept)
+    code, _, err = voz(*given)
+    assert (code, kept.read_text()) == (2, "mine")
+    assert err == (
+        f"voz: {kept}: is there already; replace it by --overwrite, or name another file\n"
+    )
+    assert voz(*given, "--overwrite")[0] == 0
+    assert kept.read_text() != "mine"
+
+
+def test_a_model_that_is_there_is_replaced_only_if_asked(tmp_path: Path) -> None:
+    lists, model = tmp_path / "list.tsv", tmp_path / "mine.json"
+    lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
+    model.write_text("mine")
+    given = ("fit-confidence", lists, "--out", model)
+    assert f"{model}: is there already" in in_process(*given).complaint
+    assert "more recordings of the kind talk" in in_process(*given, "--overwrite").complaint
+
+
 def test_no_model_takes_the_place_of_what_it_is_made_from(tmp_path: Path) -> None:
     lists = tmp_path / "list.tsv"
     lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
@@ -260,7 +286,7 @@ def test_ctrl_c_ends_all_processes_without_a_word_and_leaves_old_results(tmp_pat
     )
     engine = f"command:{sys.executable} {tmp_path / 'slow.py'} {started}"
     arguments = ["eval", FIXTURES / "manifest.tsv", "--jobs", "1", "--engine", engine]
-    arguments += ["--compare", data, "--json", data, "--html", page]
+    arguments += ["--compare", data, "--json", data, "--html", page, "--overwrite"]
     with subprocess.Popen(
         [*VOZ, *map(str, arguments)],
         stdout=subprocess.PIPE,

@@ -7,7 +7,7 @@ motion is only in the events.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from voz.config import Config
 from voz.control.safety import zero_at_the_end
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json
-from voz.files import replaced, told
+from voz.files import check_new, replaced, told
 from voz.recognition.recognizer import Recognizer
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
@@ -49,6 +49,16 @@ def driving(folder: Path, settings: Config, listening: bool) -> Driving:
         folder.mkdir(parents=True, exist_ok=True)
     check_picture(folder / f"way{PICTURE}")
     return Driving(str(folder.resolve()), msgspec.json.encode(settings), listening)
+
+
+def check_undriven(folder: Path, names: Iterable[str]) -> None:
+    """Refuse to replace what recordings did before.
+
+    Raises:
+        ConfigError: the events of one of them are in the folder.
+    """
+    for name in names:
+        check_new(folder / (file_for(name) + EVENTS), overwrite=False)
 
 
 def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:

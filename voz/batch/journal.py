@@ -124,6 +124,7 @@ def journal_for(
     names: Sequence[str],
     resume: bool,
     finished: Iterable[Entry] = (),
+    overwrite: bool = False,
 ) -> Iterator[Journal]:
     """Open the journal of an output, and let no other run have it, for a `with` block.
 
@@ -133,13 +134,22 @@ def journal_for(
         names: the recordings of this run, as results name them.
         resume: whether to go on from what is there.
         finished: what is known already, if there is no journal.
+        overwrite: whether to begin again, whatever is there.
 
     Raises:
         ConfigError: another run has it, it is there and should not be, or has another header.
     """
     path = journal_path(output)
     with told(path), _locked(path, output) as file:
-        if not _header_there(file, path, header, output, resume):
+        there = _header_there(file, path)
+        if there and resume:
+            check_same_run(there, header, output)
+        elif there and not overwrite:
+            raise ConfigError(
+                f"{shown_path(path)}: a run that has not ended is there; go on by --resume, "
+                "or begin again by --overwrite"
+            )
+        else:
             os.ftruncate(file, 0)
             end = _write(file, 0, header)
             for entry in finished:
@@ -147,23 +157,16 @@ def journal_for(
         yield Journal(file, names)
 
 
-def _header_there(file: int, path: Path, header: Header, output: Place, resume: bool) -> bool:
-    """Read the header; False if there is none, as in a new journal or one that was just begun."""
+def _header_there(file: int, path: Path) -> Header | None:
+    """Read the header; None if there is none, as in a new journal or one that was just begun."""
     with _reader(file) as lines:
         line = lines.readline()
     if not line.endswith(b"\n"):
-        return False
-    if not resume:
-        raise ConfigError(
-            f"{shown_path(path)}: a run that has not ended is there; go on by --resume, "
-            "or remove the file to begin again"
-        )
+        return None
     try:
-        there = msgspec.json.decode(line, type=Header)
+        return msgspec.json.decode(line, type=Header)
     except msgspec.MsgspecError as error:
         raise ConfigError(f"{shown_path(path)}: is no journal of voz; remove it") from error
-    check_same_run(there, header, output)
-    return True
 
 
 def check_same_run(there: Header, header: Header, output: Place) -> None:

@@ -34,6 +34,7 @@ class Going:
     Attributes:
         resume: whether what is there is kept.
         failed: whether recordings that failed are tried again.
+        overwrite: whether what is there is replaced.
         heard: is told of each outcome that is new.
         total: is told, before any, how many there will be.
         notice: is told what the user should know of what was there.
@@ -41,6 +42,7 @@ class Going:
 
     resume: bool
     failed: bool
+    overwrite: bool
     heard: Callable[[Outcome], None]
     total: Callable[[int], None]
     notice: Callable[[str], None]
@@ -71,7 +73,7 @@ def decode_into(
     before = state_of(output)
     shown = [shown_name(name) for name in names]
     finished = _finished(output, header, going) if going.resume else iter(())
-    with journal_for(output, header, shown, going.resume, finished) as journal:
+    with journal_for(output, header, shown, going.resume, finished, going.overwrite) as journal:
         changed = _changed(journal, names, going) if going.resume else []
         left = sorted({*journal.missing(going.failed), *changed})
         going.total(len(left))
@@ -124,7 +126,7 @@ def _finished(output: Place, header: Header, going: Going) -> Iterator[Entry]:
         if stamps is None:
             going.notice(
                 f"{shown_place(output)}: what its recordings were like is not kept beside it, so "
-                "all that are in it count as unchanged; decode into another file if some changed"
+                "all that are in it count as unchanged; --overwrite decodes them anew"
             )
         for file, together in by_file(rows):
             stamp = next(stamps, Stamped(file)).stamp if stamps else stamp_of(file)

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from voz.batch.remote import fetched, file_for, is_remote, require_fsspec, shown_name
 from voz.errors import AudioError, ConfigError
-from voz.files import check_writable
+from voz.files import already_there, check_new, check_writable
 
 JOURNAL = ".journal"
 STAMPS = ".recordings"
@@ -48,16 +48,24 @@ def _path_for(output: Place, ending: str) -> Path:
     return Path(file_for(output) + ending)
 
 
-def check_place(output: Place) -> None:
-    """Refuse, before the work, an output that cannot be written; of an object its kind is known.
+def check_place(output: Place, overwrite: bool, advice: str = "") -> None:
+    """Refuse, before the work, an output that cannot be written, or is there already.
+
+    Args:
+        output: a file, or an object, of which its kind is known.
+        overwrite: whether it may be there.
+        advice: as for `voz.files.check_new`.
 
     Raises:
-        ConfigError: there is no such folder, or nothing here knows such addresses.
+        ConfigError: it is there, there is no such folder, or nothing here knows such addresses.
     """
     if isinstance(output, Path):
         check_writable(output)
-    else:
-        _file_system(output)
+        check_new(output, overwrite, advice)
+        return
+    _file_system(output)
+    if not overwrite and exists(output):
+        raise already_there(output, advice)
 
 
 def exists(output: Place) -> bool:

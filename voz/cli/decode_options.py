@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import ProfileOption, Recognising, finite
+from voz.cli.options import OverwriteOption, ProfileOption, Recognising, finite
 from voz.config import Config, overridden
 from voz.errors import ConfigError
 
@@ -33,6 +33,7 @@ class Decoding(Recognising):
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="The same, and try again what failed.")
     ] = False
+    overwrite: OverwriteOption = False
     jobs: Annotated[
         int | None,
         typer.Option(metavar="N", min=1, max=1000, help="Processes; else one for each core."),
@@ -84,6 +85,11 @@ class Decoding(Recognising):
     ] = None
     profile: ProfileOption = None
 
+    @property
+    def resumes(self) -> bool:
+        """Whether what is in the output is kept."""
+        return self.resume or self.retry_failed
+
     def settings(self, **others: Any) -> Config:
         """As for all that recognise, with how many ears there are."""
         settings = super().settings(**others)
@@ -97,6 +103,10 @@ class Decoding(Recognising):
             for name, given in asked.items():
                 if given:
                     raise ConfigError(f"{name}: goes on with an output; name it by --out")
+        if self.overwrite and not (self.out or self.drive):
+            raise ConfigError("--overwrite: replaces an output; name it by --out")
+        if self.overwrite and self.resumes:
+            raise ConfigError("--overwrite: begins again; leave it out to go on by --resume")
         if self.listening and self.drive is None:
             raise ConfigError("--listening: is about what a robot obeys; add --drive DIR")
         if self.out and self.as_json:

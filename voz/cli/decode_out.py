@@ -83,7 +83,7 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
         header = replace(header, shard=options.shard, inputs=digest_of(names))
         names = shard_of(names, options.shard)
     options.check_written([output], [name for name in names if place_for(name) == output])
-    check_place(output)
+    check_place(output, options.resumes or options.overwrite, "go on with it by --resume, ")
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
     with progress() as bar, _telling_how_to_go_on(output):
 
@@ -91,8 +91,8 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
             account.new.add(outcome)
             bar.heard(outcome)
 
-        resume = options.resume or options.retry_failed
-        going = Going(resume, options.retry_failed, done, bar.begin, tell)
+        how = (options.resumes, options.retry_failed, options.overwrite)
+        going = Going(*how, done, bar.begin, tell)
         decode = partial(many.decode, names)
         decode_into(output, header, names, decode, going, account.written)
     account.tell(output, inputs)

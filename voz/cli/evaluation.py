@@ -10,9 +10,9 @@ import typer
 
 from voz.cli.evaluation_options import Evaluating, JobsOption
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import LmOption, with_options
+from voz.cli.options import LmOption, OverwriteOption, with_options
 from voz.cli.terminal import show, tell, with_bar, write_text
-from voz.files import check_not_read, check_writable
+from voz.files import check_new, check_not_read, check_writable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
@@ -74,6 +74,7 @@ def fit_confidence(
     out: Annotated[Path, typer.Option(metavar="FILE.json", help="Where to write the models.")],
     jobs: JobsOption = None,
     lm: LmOption = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Make the models of the confidence anew from recordings whose texts are known.
 
@@ -94,6 +95,7 @@ def fit_confidence(
     clips = read_manifests(manifests, streams=True)
     check_writable(out)
     check_not_read([out], [*manifests, *(clip.path for clip in clips)])
+    check_new(out, overwrite)
     check_talk(clips)
     recordings = len(tasks_for(clips, [], [], room=False))
     found = list(with_bar(collect(clips, lm, jobs), RECOGNISING, recordings))

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import Recognising
-from voz.files import check_writable, shown_path
+from voz.cli.options import OverwriteOption, Recognising
+from voz.files import check_new, check_writable, shown_path
 from voz.printable import printable
 from voz.settings import Recognition
 
@@ -57,6 +57,7 @@ class Evaluating(Recognising):
     ] = None
     reverb: Annotated[bool, typer.Option("--reverb", help="Play all in a room.")] = False
     jobs: JobsOption = None
+    overwrite: OverwriteOption = False
 
     def check(self, heard: Sequence[Path]) -> None:
         """Refuse results that would replace what is read, or cannot be written.
@@ -70,6 +71,7 @@ class Evaluating(Recognising):
         for name in (self.as_json, self.html):
             if name and name != "-":
                 check_writable(Path(name))
+                check_new(Path(name), self.overwrite)
 
     def described(self, manifests: Sequence[Path], settings: Recognition) -> dict[str, str]:
         """Say what was asked for, as the results tell it."""

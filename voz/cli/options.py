@@ -30,6 +30,9 @@ LmOption = Annotated[
 ProfileOption = Annotated[
     str | None, typer.Option("--profile", metavar="NAME", help="Who speaks: see `voz calibrate`.")
 ]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Replace results that are there already.")
+]
 DeviceOption = Annotated[
     str | None,
     typer.Option("-d", "--device", metavar="N|NAME", help="Which microphone: see `voz devices`."),

@@ -13,7 +13,7 @@ import typer
 
 from voz.cli.decode_options import Decoding
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import with_options
+from voz.cli.options import OverwriteOption, with_options
 from voz.cli.rows import writer
 from voz.cli.terminal import LONGEST_LINE, tell
 from voz.errors import ConfigError
@@ -65,6 +65,7 @@ def merge(
         list[str], typer.Argument(metavar="SHARD...", help="The outputs of all shards.")
     ],
     out: Annotated[str, typer.Option(metavar="FILE", help="Where the whole goes.")],
+    overwrite: OverwriteOption = False,
 ) -> None:
     """Put the outputs of `voz decode --shard` together, in the order of the input.
 
@@ -77,7 +78,7 @@ def merge(
     from voz.files import check_not_read
 
     check_not_read([out], shards)
-    check_place(place_for(out))
+    check_place(place_for(out), overwrite)
     count = merge_shards([place_for(shard) for shard in shards], place_for(out))
     tell(f"written: {out}, {count:,} recordings")
 
@@ -105,9 +106,14 @@ def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[st
     """Decode recordings on all cores; tells whether some could not be read."""
     from voz.batch.inputs import find_inputs
     from voz.batch.places import place_for
+    from voz.batch.remote import shown_name
     from voz.cli.decode_out import keep
 
     inputs = find_inputs(paths, options.glob, _listed())
+    if options.drive and not (options.resumes or options.overwrite):
+        from voz.batch.driving import check_undriven
+
+        check_undriven(options.drive, map(shown_name, inputs.names))
     header, many = _how(options, language)
     if options.out:
         return keep(options, place_for(options.out), header, inputs, many)

@@ -1,6 +1,7 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 web wyoming docs test coverage fixtures benchmark clean
+.PHONY: help demo check install bags report ros1 ros2 web wyoming docs test coverage fixtures constraints benchmark
+.PHONY: clean
 
 QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
@@ -74,6 +75,10 @@ coverage: ## Run all tests and show which lines and branches of voz/ they do not
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests
 	.venv/bin/python tools/make_fixtures.py
+
+constraints: ## Write the versions that are installed and tested into constraints.txt
+	@sh tools/install.sh tests
+	.venv/bin/python tools/make_constraints.py
 
 benchmark: install ## Print the figures of docs/figures.md on what it costs
 	.venv/bin/python benchmarks/decode.py

@@ -76,7 +76,7 @@ def test_a_list_that_is_edited_in_a_clone_is_warned_of_and_known_there_alone(clo
 
 @pytest.mark.slow
 def test_an_older_voz_is_gone_once_it_is_installed_again(tmp_path: Path) -> None:
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "constraints.txt", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, tmp_path)
     for name in ("lm", "tools", "voz"):
         shutil.copytree(ROOT / name, tmp_path / name, symlinks=True)

@@ -7,11 +7,13 @@
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
-# Set PYTHON to use another Python than `python3`; ROS 1 has Debian's.
+# Set PYTHON to use another Python than `python3`; ROS 1 has Debian's. The versions of Python packages are those
+# of constraints.txt; with CONSTRAINTS=/dev/null they are the newest that pyproject.toml allows.
 set -eu
 cd "$(dirname "$0")/.."
 
 python=${PYTHON:-python3}
+constraints=${CONSTRAINTS:-constraints.txt}
 extra=
 packages="festival festvox-kallpc16k libportaudio2"
 why="festival and its voice speak the replies, PortAudio plays them"
@@ -72,16 +74,16 @@ if ! "$python" -c "import sys; sys.exit(sys.version_info < (3, 10))"; then
 fi
 
 # Install voz with an extra into a virtual environment. Nothing to do when this was done before and
-# pyproject.toml is still the same.
+# what it is made by is still the same.
 install_voz() {
     stamp="$1/installed$2"
-    if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
+    if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ] || [ "$constraints" -nt "$stamp" ]; then
         echo "Installing voz$2 and the Python packages it needs into $1"
         # Once this was called `voz`, as a package of PyPI's is that others made.
         "$1/bin/python" -m pip uninstall --quiet --quiet --yes voz
         # Not every Python has a ready-made wheel of the newest pocketsphinx: then the one before it.
         "$1/bin/python" -m pip install --quiet --disable-pip-version-check --prefer-binary \
-            --editable ".$2"
+            --constraint "$constraints" --editable ".$2"
         touch "$stamp"
     fi
 }

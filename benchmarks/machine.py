@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import platform
 from pathlib import Path
 
-
-def machine() -> str:
-    """Name the processor, its cores and the Python."""
-    info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    models = [line.partition(": ")[2] for line in info.splitlines() if "model name" in line]
-    model = models[0] if models else platform.machine()
-    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
+from voz.machine import machine as machine
 
 
 def peak_megabytes() -> float:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -50,11 +51,23 @@ def manifest(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_path: Path) -> None:
     data, page = tmp_path / "first.json", tmp_path / "first.html"
     code, out, err = voz(manifest, "--json", data, "--html", page, "--jobs", 2)
-    assert (code, out) == (3, "")
-    of_page, of_data, error = err.splitlines()
-    assert of_page == f"written: {page}, a page with tables and pictures"
-    assert of_data == f"written: {data}, all figures and each clip's result"
+    assert code == 3
+    for figures in ("right and accepted", "let through", "expected calibration error"):
+        assert figures in out
+    written, error = err.splitlines()
+    pictures = tmp_path / "first-pictures"
+    assert written == f"written: {page}, {pictures}/, {data}"
     assert error.startswith("error: ")
+    kept = sorted(path.name for path in pictures.iterdir())
+    assert [name for name in kept if name.endswith(".svg")] == [
+        "commands-and-near-misses-roc.svg",
+        "confidence-and-share-right.svg",
+        "missed-and-let-through-det.svg",
+        "what-commands-were-taken-for.svg",
+    ]
+    assert [name for name in kept if name.endswith(".png")] == [
+        name.replace(".svg", ".png") for name in kept if name.endswith(".svg")
+    ]
     assert "bad.wav: is no recording that can be read" in error
     first = json.loads(data.read_text())
     assert len(first["results"]) == 21
@@ -64,7 +77,11 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     rates = [position["false_alarms_per_hour"] for position in first["operating_points"]]
     assert rates == sorted(rates)
     assert 0.5 in rates
-    assert "bad.wav" in page.read_text()
+    text = page.read_text()
+    assert "bad.wav" in text
+    assert f"<td>{first['date']}</td>" in text
+    assert f"<td>{first['machine']}</td>" in text
+    assert datetime.fromisoformat(first["date"]).tzinfo
 
     plain = ("--engine", "plain-pocketsphinx", "--reverb", "--jobs", 2)
     noise = ("--snr", "30,0", "--noise", FIXTURES / "long" / "kitchen.wav")
@@ -76,6 +93,20 @@ def test_an_evaluation_and_a_comparison_with_it(voz: Call, manifest: Path, tmp_p
     assert rows[-1][1] == "7"
     assert "some, out-of-nothing, 30 dB" in out
     assert "per hour)" in out
+
+
+def test_the_page_lets_a_clip_be_heard_that_went_wrong(voz: Call, tmp_path: Path) -> None:
+    lists, page = tmp_path / "list.tsv", tmp_path / "page.html"
+    rows = [f"{GO_BACK}\t{text}\tme\tcommand\n" for text in ("go back", "turn left")]
+    lists.write_text("path\ttext\tspeaker\tkind\n" + "".join(rows))
+    given = (lists, "--jobs", 1, "--engine", "plain-pocketsphinx", "--html", page)
+    code, out, _ = voz(*given)
+    assert code == 0
+    assert "right and accepted" in out
+    assert page.read_text().count("<audio") == 1
+    code, out, err = voz(*given[:-1], "-")
+    assert (code, out.count("<audio"), err) == (0, 1, "")
+    assert out.startswith("<!DOCTYPE html>")
 
 
 @pytest.mark.slow
@@ -267,11 +298,14 @@ def test_a_model_that_cannot_be_used_is_one_line(
 
 
 @pytest.mark.slow
-def test_the_results_of_a_full_disk_are_one_line(voz: Call, manifest: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_one_line_and_the_figures_were_shown(
+    voz: Call, manifest: Path, tmp_path: Path
+) -> None:
     arguments = [manifest, "--engine", "plain-pocketsphinx", "--jobs", "1"]
     for option in ("--json", "--html"):
         code, out, err = voz(*arguments, option, "/dev/full")
-        assert (code, out) == (2, "")
+        assert code == 2
+        assert "right and accepted" in out
         assert err == "voz: /dev/full: cannot be written (No space left on device)\n"
 
 

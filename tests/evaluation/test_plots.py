@@ -24,12 +24,13 @@ def results(result: Any) -> list[Result]:
     ]
 
 
-def test_all_pictures_are_svg_and_the_same_each_time(results: list[Result]) -> None:
+def test_all_pictures_are_svg_and_png_and_the_same_each_time(results: list[Result]) -> None:
     first, again = (pictures(curves(results), score(results).commands) for _ in range(2))
     assert first == again
     assert len(first) == 5
-    for svg in first.values():
-        assert ET.fromstring(svg).tag == "{http://www.w3.org/2000/svg}svg"
+    for picture in first.values():
+        assert ET.fromstring(picture.svg).tag == "{http://www.w3.org/2000/svg}svg"
+        assert picture.png.startswith(b"\x89PNG")
 
 
 def test_only_what_there_is_is_drawn(results: list[Result]) -> None:
@@ -51,5 +52,5 @@ def test_where_there_are_several_sets_a_line_is_named_after_its_own(result: Any)
 
 
 def test_texts_that_mean_something_to_others_are_only_texts() -> None:
-    svg = confusion_picture(confusion([("$x$ < & -->", r"$\bad{$"), ("go", "go")]))
+    svg, _ = confusion_picture(confusion([("$x$ < & -->", r"$\bad{$"), ("go", "go")]))
     ET.fromstring(svg)

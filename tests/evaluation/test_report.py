@@ -1,8 +1,6 @@
 from __future__ import annotations
 
 import json
-import re
-from html.parser import HTMLParser
 from importlib import util
 from pathlib import Path
 from typing import Any
@@ -28,37 +26,6 @@ def results(result: Any) -> list[Result]:
         result("stop", file=EVIL, error=f"{EVIL}: there is no such file"),
         result(EVIL, "stop", file="e", kind="talk", seconds=60.0),
     ]
-
-
-class Page(HTMLParser):
-    """Collects what a page would load, and the elements that are open."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.loads: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.loads += [v for name, v in attrs if v and name in ("href", "src", "xlink:href")]
-
-
-def test_the_page_needs_nothing_else(results: list[Result]) -> None:
-    text = report.to_html(report.evaluate(results, {"engine": "voz"}))
-    page = Page()
-    page.feed(text)
-    assert page.tags.count("svg") == 5
-    assert {"script", "link", "img", "iframe"}.isdisjoint(page.tags)
-    assert all(address.startswith(("#", "data:image/png;base64,")) for address in page.loads)
-    assert "@import" not in text
-    assert all(address.startswith("#") for address in re.findall(r"url\(([^)]*)\)", text))
-
-
-def test_the_page_escapes_whatever_the_manifest_says(results: list[Result]) -> None:
-    text = report.to_html(report.evaluate(results, {"engine": EVIL}))
-    assert "<script" not in text
-    assert text.count("&lt;script&gt;") > 5
-    assert "there is no such file" in text
 
 
 def test_what_json_writes_can_be_compared_with(results: list[Result], tmp_path: Path) -> None:

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from voz.cli.evaluation_options import Evaluating, JobsOption
+from voz.cli.evaluation_out import put
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import LmOption, OverwriteOption, with_options
-from voz.cli.terminal import show, tell, with_bar, write_text
+from voz.cli.terminal import show, tell, with_bar
 from voz.files import check_new, check_not_read, check_writable
 
 if TYPE_CHECKING:
     from voz.evaluation.engines import EngineChoice
     from voz.evaluation.operating_points import OperatingPoint
     from voz.evaluation.recognise import Task
-    from voz.evaluation.report import Evaluation
     from voz.evaluation.results import Result
 
 ManifestsArgument = Annotated[
@@ -42,8 +43,9 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     --snr puts each command and near-miss into noise that goes on before and after it, so that it
     has to be found there. The ratio is that of speech without its pauses to the noise's mean.
 
-    Prints the main figures, or with --html or --json writes all of them. Exits with 3 when some
-    recordings could not be read; the others are done.
+    Prints the main figures. --html writes a page with all of them, what went wrong to be listened
+    to, and its pictures as files beside it; --json writes them for programs. Exits with 3 when
+    some recordings could not be read; the others are done.
 
     Example: voz eval audio_fixtures/manifest.tsv --html report.html
     """
@@ -51,6 +53,7 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     from voz.evaluation.engines import EngineChoice
     from voz.evaluation.noise import noise_options
     from voz.evaluation.recognise import tasks_for
+    from voz.machine import machine
     from voz.recordings.manifest import read_manifests
 
     report.require_libraries(pictures=options.html is not None)
@@ -62,10 +65,13 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     clips = read_manifests(manifests, streams=True)
     options.check([*manifests, *(clip.path for clip in clips), *noises])
     tasks = tasks_for(clips, noises, ratios, options.reverb)
-    results = _recognised(tasks, choice, options.jobs)
+    recognised = _recognised(tasks, choice, options.jobs)
+    results = [result for _, result in recognised]
     points = _operating_points(results, choice) if options.engine == "voz" else []
     asked = options.described(manifests, settings.recognition)
-    _put(report.evaluate(results, asked, others, points), options)
+    made = datetime.now().astimezone().isoformat(timespec="seconds"), machine()
+    evaluation = report.evaluate(results, asked, others, points, made)
+    put(evaluation, [task for task, _ in recognised], options)
     _tell_errors(results)
 
 
@@ -115,25 +121,14 @@ def fit_confidence(
     show(f"written: {out}")
 
 
-def _recognised(tasks: Sequence[Task], choice: EngineChoice, jobs: int | None) -> list[Result]:
-    """Recognise all recordings, with a bar that shows how far it is."""
+def _recognised(
+    tasks: Sequence[Task], choice: EngineChoice, jobs: int | None
+) -> list[tuple[Task, Result]]:
+    """Recognise all recordings, with a bar that shows how far it is; gives each with its task."""
     from voz.evaluation.recognise import recognise_all
 
     heard_in = with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks))
-    return [result for of_recording in heard_in for result in of_recording]
-
-
-def _put(evaluation: Evaluation, options: Evaluating) -> None:
-    """Write the results where they are wanted, or show the main ones."""
-    from voz.evaluation import report
-
-    if options.html:
-        write_text(options.html, report.to_html(evaluation), "a page with tables and pictures")
-    if options.as_json:
-        data = f"{report.to_json(evaluation)}\n"
-        write_text(options.as_json, data, "all figures and each clip's result")
-    if not (options.html or options.as_json):
-        show(*report.to_text(evaluation).split("\n"))
+    return [(task, one) for task, found in zip(tasks, heard_in, strict=True) for one in found]
 
 
 def _tell_errors(results: Iterable[Result]) -> None:

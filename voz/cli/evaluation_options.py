@@ -28,7 +28,8 @@ class Evaluating(Recognising):
     """The options of `voz eval`."""
 
     html: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write a page with tables and pictures.")
+        str | None,
+        typer.Option(metavar="FILE", help="Write a page with figures, pictures, failures."),
     ] = None
     as_json: Annotated[
         str | None,

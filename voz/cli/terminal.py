@@ -88,20 +88,13 @@ def _lines(stream: IO[str], name: str) -> Iterator[str]:
         raise ConfigError(f"{name}: cannot be read ({error.strerror})") from error
 
 
-def write_text(name: str, text: str, what: str) -> None:
-    """Write a text file anew, or it stays as it was, and tell so; `-` is standard output.
-
-    Args:
-        name: of the file.
-        text: all that it will hold.
-        what: says in words what that is.
-    """
+def write_text(name: str, text: str) -> None:
+    """Write a text file anew, or it stays as it was; `-` is standard output."""
     if name == "-":
         sys.stdout.write(text)
         return
     with told(name), replaced(Path(name)) as file:
         file.write(text)
-    tell(f"written: {name}, {what}")
 
 
 def with_bar(items: Iterable[Item], doing: str, total: int | None = None) -> Iterable[Item]:

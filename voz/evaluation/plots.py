@@ -1,12 +1,12 @@
-"""The curves as pictures: SVG to put into a page. Needs matplotlib."""
+"""The curves as pictures: SVG to put into a page, and PNG. Needs matplotlib."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from io import StringIO
+from io import BytesIO, StringIO
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -29,11 +29,21 @@ RATES = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
 QUIET = "quiet"
 """Where no noise was added."""
 
+DOTS = 200
+"""Of a PNG, in an inch."""
+
 CELL = 0.42
 """Width and height of a cell of the confusion matrix, inches."""
 
 
-def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, str]:
+class Plot(NamedTuple):
+    """A picture: as an SVG element, and as PNG."""
+
+    svg: str
+    png: bytes
+
+
+def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, Plot]:
     """Draw what there is to draw.
 
     Args:
@@ -41,7 +51,7 @@ def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, str
         commands: of which those at a signal-to-noise ratio are shown.
 
     Returns:
-        SVG elements by their titles.
+        Pictures by their titles.
     """
     drawn = {}
     if curves.operating:
@@ -56,7 +66,7 @@ def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, str
     return drawn
 
 
-def roc(curve: Operating) -> str:
+def roc(curve: Operating) -> Plot:
     """Draw what is let through against what is obeyed, over all thresholds."""
 
     def draw(axes: Axes) -> None:
@@ -74,10 +84,10 @@ def roc(curve: Operating) -> str:
             ylim=(-0.01, 1.01),
         )
 
-    return _svg(draw)
+    return _picture(draw)
 
 
-def det(curve: Operating) -> str:
+def det(curve: Operating) -> Plot:
     """Draw the same on axes where normally distributed confidences give a straight line.
 
     What is beyond the axes, a rate of 0 too, is drawn at their ends.
@@ -105,10 +115,10 @@ def det(curve: Operating) -> str:
             ylim=limits,
         )
 
-    return _svg(draw)
+    return _picture(draw)
 
 
-def reliability(curve: Reliability) -> str:
+def reliability(curve: Reliability) -> Plot:
     """Draw how often utterances of each confidence are right, and how many they are."""
 
     def draw(axes: Axes) -> None:
@@ -132,10 +142,10 @@ def reliability(curve: Reliability) -> str:
             ylim=(-0.08, 1.08),
         )
 
-    return _svg(draw)
+    return _picture(draw)
 
 
-def accuracy_against_noise(commands: Sequence[CommandScores]) -> str:
+def accuracy_against_noise(commands: Sequence[CommandScores]) -> Plot:
     """Draw the share of commands right and accepted in each noise over its ratio, and in quiet."""
     lines = noise_lines(commands)
     found = {score.group.snr for scores in lines.values() for score in scores}
@@ -159,7 +169,7 @@ def accuracy_against_noise(commands: Sequence[CommandScores]) -> str:
         )
         axes.legend(loc="lower left", fontsize=7)
 
-    return _svg(draw)
+    return _picture(draw)
 
 
 def noise_lines(commands: Sequence[CommandScores]) -> dict[str, list[CommandScores]]:
@@ -184,7 +194,7 @@ def noise_lines(commands: Sequence[CommandScores]) -> dict[str, list[CommandScor
     return lines
 
 
-def confusion(matrix: Confusion) -> str:
+def confusion(matrix: Confusion) -> Plot:
     """Draw how many clips of each command were taken for which."""
     rows, columns = len(matrix.said), len(matrix.heard)
 
@@ -201,17 +211,20 @@ def confusion(matrix: Confusion) -> str:
                     colour = "white" if shares[row][column] > 0.5 else "black"
                     axes.text(column, row, str(count), ha="center", va="center", color=colour)
 
-    return _svg(draw, width=2 + CELL * columns, height=1.7 + CELL * rows)
+    return _picture(draw, width=2 + CELL * columns, height=1.7 + CELL * rows)
 
 
-def _svg(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> str:
-    """Let a function draw on a figure of so many inches; give the SVG element."""
+def _picture(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> Plot:
+    """Let a function draw on a figure of so many inches."""
     with rc_context(STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         draw(figure.subplots())
         file = StringIO()
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         figure.savefig(file, format="svg", metadata=nothing)
+        png = BytesIO()
+        figure.savefig(png, format="png", dpi=DOTS, metadata={"Software": None})
     svg = file.getvalue()
     # Without the XML declaration and the document type, which names an address.
-    return re.sub(r"<!--.*?-->\n?", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    svg = re.sub(r"<!--.*?-->\n?", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    return Plot(svg, png.getvalue())

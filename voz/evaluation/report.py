@@ -1,8 +1,7 @@
-"""An evaluation as JSON and as a page of its own. Writes and reads no file but to compare with."""
+"""An evaluation as JSON and as text. Writes and reads no file but to compare with."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,26 +15,9 @@ from voz.evaluation.curves import Curves, curves
 from voz.evaluation.operating_points import OperatingPoint
 from voz.evaluation.results import Result
 from voz.evaluation.scores import Scores, score
-from voz.evaluation.tables import Table, as_text, main_tables, speaker_tables
+from voz.evaluation.tables import Table, as_text, main_tables
 from voz.extras import how_to_install
 from voz.files import read_json
-
-STYLE = """
-body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 72em; padding: 0 1em; }
-table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto; }
-th, td { border-bottom: 1px solid #ddd; padding: 0.2em 0.7em; text-align: right;
-  white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; white-space: pre; }
-figure { display: inline-block; margin: 1em; vertical-align: top; }
-figcaption { font-weight: bold; }
-svg { max-width: 100%; height: auto; }
-"""
-
-NOTES = """Right: exactly what was said was heard, one utterance for each command. Accepted: the
-robot would obey. In brackets: 95 % confidence interval, by bootstrap over the speakers; one
-without width says only that all clips agree. That of false alarms is Poisson's. Out-of-nothing is
-what was obeyed before, between and after what was said in a stream or in noise. The curves and the
-matrix are of all sets together, without the clips in noise."""
 
 
 class Evaluation(msgspec.Struct, frozen=True):
@@ -50,6 +32,8 @@ class Evaluation(msgspec.Struct, frozen=True):
         alarm_comparison: the same of false alarms.
         operating_points: what other false alarm rates would cost; empty for other engines.
         results: of each clip.
+        date: when it was made, as ISO 8601 has it.
+        machine: what it was made on.
     """
 
     voz: str
@@ -60,6 +44,8 @@ class Evaluation(msgspec.Struct, frozen=True):
     alarm_comparison: list[AlarmDifference]
     operating_points: list[OperatingPoint]
     results: list[Result]
+    date: str = ""
+    machine: str = ""
 
 
 class _Saved(msgspec.Struct):
@@ -106,6 +92,7 @@ def evaluate(
     settings: dict[str, str],
     others: Sequence[Result] | None = None,
     operating_points: Sequence[OperatingPoint] = (),
+    made: tuple[str, str] = ("", ""),
 ) -> Evaluation:
     """Count everything.
 
@@ -114,6 +101,7 @@ def evaluate(
         settings: what was asked for, for the reader.
         others: an earlier evaluation of the same clips.
         operating_points: what other false alarm rates would cost.
+        made: when, and on which machine.
 
     Raises:
         ConfigError: the two have nothing in common that is compared.
@@ -134,6 +122,8 @@ def evaluate(
         alarm_comparison=alarms,
         operating_points=list(operating_points),
         results=list(results),
+        date=made[0],
+        machine=made[1],
     )
 
 
@@ -144,7 +134,7 @@ def to_json(evaluation: Evaluation) -> str:
 
 def to_text(evaluation: Evaluation) -> str:
     """Write the most important figures for the terminal."""
-    tables = [as_text(table) for table in _tables(evaluation)]
+    tables = [as_text(table) for table in all_tables(evaluation)]
     lines = []
     if operating := evaluation.curves.operating:
         lines.append(f"area under the ROC curve    {operating.area:.3f}")
@@ -153,50 +143,9 @@ def to_text(evaluation: Evaluation) -> str:
     return "\n\n".join([*tables, "\n".join(lines)]).rstrip()
 
 
-def to_html(evaluation: Evaluation) -> str:
-    """Write a page that needs nothing else: no other file, no network, no script."""
-    from voz.evaluation.plots import pictures
-
-    drawn = pictures(evaluation.curves, evaluation.scores.commands)
-    failed = dict.fromkeys((r.file, r.error) for r in evaluation.results if r.error is not None)
-    parts = [
-        "<h1>voz eval</h1>",
-        _table(Table(("asked for", ""), list(evaluation.settings.items()))),
-        f"<p>{NOTES}</p>",
-        *(_table(table) for table in _tables(evaluation)),
-        *(_figure(title, svg) for title, svg in drawn.items()),
-        *(_folded("Speakers", table) for table in speaker_tables(evaluation.scores)),
-    ]
-    if failed:
-        parts.append(_table(Table(("not recognised", "because"), list(failed))))
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f"<title>voz eval</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        + "\n".join(parts)
-        + "\n</body>\n</html>\n"
-    )
-
-
-def _tables(evaluation: Evaluation) -> list[Table]:
+def all_tables(evaluation: Evaluation) -> list[Table]:
+    """The tables that the terminal and the page show."""
     found = evaluation
     return main_tables(
         found.scores, found.comparison, found.operating_points, found.alarm_comparison
     )
-
-
-def _table(table: Table) -> str:
-    header = "".join(f"<th>{html.escape(name)}</th>" for name in table.header)
-    rows = "\n".join(
-        "<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>"
-        for row in table.rows
-    )
-    return f"<table>\n<tr>{header}</tr>\n{rows}\n</table>"
-
-
-def _folded(title: str, table: Table) -> str:
-    summary = html.escape(f"{title}: {table.header[0]}")
-    return f"<details><summary>{summary}</summary>\n{_table(table)}\n</details>"
-
-
-def _figure(title: str, svg: str) -> str:
-    return f"<figure><figcaption>{html.escape(title)}</figcaption>\n{svg}</figure>"

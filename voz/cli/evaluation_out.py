@@ -1,0 +1,72 @@
+"""What `voz eval` shows and writes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from voz.cli.terminal import show, tell, write_text
+from voz.files import replaced, shown_path, told
+
+if TYPE_CHECKING:
+    from voz.cli.evaluation_options import Evaluating
+    from voz.evaluation.plots import Plot
+    from voz.evaluation.recognise import Task
+    from voz.evaluation.report import Evaluation
+
+
+def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:
+    """Show the main figures, and write all of them where they are wanted.
+
+    Args:
+        evaluation: what was found out.
+        tasks: for each result the one that it is of.
+        options: where it is wanted.
+    """
+    from voz.evaluation import report
+
+    if "-" not in (options.html, options.as_json):
+        show(*report.to_text(evaluation).split("\n"))
+    names = []
+    if options.html:
+        names += _put_page(evaluation, tasks, options.html)
+    if options.as_json:
+        write_text(options.as_json, f"{report.to_json(evaluation)}\n")
+        names += [options.as_json]
+    if written := [name for name in names if name != "-"]:
+        tell(f"written: {', '.join(written)}")
+
+
+def pictures_folder(page: Path) -> Path:
+    """Where the pictures of a page are, each as a file: beside it, named after it."""
+    return page.with_name(f"{page.stem}-pictures")
+
+
+def _put_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
+    """Write the page, and its pictures beside it; gives what was written."""
+    from voz.evaluation.failures import failures
+    from voz.evaluation.page import to_html
+    from voz.evaluation.plots import pictures
+    from voz.evaluation.sounds import sounds_of
+
+    drawn = pictures(evaluation.curves, evaluation.scores.commands)
+    sounds = sounds_of(failures(evaluation.results), tasks)
+    write_text(name, to_html(evaluation, {t: p.svg for t, p in drawn.items()}, sounds))
+    if not drawn or not Path(name).is_file():  # a pipe, or a device
+        return [name]
+    folder = pictures_folder(Path(name))
+    _write_pictures(folder, drawn)
+    return [name, f"{shown_path(folder)}/"]
+
+
+def _write_pictures(folder: Path, drawn: Mapping[str, Plot]) -> None:
+    with told(folder):
+        folder.mkdir(exist_ok=True)
+        for title, picture in drawn.items():
+            stem = re.sub(r"[^a-z]+", "-", title.lower()).strip("-")
+            with replaced(folder / f"{stem}.svg") as file:
+                file.write(picture.svg)
+            with replaced(folder / f"{stem}.png", "wb") as file:
+                file.write(picture.png)

@@ -1,0 +1,24 @@
+"""Which computer this is, as figures that depend on it name it."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+CPUINFO = Path("/proc/cpuinfo")
+BOARD = Path("/proc/device-tree/model")
+"""Small computers say here what they are, as `Raspberry Pi 5 Model B Rev 1.0`."""
+
+
+def machine() -> str:
+    """Name the processor, its cores and the Python."""
+    return f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def _processor() -> str:
+    if BOARD.exists():
+        return BOARD.read_text().rstrip("\0\n")
+    info = CPUINFO.read_text() if CPUINFO.exists() else ""
+    models = [line.partition(": ")[2] for line in info.splitlines() if "model name" in line]
+    return models[0] if models else platform.machine()

@@ -17,13 +17,13 @@ from voz.settings import Ros2
 pytestmark = pytest.mark.slow
 
 BREAKS = """
-import voz.run.live
-obey = voz.run.live._obey
-def breaks(inbox, recognizer, clock, line, *source):
-    if line == "break":
+from voz.run.text_commands import TextCommands
+take = TextCommands.take
+def breaks(self, text, *source):
+    if text == "break":
         raise MemoryError
-    obey(inbox, recognizer, clock, line, *source)
-voz.run.live._obey = breaks
+    take(self, text, *source)
+TextCommands.take = breaks
 """
 
 

@@ -25,6 +25,7 @@ class Robots(NamedTuple):
     receivers: list[Receiver]
     troubles: Mapping[str, Callable[[], str | None]]
     odometry: Callable[[float], Place | None] = lambda _: None
+    show: Callable[[str], None] = lambda _: None
 
 
 def play(

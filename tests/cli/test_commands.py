@@ -85,6 +85,19 @@ def test_the_console_says_what_is_done(voz: Any, here: Path) -> None:
     assert "not obeyed: nothing was asked" in out
 
 
+def test_what_a_program_prints_is_seen_where_the_robots_print(voz: Any, here: Path) -> None:
+    table = TABLE.replace('["touch", "marked"]', '["sh", "-c", "echo marked; echo odd >&2"]')
+    (here / "voz.toml").write_text(table)
+    (here / "typed.txt").write_text("marca\n")
+    arguments = ["run", "--text", "typed.txt", "--no-sound"]
+    lines = voz(*arguments).out.splitlines()
+    place = lines.index("sh: marked")
+    assert lines[place + 1] == "sh: odd"
+    assert lines[place - 1].endswith("runs sh -c echo marked; echo odd >&2")
+    assert lines[place + 2].endswith("sh has ended")
+    assert "sh: marked\nsh: odd\n" in voz(*arguments, "--events", "-").err
+
+
 def test_a_list_that_drives_and_cannot_stop_is_refused(voz: Any, here: Path) -> None:
     (here / "list.txt").write_text("avanza\nluz\n")
     for moment in ("build", "run"):

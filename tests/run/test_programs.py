@@ -16,7 +16,7 @@ from voz.control.steps import Step
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Run, Twist
-from voz.run.programs import MOST, Programs
+from voz.run.programs import LONGEST_LINE, MOST, Programs
 
 NONE = Config().table
 
@@ -31,7 +31,7 @@ def table(**commands: Step) -> CommandTable:
 
 def test_a_program_gets_its_arguments_as_they_are(tmp_path: Path) -> None:
     said: queue.Queue[Ended] = queue.Queue()
-    with Programs(NONE, said.put) as programs:
+    with Programs(NONE, said.put, print) as programs:
         programs.receive(Twist(0, 0, 0))
         programs.receive(Run(1, ("touch", f"{tmp_path}/a; rm b")))
         assert ended(said) == Ended(1, "touch")
@@ -40,18 +40,34 @@ def test_a_program_gets_its_arguments_as_they_are(tmp_path: Path) -> None:
 
 def test_one_that_fails_or_is_not_there_says_so() -> None:
     said: queue.Queue[Ended] = queue.Queue()
-    with Programs(NONE, said.put) as programs:
+    with Programs(NONE, said.put, print) as programs:
         programs.receive(Run(0, ("false",)))
         assert ended(said) == Ended(0, "false", "exit code 1")
         programs.receive(Run(0, ("/no/such",)))
         assert "cannot be started" in ended(said).problem
 
 
+def test_what_a_program_prints_is_shown_line_by_line_before_its_end_is_told() -> None:
+    shown: queue.Queue[str | Ended] = queue.Queue()
+    script = "echo one; printf 'two\\377\\n' >&2; sleep 3 & exit 3"
+    with Programs(NONE, shown.put, shown.put) as programs:
+        programs.receive(Run(0, ("/bin/sh", "-c", script)))
+        got = [shown.get(timeout=PATIENCE) for _ in range(3)]
+    assert got == ["sh: one", r"sh: two\xff", Ended(0, "/bin/sh", "exit code 3")]
+
+
+def test_a_line_without_an_end_comes_in_pieces() -> None:
+    shown: queue.Queue[str] = queue.Queue()
+    with Programs(NONE, lambda _: None, shown.put) as programs:
+        programs.receive(Run(0, ("sh", "-c", "cat /dev/zero | tr '\\0' x")))
+        assert [shown.get(timeout=PATIENCE) for _ in range(3)] == [f"sh: {'x' * LONGEST_LINE}"] * 3
+
+
 def test_one_that_hangs_is_ended_with_its_children(tmp_path: Path) -> None:
     said: queue.Queue[Ended] = queue.Queue()
     child = tmp_path / "child"
     script = f"sleep 600 & echo $! > {child}; wait"
-    with Programs(NONE, said.put) as programs:
+    with Programs(NONE, said.put, print) as programs:
         programs.receive(Run(0, ("sh", "-c", script), 0.5))
         assert ended(said) == Ended(0, "sh", "was ended after 0.5 s")
     assert is_gone(int(child.read_text()))
@@ -59,7 +75,7 @@ def test_one_that_hangs_is_ended_with_its_children(tmp_path: Path) -> None:
 
 def test_the_end_of_the_run_ends_them(tmp_path: Path) -> None:
     child = tmp_path / "child"
-    with Programs(NONE, lambda _: None) as programs:
+    with Programs(NONE, lambda _: None, print) as programs:
         programs.receive(Run(0, ("sh", "-c", f"echo $$ > {child}; exec sleep 600")))
         until = time.monotonic() + PATIENCE
         while not (child.exists() and child.read_text()) and time.monotonic() < until:
@@ -69,7 +85,7 @@ def test_the_end_of_the_run_ends_them(tmp_path: Path) -> None:
 
 def test_too_many_are_not_started() -> None:
     said: queue.Queue[Ended] = queue.Queue()
-    with Programs(NONE, said.put) as programs:
+    with Programs(NONE, said.put, print) as programs:
         for _ in range(MOST + 1):
             programs.receive(Run(0, ("sleep", "600")))
         assert "not started" in ended(said).problem
@@ -87,7 +103,7 @@ def test_a_function_is_called_and_what_it_raises_is_told(
     monkeypatch.delitem(sys.modules, "gripper_of_a_test", raising=False)  # of an earlier try
     target = "gripper_of_a_test:close"
     said: queue.Queue[Ended] = queue.Queue()
-    with Programs(table(grip=Step(call=(target, "{thing}", 1.0))), said.put) as programs:
+    with Programs(table(grip=Step(call=(target, "{thing}", 1.0))), said.put, print) as programs:
         programs.receive(Call(0, target, ("cup", 1.0)))
         assert ended(said) == Ended(0, target)
         programs.receive(Call(0, target, ("cup", 3.0)))
@@ -98,7 +114,7 @@ def test_a_function_is_called_and_what_it_raises_is_told(
 
 def test_a_function_that_hangs_is_told() -> None:
     said: queue.Queue[Ended] = queue.Queue()
-    with Programs(table(nap=Step(call=("time:sleep", 2.0))), said.put) as programs:
+    with Programs(table(nap=Step(call=("time:sleep", 2.0))), said.put, print) as programs:
         programs.receive(Call(0, "time:sleep", (2.0,), 0.1))
         assert ended(said) == Ended(0, "time:sleep", "has not ended after 0.1 s")
 
@@ -117,7 +133,7 @@ def test_a_function_that_hangs_is_told() -> None:
 )
 def test_what_is_not_there_is_told_before_anything_moves(step: Step, why: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        Programs(table(a=step), lambda _: None)
+        Programs(table(a=step), lambda _: None, print)
     assert why in str(caught.value)
 
 
@@ -127,7 +143,7 @@ def test_a_module_that_ends_the_program_is_told(
     (tmp_path / "ends_at_once.py").write_text("import sys\n\nsys.exit()\n")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ConfigError, match=r"imported \(SystemExit \(ends_at_once.py, line 3\)\)$"):
-        Programs(table(grip=Step(call=("ends_at_once:close",))), lambda _: None)
+        Programs(table(grip=Step(call=("ends_at_once:close",))), lambda _: None, print)
 
 
 def is_gone(pid: int) -> bool:

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import fcntl
-import json
 import os
-import pty
-import select
 import signal
-import struct
-import subprocess
 import sys
-import termios
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Event, Thread
 from typing import TextIO
 
 import pytest
-from calls import VOZ
 from hypothesis import given
 from hypothesis import strategies as st
+from live_terminal import Terminal
 from programs import wait_until
 
 from voz.inbox import Halt, Inbox
@@ -204,81 +196,6 @@ def test_a_line_without_an_end_is_taken_at_the_end_of_the_input_and_not_at_that_
             wait_until(lambda: not begun())
     wait_until(lambda: not begun())
     assert lines == taken
-
-
-class Terminal:
-    """A `voz run` in a terminal of its own."""
-
-    def __init__(self, environment: dict[str, str], folder: Path) -> None:
-        self._log = folder / "events.jsonl"
-        self._ours, theirs = pty.openpty()
-        self._open = [self._ours, theirs]
-        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 30, 100, 0, 0))
-        self.before = termios.tcgetattr(theirs)
-        self._theirs = theirs
-        self.shown = b""
-        arguments = ["run", "--listening", "--no-sound", "--events", str(self._log)]
-        self.process = subprocess.Popen(
-            [*VOZ, *arguments],
-            env=environment | {"TERM": "xterm"},
-            stdin=theirs,
-            stdout=theirs,
-            stderr=theirs,
-            start_new_session=True,
-            preexec_fn=take_the_terminal,
-        )
-
-    def settings(self) -> list[object]:
-        return termios.tcgetattr(self._theirs)
-
-    def type(self, keys: str) -> None:
-        os.write(self._ours, keys.encode())
-
-    def look(self) -> str:
-        """What the program has shown so far."""
-        while select.select([self._ours], [], [], 0.05)[0]:
-            self.shown += os.read(self._ours, 65536)
-        return self.shown.decode(errors="replace")
-
-    def events(self) -> list[dict[str, object]]:
-        text = self._log.read_text() if self._log.exists() else ""
-        return [json.loads(line) for line in text.splitlines(keepends=True) if line[-1] == "\n"]
-
-    def wait_for_velocity(self, linear: float) -> None:
-        deadline = time.monotonic() + 60
-        while not self.events() or self.events()[-1].get("linear") != linear:
-            assert self.process.poll() is None, self.look()
-            assert time.monotonic() < deadline, self.look()
-            self.look()
-
-    def wait_to_see(self, text: str) -> None:
-        deadline = time.monotonic() + 20
-        while text not in self.look():
-            assert time.monotonic() < deadline
-
-    def end(self) -> int:
-        """Wait until the program has ended; what it still shows is taken from it."""
-        deadline = time.monotonic() + 20
-        while self.process.poll() is None:
-            assert time.monotonic() < deadline
-            self.look()
-        self.look()
-        return self.process.returncode
-
-    def hang_up(self) -> None:
-        """Close the terminal, as its window does."""
-        while self._open:
-            os.close(self._open.pop())
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        self.hang_up()
-
-
-def take_the_terminal() -> None:
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    os.close(os.open(os.ttyname(0), os.O_RDWR))  # now it is the session's own
 
 
 @pytest.fixture

@@ -14,12 +14,11 @@ from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from voz.config import Config
     from voz.robot.base import Robot
     from voz.robot.drawing.view import RoomView
     from voz.robot.simulator import SimulatedRobot
+    from voz.terminal.drawn import DrawnTerminal
 
 Troubles: TypeAlias = dict[str, Callable[[], str | None]]
 
@@ -47,10 +46,15 @@ class RobotPlan:
     clocked: bool
     watchdog: bool
     stream: TextIO
-    terminal: Console | None
+    terminal: DrawnTerminal | None
     picture: Path | None = None
     animation: Path | None = None
     verbose: bool = False
+
+    @property
+    def displayed(self) -> bool:
+        """Whether a terminal shows what is heard."""
+        return self.live and self.terminal is not None
 
     def check(self) -> None:
         """Refuse, before the run, what cannot be drawn after it."""
@@ -71,12 +75,14 @@ class Robots(NamedTuple):
         troubles: tells of each robot, by its name, why it is lost; none without a clock.
         view: the simulated room, for a terminal.
         odometry: tells where the robot is at a time of the run, s, without waiting.
+        show: prints a line where the robots print, on any thread.
     """
 
     receivers: list[Receiver]
     troubles: Troubles
     view: RoomView | None
-    odometry: Callable[[float], Place | None] = lambda _: None
+    odometry: Callable[[float], Place | None]
+    show: Callable[[str], None]
 
 
 @contextmanager
@@ -93,21 +99,28 @@ def robots_of(
     from voz.robot.kinds import RobotSetup
     from voz.robot.robots import make_robots
 
-    displayed = plan.live and plan.terminal is not None
-    # The simulator first: what it warns of comes before the event that let it notice.
-    names = [SIMULATOR] if SIMULATOR in plan.names else []
-    names += [name for name in plan.names if name not in (SIMULATOR, CONSOLE if displayed else "")]
+    names = _made(plan)
     with ExitStack() as stack:
-        stream = _above_the_drawing(plan)
+        stream = stack.enter_context(_stream(plan))
         watchdog = plan.clocked and plan.watchdog
-        robots = make_robots(names, RobotSetup(settings, stream, take, watchdog, plan.verbose))
+        setup = RobotSetup(settings, stream, take, watchdog, plan.verbose)
+        robots = make_robots(names, setup)
         view = stack.enter_context(_drawn(robots, plan, settings))
         receivers, troubles = stack.enter_context(_opened(robots, plan.clocked))
         if view:
             receivers.append(view.receive)
-        if CONSOLE not in plan.names and not displayed:
+        if CONSOLE not in names and not plan.displayed:
             receivers.append(_tell_warnings)
-        yield Robots(receivers, troubles, view, _odometry(robots))
+        yield Robots(receivers, troubles, view, _odometry(robots), setup.show)
+
+
+def _made(plan: RobotPlan) -> list[str]:
+    """Which robots are made. What a live run hears is always seen: on its display, or as lines."""
+    names = [*plan.names, CONSOLE] if plan.live else plan.names
+    if plan.displayed:
+        names = [name for name in names if name != CONSOLE]
+    # The simulator first: what it warns of comes before the event that let it notice.
+    return sorted(dict.fromkeys(names), key=lambda name: name != SIMULATOR)
 
 
 def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
@@ -125,13 +138,16 @@ def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
     return place
 
 
-def _above_the_drawing(plan: RobotPlan) -> TextIO:
-    """Where lines go to; above the simulated room, if that is drawn while it is driven through."""
-    if not (plan.terminal and plan.clocked and SIMULATOR in plan.names):
-        return plan.stream
-    from rich.file_proxy import FileProxy
-
-    return FileProxy(plan.terminal, plan.stream)  # type: ignore[return-value]
+@contextmanager
+def _stream(plan: RobotPlan) -> Iterator[TextIO]:
+    """Where lines go to: above the display or the room, if that is drawn all the time."""
+    if not (plan.terminal and (plan.live or (plan.clocked and SIMULATOR in plan.names))):
+        yield plan.stream
+        return
+    try:
+        yield plan.terminal  # type: ignore[misc]
+    finally:
+        plan.terminal.print_waiting()
 
 
 @contextmanager
@@ -161,12 +177,12 @@ def _drawn(
     if not isinstance(simulated, SimulatedRobot):
         yield None
         return
-    from voz.robot.drawing.view import RoomView, redrawn
+    from voz.robot.drawing.view import RoomView
 
     view = RoomView(simulated, settings.simulator)
     try:
         if plan.terminal and plan.clocked and not plan.live:
-            with redrawn(view, plan.terminal):
+            with plan.terminal.drawn(lambda: view):
                 yield view
         else:
             yield view
@@ -180,7 +196,7 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
     if plan.terminal and not plan.clocked:
         from voz.robot.drawing.view import TripView
 
-        plan.terminal.print(TripView(trip))
+        plan.terminal.console.print(TripView(trip))
     if plan.picture:
         from voz.robot.drawing import save_picture
 

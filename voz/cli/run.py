@@ -18,8 +18,6 @@ from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, tell, warn
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from voz.config import Config
     from voz.events import Receiver
     from voz.language.files import LanguageFiles
@@ -29,6 +27,7 @@ if TYPE_CHECKING:
     from voz.run.live import Other
     from voz.run.offline import Played
     from voz.settings import Ros2
+    from voz.terminal.drawn import DrawnTerminal
 
 
 @with_options
@@ -151,6 +150,7 @@ def _run_live(
         options.listening,
         plan.terminal,
         tell,
+        robots.show,
         options.record,
         robots.view,
         _other_recogniser(settings.ros2) if options.listen_ros else None,
@@ -224,13 +224,15 @@ def _other_recogniser(settings: Ros2) -> Other:
     )
 
 
-def _terminal(stream: TextIO) -> Console | None:
+def _terminal(stream: TextIO) -> DrawnTerminal | None:
     """The terminal to draw on, if there is one to be seen."""
     if not stream.isatty():
         return None
     from rich.console import Console
 
-    return Console(file=stream)
+    from voz.terminal.drawn import DrawnTerminal
+
+    return DrawnTerminal(Console(file=stream))
 
 
 @contextmanager

@@ -6,6 +6,7 @@ What a robot needs is imported only when it is made: the help of the command lin
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from voz.config import Config
@@ -33,6 +34,11 @@ class RobotSetup(NamedTuple):
     warn: Callable[[Warning], None]
     watchdog: bool = False
     verbose: bool = False
+
+    def show(self, line: str) -> None:
+        """Print a line where the robots print, on any thread."""
+        with suppress(OSError, ValueError):  # nobody reads it any more
+            self.stream.write(f"{line}\n")
 
 
 class RobotKind(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from voz.errors import ConfigError, RobotError
@@ -165,9 +165,5 @@ def mailboxes(
 
 def _apart(setup: RobotSetup, name: str, only_zero: bool = False) -> RobotProcess:
     """A robot in a process of its own, which prints where the others do."""
-
-    def show(line: str) -> None:
-        with suppress(OSError, ValueError):  # nobody reads it any more
-            setup.stream.write(f"{line}\n")
-
-    return RobotProcess(RobotSpec(name, setup.settings, only_zero, path=tuple(sys.path)), show)
+    spec = RobotSpec(name, setup.settings, only_zero, path=tuple(sys.path))
+    return RobotProcess(spec, setup.show)

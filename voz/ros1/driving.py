@@ -67,7 +67,7 @@ def drive(
         log = parts.enter_context(logged(inbox.put))
         node.before_the_end(lambda: inbox.put(End()))
         table = settings.table
-        start = parts.enter_context(starting(table, inbox, clock))
+        start = parts.enter_context(starting(table, inbox, clock, load_rospy().loginfo))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
         listening = bool(switch("listening")) or not begins_listening(ears.commands, table)

@@ -109,13 +109,16 @@ def replies_to(speaker: Speaker | None) -> list[Receiver]:
 
 
 @contextmanager
-def starting(table: CommandTable, inbox: Inbox, clock: Clock) -> Iterator[Receiver]:
+def starting(
+    table: CommandTable, inbox: Inbox, clock: Clock, show: Callable[[str], None]
+) -> Iterator[Receiver]:
     """What starts the programs and functions of commands, for a `with` block.
 
     Args:
         table: what each command does.
         inbox: where the end of each is told.
         clock: tells when that is.
+        show: takes each line that a program prints, on any thread.
 
     Raises:
         ConfigError: there is no such program or function.
@@ -124,7 +127,7 @@ def starting(table: CommandTable, inbox: Inbox, clock: Clock) -> Iterator[Receiv
     def tell(ended: Ended) -> None:
         inbox.put(replace(ended, t=clock.now()))
 
-    with Programs(table, tell) as programs:
+    with Programs(table, tell, show) as programs:
         yield programs.receive
 
 

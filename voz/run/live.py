@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol, TypeAlias
 
-from rich.console import Console, RenderableType
-from rich.live import Live
+from rich.console import RenderableType
 
 from voz.config import Config
 from voz.control.bound import Place
@@ -25,10 +24,8 @@ from voz.run.drive import Controller
 from voz.run.renewal import renewing
 from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display
+from voz.terminal.drawn import DrawnTerminal
 from voz.terminal.keyboard import Line, keys, somebody_types
-
-REDRAWN = 5
-"""Times a second that a terminal is drawn anew; more costs a small computer too much."""
 
 PAGE = "the operator's page"
 
@@ -87,6 +84,7 @@ class Seat(NamedTuple):
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
         tell: where there is no display, takes the line that it listens.
+        show: takes each line that a program of a command prints, on any thread.
         record: the folder in which what is heard is kept.
         extra: what the terminal shows besides.
         also: another recogniser, whose sentences are obeyed.
@@ -96,8 +94,9 @@ class Seat(NamedTuple):
 
     device: str | None = None
     listening: bool = False
-    terminal: Console | None = None
+    terminal: DrawnTerminal | None = None
     tell: Callable[[str], None] = lambda _: None
+    show: Callable[[str], None] = lambda _: None
     record: Path | None = None
     extra: RenderableType | None = None
     also: Other | None = None
@@ -151,7 +150,7 @@ def run_live(
         line = parts.enter_context(keys(stop, texts.take, texts.continues, warn))
         if seat.also:
             parts.enter_context(seat.also(texts.take, partial(_unheard, inbox, clock)))
-        start = parts.enter_context(starting(table, inbox, clock))
+        start = parts.enter_context(starting(table, inbox, clock, seat.show))
         told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
         drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
         display = _display(seat, drive, hearing, line, recorder)
@@ -205,7 +204,7 @@ def _showing(display: Display, told: list[Receiver], seat: Seat, microphone: str
         yield
         return
     told.append(display.receive)
-    with drawn(display, seat.terminal):
+    with seat.terminal.drawn(display.__rich__):
         yield
 
 
@@ -220,15 +219,3 @@ def _ready(microphone: str, seat: Seat) -> str:
     sources += ["another recogniser"] if seat.also else []
     first = "" if seat.listening else '; say "start speech" first'
     return f"listening to {' and '.join(sources)}{first}"
-
-
-@contextmanager
-def drawn(display: Display, terminal: Console) -> Iterator[None]:
-    """Draw a display anew, again and again, for the length of a `with` block."""
-    live = Live(get_renderable=display.__rich__, console=terminal, refresh_per_second=REDRAWN)
-    live.start()
-    try:
-        yield
-    finally:
-        with suppress(OSError):  # the terminal was closed, which is why it ends
-            live.stop()

@@ -39,6 +39,10 @@ class OpenRobots(Protocol):
     def odometry(self) -> Callable[[float], Place | None]:
         """Tells where the robot is at a time of the run, s, without waiting."""
 
+    @property
+    def show(self) -> Callable[[str], None]:
+        """Prints a line where the robots print, on any thread."""
+
 
 Opened: TypeAlias = Callable[[Tell], AbstractContextManager[OpenRobots]]
 """Opens the robots for a `with` block, given what takes their warnings."""
@@ -59,7 +63,7 @@ def run_at_once(played: Played, settings: Config, listening: bool, opened: Opene
         clock = RecordedClock(played(lambda: 0.0))
         with (
             speaking(settings.speech, table.replies, problems.append) as speaker,
-            Programs(table, lambda ended: drive.emit(ended), wait=True) as programs,
+            Programs(table, lambda ended: drive.emit(ended), robots.show, wait=True) as programs,
         ):
             receivers = [*robots.receivers, *replies_to(speaker), programs.receive]
             drive = Controller(receivers, settings.safety, listening, table, robots.odometry)
@@ -81,7 +85,7 @@ def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: O
         warn = warner(inbox, clock)
         with (
             speaking(settings.speech, table.replies, warn) as speaker,
-            starting(table, inbox, clock) as start,
+            starting(table, inbox, clock, robots.show) as start,
         ):
             receivers = [*robots.receivers, *replies_to(speaker), start]
             drive = Controller(receivers, settings.safety, listening, table, robots.odometry)

@@ -31,29 +31,42 @@ MOST = 8
 LONGEST = 60.0
 """How long a program may take if its command does not say, s."""
 
+LONGEST_LINE = 1000
+"""Characters of a line that a program prints; a longer one comes in pieces."""
+
+LAST_OUTPUT = 0.5
+"""For what a program has printed to be shown before its end is told, s; what it started itself may
+print on."""
+
 
 class Programs:
     """Starts what commands start. Use it in a `with` block: at its end the programs are ended."""
 
     def __init__(
-        self, table: CommandTable, tell: Callable[[Ended], None], wait: bool = False
+        self,
+        table: CommandTable,
+        tell: Callable[[Ended], None],
+        show: Callable[[str], None],
+        wait: bool = False,
     ) -> None:
         """Load the functions, before anything moves.
 
         Args:
             table: what each command does.
             tell: takes the end of each, on any thread.
+            show: takes each line that a program prints, on any thread.
             wait: whether each is waited for: where recordings tell the time.
 
         Raises:
             ConfigError: there is no such function, program or sound.
         """
         self._tell = tell
+        self._show = show
         self._wait = wait
         self._functions = _functions(table)
         _check_programs(table)
         _check_sounds(table)
-        self._running: set[subprocess.Popen[bytes]] = set()
+        self._running: set[subprocess.Popen[str]] = set()
         self._places = threading.Semaphore(MOST)
         self._closed = False
 
@@ -95,8 +108,10 @@ class Programs:
             program = subprocess.Popen(
                 event.program,
                 stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                errors="backslashreplace",
                 start_new_session=True,
             )
         except (OSError, ValueError) as error:
@@ -104,6 +119,10 @@ class Programs:
         self._running.add(program)
         if self._closed:  # in between: who ended the others did not see it
             _kill(program)
+        output = threading.Thread(
+            target=self._show_output, args=(program,), name="voz-program-output", daemon=True
+        )
+        output.start()
         try:
             code = program.wait(limit)
         except subprocess.TimeoutExpired:
@@ -111,7 +130,15 @@ class Programs:
             return f"was ended after {limit:g} s"
         finally:
             self._running.discard(program)
+            output.join(LAST_OUTPUT)
         return f"exit code {code}" if code else ""
+
+    def _show_output(self, program: subprocess.Popen[str]) -> None:
+        assert program.stdout
+        name = Path(program.args[0]).name  # type: ignore[index,arg-type]
+        with program.stdout as lines:
+            while line := lines.readline(LONGEST_LINE):
+                self._show(f"{name}: {line.rstrip()}")
 
     def _call(self, event: Call) -> str:
         """Call a function, and tell what it raised; nothing can end one that hangs."""
@@ -129,7 +156,7 @@ class Programs:
         return ""
 
 
-def _kill(program: subprocess.Popen[bytes]) -> None:
+def _kill(program: subprocess.Popen[str]) -> None:
     """End a program, and all that it has started."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(program.pid, signal.SIGKILL)

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 from calls import VOZ
 from live_robot import live_robot, moves, rests, warns
+from live_terminal import Terminal
+from programs import wait_until
+from recordings import ROOT
 
 pytestmark = pytest.mark.slow
 
@@ -101,3 +104,42 @@ def test_a_terminal_shows_the_simulated_room_beside_what_is_heard(pulse: dict[st
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 143
     os.close(ours)
+
+
+def test_what_robots_and_programs_print_stands_above_the_panel(
+    tmp_path: Path, pulse: dict[str, str]
+) -> None:
+    code = (ROOT / "README.md").read_text().split("```python\n")[1].split("```")[0]
+    (tmp_path / "wheels.py").write_text(code)
+    (tmp_path / "voz.toml").write_text(
+        "[commands]\n\"point beer\" = { run = ['sh', '-c', 'echo \"\\033[2Jcheese\"'] }\n"
+    )
+    terminal = Terminal(pulse, tmp_path, "--robot", "wheels:Wheels")
+    try:
+        terminal.wait_for_velocity(0)
+        terminal.type("point beer\rgo forward\r")
+        wait_until(lambda: "sh: cheese" in terminal.rows())
+        wait_until(lambda: sum("forward 0.1" in row for row in terminal.rows()) > 10)
+        terminal.type("\x1b")
+        terminal.wait_for_velocity(0)
+        terminal.type("\x03")
+        assert terminal.end() == 130
+        seen, shown = terminal.rows(), terminal.look()
+    finally:
+        terminal.close()
+    assert [sum(row.startswith(corner) for row in seen) for corner in "╭╰"] == [1, 1]
+    assert "\x1b[2J" not in shown
+    printed = [row for row in seen if "m/s, to the left" in row]
+    assert "forward 0.1 m/s, to the left 0.0 rad/s" in printed
+    assert all(row.startswith("forward ") and row.endswith(" rad/s") for row in printed)
+
+
+def test_without_a_terminal_what_is_heard_is_seen_whatever_the_robot(
+    fickle: dict[str, str],
+) -> None:
+    with live_robot(fickle, "--listening", "--robot", "fickle_robot:Fickle,simulator") as robot:
+        robot.type("go forward")
+        robot.wait_for(moves)
+        robot.type("turn upside down")
+        wait_until(lambda: "not a command" in robot.words)
+    assert 'heard    "go forward" (1.00)' in robot.words

@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Sequence
 
 from rich.console import Console, ConsoleOptions, RenderResult
-from rich.live import Live
 from rich.text import Text
 
 from voz.events import Event, Twist
@@ -18,9 +17,6 @@ from voz.simulation.world import WorldState
 
 WIDEST = 76
 """Characters; more shows no more of a room."""
-
-REDRAWN = 5
-"""Times a second; more costs a small computer too much."""
 
 LEFT_FREE = 2
 """Lines of the terminal that stay free, for the cursor and what was typed last."""
@@ -76,8 +72,3 @@ def _fitted(
     needed = width * COLUMNS * along_y / along_x / ROWS
     height = min(round(needed) + 1, options.height or options.size.height - LEFT_FREE)
     return draw_in_text(settings, state, list(way), width, max(1, height))
-
-
-def redrawn(view: RoomView, terminal: Console) -> Live:
-    """The room as it is, drawn anew for the length of a `with` block."""
-    return Live(get_renderable=lambda: view, console=terminal, refresh_per_second=REDRAWN)

@@ -14,7 +14,7 @@ import numpy as np
 from voz.audio import Samples
 from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
-from voz.recognition.ctc import Floats, Lattice, Ways, lattice, log_likelihoods
+from voz.recognition.ctc import Floats, Lattice, lattice, log_likelihoods
 from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language, load_language
 from voz.recognition.phoneme_engine import load_network
@@ -22,6 +22,12 @@ from voz.recognition.phoneme_network import BLANKS
 
 IPA = Path(__file__).with_name("ipa.tsv")
 """The symbols that each phone of the dictionary may sound like; their probabilities add up."""
+
+READINGS = Path(__file__).with_name("readings.tsv")
+"""Words that the network writes unlike any dictionary, as it learned some by heart.
+
+`python benchmarks/readings.py` measures and writes them.
+"""
 
 LEAST = 1e-10
 """A probability; the network is never surer than that of what it does not hear."""
@@ -35,6 +41,18 @@ MOST_WAYS = 8
 All together count for one that has more: eight words that may each be said in three ways have
 thousands, most of them nearly as good as the best.
 """
+
+
+class Pronunciation(NamedTuple):
+    """One way to say a word.
+
+    Attributes:
+        symbols: numbers of what the network hears.
+        phones: how many phones the word has; a reading counts as the dictionary's phones do.
+    """
+
+    symbols: Sequence[int]
+    phones: int
 
 
 class Fit(NamedTuple):
@@ -75,11 +93,17 @@ class Opinion(NamedTuple):
 class SecondEar:
     """Knows how the words of a language are pronounced; made once, used for many."""
 
-    def __init__(self, spellings: Mapping[str, Iterable[Sequence[str]]]) -> None:
+    def __init__(
+        self,
+        spellings: Mapping[str, Iterable[Sequence[str]]],
+        readings: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:
         """Load the network.
 
         Args:
             spellings: the phones of each word, in all the ways that it may be said.
+            readings: the symbols that the network writes for words that it learned by heart; those
+                that were measured, if it is None.
 
         Raises:
             UnknownNetworkError: the network is not there, or is of no use for these words.
@@ -90,10 +114,12 @@ class SecondEar:
         unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
-        numbers = {phone: number for number, phone in enumerate(sounds)}
-        self._numbered: dict[str, Ways] = {
-            word: [[numbers[phone] for phone in way] for way in ways]
-            for word, ways in known.items()
+        all_readings = read_readings() if readings is None else readings
+        own = {word: way for word, way in all_readings.items() if word in known}
+        sounds |= {symbol: [symbol] for way in own.values() for symbol in way}
+        numbers = {sound: number for number, sound in enumerate(sounds)}
+        self._pronunciations = {
+            word: _pronunciations(ways, own.get(word), numbers) for word, ways in known.items()
         }
         self._blank = len(sounds)
         self._merged = _merged(self._network.symbols, sounds.values())
@@ -121,12 +147,13 @@ class SecondEar:
     def _lay_out(self, commands: tuple[str, ...]) -> tuple[list[tuple[str, int]], Lattice]:
         """Lay out the commands, and tell of each line whose it is, and how many phones it has."""
         lines = [(command, words) for command in commands for words in self._ways(command)]
-        said = [(command, sum(len(ways[0]) for ways in words)) for command, words in lines]
-        return said, lattice([words for _, words in lines], self._blank)
+        said = [(command, sum(ways[0].phones for ways in words)) for command, words in lines]
+        symbols = [[[way.symbols for way in ways] for ways in words] for _, words in lines]
+        return said, lattice(symbols, self._blank)
 
-    def _ways(self, command: str) -> Iterable[Sequence[Ways]]:
+    def _ways(self, command: str) -> Iterable[Sequence[Sequence[Pronunciation]]]:
         """Tell the ways of its words: each of its pronunciations alone, or all of them at once."""
-        words = [self._numbered[word] for word in command.split()]
+        words = [self._pronunciations[word] for word in command.split()]
         if prod(map(len, words)) > MOST_WAYS:
             return [words]
         return ([[way] for way in ways] for ways in product(*words))
@@ -149,6 +176,24 @@ def why_missing(files: LanguageFiles) -> str | None:
     except UnknownNetworkError as error:
         return str(error)
     return None
+
+
+def read_readings() -> dict[str, list[str]]:
+    """Read which symbols the network writes for the words that it learned by heart."""
+    lines = READINGS.read_text(encoding="utf-8").splitlines()
+    fields = (line.split("\t") for line in lines if not line.startswith("#"))
+    return {word: reading.split() for word, reading, *_ in fields}
+
+
+def _pronunciations(
+    ways: Sequence[Sequence[str]], reading: Sequence[str] | None, numbers: Mapping[str, int]
+) -> list[Pronunciation]:
+    """Number the ways to say a word, the network's own reading last."""
+    said = [Pronunciation([numbers[phone] for phone in way], len(way)) for way in ways]
+    if reading:
+        symbols = [numbers[symbol] for symbol in reading]
+        said.append(Pronunciation(symbols, min(map(len, ways))))
+    return said
 
 
 def _read_sounds() -> dict[str, list[str]]:

@@ -81,6 +81,16 @@ def test_what_the_table_has_and_nobody_can_say_is_told(
     assert told in result.err
 
 
+def test_a_command_that_differs_from_the_list_in_its_accents_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("voz.toml").write_text('[commands]\n"stóp speech" = { listen = false }\n', "utf-8")
+    result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
+    assert '[commands] has "stóp speech" and the list "stop speech": write both' in result.err
+    assert "no line of the list" not in result.err
+
+
 def test_without_safety_the_bare_rules_hold(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "typed.txt").write_text("start speech\nrotate left\nstop\nslow down\n")
     arguments = ["run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound"]

@@ -89,11 +89,14 @@ def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPla
 
 def _tell_what_is_never_said(commands: Commands, settings: Config) -> None:
     """Tell which commands of the user's own table are not in the list of what may be said."""
-    from voz.run.commands import never_said
+    from voz.run.commands import never_said, with_its_accents
 
     own = (settings.commands, *settings.states.values())
     names = never_said(commands, [name for table in own for name in table])
-    if names:
+    accented = {name: other for name in names if (other := with_its_accents(commands, name))}
+    for name, other in accented.items():
+        tell(f'[commands] has "{name}" and the list "{other}": write both with the same accents')
+    if names := [name for name in names if name not in accented]:
         tell(f"no line of the list of commands is {_some(names)}: add it, and run `voz build-lm`")
 
 

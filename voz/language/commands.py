@@ -68,6 +68,12 @@ def composed(text: str) -> str:
     return unicodedata.normalize("NFC", text)
 
 
+def without_accents(text: str) -> str:
+    """Leave out all accents, as who types on a keyboard without them does."""
+    letters = unicodedata.normalize("NFD", text)
+    return "".join(letter for letter in letters if not unicodedata.combining(letter))
+
+
 def parse_commands(data: bytes, name: str) -> CommandList:
     """Parse a command list: one sentence a line, `#` begins a comment.
 

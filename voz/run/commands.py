@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from voz.control.table import CommandTable, check_commands
+from voz.language.commands import without_accents
 from voz.language.templates.commands import Commands
 
 MOST_LOOKED_AT = 64
@@ -47,6 +48,12 @@ def idle(commands: Commands, table: CommandTable) -> list[str]:
 def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
     """Name the commands of a table that a list does not have: nobody can say them."""
     return [name for name in dict.fromkeys(named) if name not in commands.names]
+
+
+def with_its_accents(commands: Commands, name: str) -> str | None:
+    """Find the command of a list that differs from a name in accents alone; None if none does."""
+    plain = without_accents(name)
+    return next((other for other in commands.names if without_accents(other) == plain), None)
 
 
 def _slots(commands: Commands, name: str) -> set[str]:

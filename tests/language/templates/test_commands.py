@@ -177,6 +177,25 @@ def test_typed_text_may_have_digits_capitals_and_a_full_stop() -> None:
         assert commands.parse(other) is None
 
 
+def test_typed_text_may_lack_accents() -> None:
+    commands = plain_commands(["más despacio", "señala la cerveza", "cómo", "como"])
+    for typed, text in {
+        "mas despacio": "más despacio",
+        "MAS DESPACIO.": "más despacio",
+        "senala la cerveza": "señala la cerveza",
+        "como": "como",
+        "cómo": "cómo",
+    }.items():
+        parse = commands.parse(typed)
+        assert parse, typed
+        assert parse.text == text
+    assert commands.parse("mäs despacio") is None
+    commands = commands_of("gira {lado} {angle: 1..9} metros\nlado = rápido:1 | atrás:2")
+    parse = commands.parse("gira atras 5 metros")
+    assert parse
+    assert parse.slots == {"lado": 2, "angle": 5}
+
+
 def test_unknown_text_gets_the_nearest_sentence() -> None:
     commands = plain_commands(["go forward", "go back", "start speech", "stop speech", "stop"])
     assert commands.meant("go forwards") == "go forward"

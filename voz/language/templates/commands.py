@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from types import MappingProxyType
 from typing import NamedTuple
 
 import msgspec
 
 from voz.errors import LanguageError
+from voz.language.commands import without_accents
 from voz.language.templates.distances import Letters, WordDistances
 from voz.language.templates.expression import Value
 from voz.language.templates.neighbours import nearest
@@ -117,7 +119,7 @@ class Commands(Collection[str]):
         """Find what a sentence means, spoken or typed.
 
         Args:
-            text: typed text may have digits, capitals and a full stop.
+            text: typed text may have digits, capitals and a full stop, and lack accents.
 
         Returns:
             Its command and slots; None if it is no sentence of the language.
@@ -125,7 +127,8 @@ class Commands(Collection[str]):
         words = text.split()
         label = self._label(words)
         if label is None:
-            found = next(self._spoken(tokens(text)), None)
+            typed = tokens(text)
+            found = next(chain(self._spoken(typed), self._spoken(self._accented(typed))), None)
             if found is None:
                 return None
             words, label = found
@@ -207,6 +210,18 @@ class Commands(Collection[str]):
         state = self.network.walk(words)
         label = NONE if state is None else self.network.labels[state]
         return None if label == NONE else label
+
+    def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
+        """Give typed words their accents; one that may have several is each of them."""
+        return [[word for way in ways for word in self._accents.get(way, [way])] for ways in typed]
+
+    @cached_property
+    def _accents(self) -> dict[str, list[str]]:
+        """The words that may be meant by one without accents."""
+        found: dict[str, list[str]] = {}
+        for word in self.vocabulary:
+            found.setdefault(without_accents(word), []).append(word)
+        return found
 
     def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
         """The sentences that typed text may be; numbers have several wordings."""

@@ -13,6 +13,13 @@ import soxr
 from calls import VOZ
 from loudspeaker import Recorder
 from recordings import ROOT, Recording
+from synthesis import phrase, with_floor
+
+from voz.config import load_config
+from voz.language.build import build
+from voz.language.files import LanguageFiles
+from voz.recognition.recognizer import Recognizer
+from voz.settings import Recognition
 
 EXAMPLES = ROOT / "examples"
 
@@ -124,3 +131,24 @@ def test_a_drone_flies_as_far_as_was_said_and_never_on(tmp_path: Path) -> None:
         "fly at 0.5 m/s, turn at 0 rad/s",
         "fly at 0 m/s, turn at 0 rad/s",
     ]
+
+
+def test_the_drone_hears_both_ways_to_make_it_hold_its_position(tmp_path: Path) -> None:
+    build(EXAMPLES / "drone" / "commands.txt", tmp_path)
+    recognizer = Recognizer(LanguageFiles(tmp_path), Recognition())
+    voices = ["festival_kal", "festival_ked", "flite_awb", "flite_rms", "espeak_us"]
+    said = [(voice, "hover") for voice in voices]
+    said += [(voice, "hold position") for voice in [*voices, "espeak_gb"]]
+    for voice, text in said:
+        sound = with_floor(phrase(voice, text), np.random.default_rng(0))
+        heard = recognizer.decode(sound.astype(np.float32))
+        found = [(u.text, u.command) for u in heard if u.accepted]
+        assert found == [(text, "stop")], (voice, text)
+
+
+def test_the_spanish_example_is_as_strict_as_was_measured() -> None:
+    config = load_config(EXAMPLES / "spanish" / "voz.toml")
+    assert config.recognition.threshold == 0.2
+    documented = (ROOT / "docs" / "languages.md").read_text(encoding="utf-8")
+    row = "the same, `threshold = 0.2`, as `examples/spanish` has it | 168 | 136 | 211 |"
+    assert row in documented

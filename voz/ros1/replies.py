@@ -1,15 +1,16 @@
-"""Who says the robot's replies: voz itself, or whoever listens on `robotsound`."""
+"""Who says the robot's replies and plays its sounds: voz, or whoever listens on `robotsound`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import NamedTuple
 
 from msgspec.structs import replace
 
 from voz.audio.playback.mixer import Mixer
-from voz.events import Event, Receiver, Reply
+from voz.events import Event, Play, Receiver, Reply
 from voz.ros1.parameters import choice
 from voz.run.assembly import replies_to, speaking
 from voz.settings import Speech
@@ -19,7 +20,7 @@ class Replies(NamedTuple):
     """How the replies are said.
 
     Attributes:
-        receivers: what says the replies among the events, if anybody does.
+        receivers: what says the replies and plays the sounds among the events, if anybody does.
         loudspeaker: what this process gives out, if it does.
     """
 
@@ -49,13 +50,19 @@ def replies(
 def _replies_on_robotsound(voice: str) -> Receiver:
     from rospy import Publisher
 
-    from voz.ros1.sound_request import ONCE, SAY, TOPIC, sound_request
+    from voz.ros1.sound_request import ONCE, PLAY_FILE, SAY, TOPIC, sound_request
+    from voz.speech.builtin_sounds import BuiltinSound
 
     kind = sound_request()
     publisher = Publisher(TOPIC, kind, queue_size=10)
+    builtin = {sound.title: int(sound) for sound in BuiltinSound}
 
     def receive(event: Event) -> None:
         if isinstance(event, Reply):
             publisher.publish(kind(SAY, ONCE, 1.0, event.text, f"voice_{voice}"))
+        elif isinstance(event, Play) and event.sound in builtin:
+            publisher.publish(kind(builtin[event.sound], ONCE, 1.0, "", ""))
+        elif isinstance(event, Play):
+            publisher.publish(kind(PLAY_FILE, ONCE, 1.0, str(Path(event.sound).resolve()), ""))
 
     return receive

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -74,6 +76,58 @@ def test_a_robot_of_ones_own_receives_what_is_obeyed(tmp_path: Path) -> None:
     )
     lines = done.stdout.splitlines()
     assert lines == ["obeyed: go forward", "lamp on", "obeyed: stop", "lamp off"], done.stderr
+
+
+def read_by_nobody(name: str, *arguments: object, sound: bytes = b"") -> tuple[int, bytes]:
+    """How an example ends whose output nobody reads, and what it says of that."""
+    unread, written = os.pipe()
+    os.close(unread)
+    command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
+    done = subprocess.run(command, input=sound, stdout=written, stderr=subprocess.PIPE)
+    os.close(written)
+    return done.returncode, done.stderr
+
+
+def test_an_example_whose_output_nobody_reads_ends_without_a_word(
+    stereo: Path, session: Recording, tmp_path: Path
+) -> None:
+    samples = soxr.resample(session.samples(), 16000, 48000).astype("<i2")
+    by_signal = (-signal.SIGPIPE, b"")
+    assert read_by_nobody("follow_stream.py", sound=samples.tobytes()) == by_signal
+    assert read_by_nobody("decode_array.py", stereo) == by_signal
+    sound, rate = soundfile.read(stereo)
+    soundfile.write(tmp_path / "long.wav", np.concatenate([sound] * 4), rate)
+    assert read_by_nobody("drive_loop.py", tmp_path / "long.wav") == (0, b"")
+
+
+def test_a_stream_that_is_ended_by_ctrl_c_or_in_the_midst_of_a_sample_ends_without_a_word() -> None:
+    assert run("follow_stream.py", input=bytes(9601)) == []
+    command = [sys.executable, str(EXAMPLES / "follow_stream.py")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin
+        assert process.stderr
+        process.stdin.write(bytes(2_000_000))  # more than fits into the pipe: it reads
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == -signal.SIGINT
+        assert process.stderr.read() == b""
+
+
+@pytest.mark.parametrize("mistake", ["OSError('the cable is out')", "KeyboardInterrupt"])
+def test_a_loop_of_ones_own_that_fails_stops_the_robot(mistake: str, stereo: Path) -> None:
+    program = (
+        "import runpy, sys, voz\n"
+        "class Failing(voz.Controller):\n"
+        "    def send(self, t):\n"
+        "        super().send(t)\n"
+        f"        if t > 4: raise {mistake}\n"
+        "voz.Controller = Failing\n"
+        f"runpy.run_path({str(EXAMPLES / 'drive_loop.py')!r})\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program, stereo], capture_output=True, text=True)
+    assert done.returncode
+    *_, before, last = done.stdout.splitlines()
+    assert before.startswith("4.1 s: ")
+    assert last == "4.1 s: 0 m/s, 0 rad/s"
 
 
 @pytest.mark.slow

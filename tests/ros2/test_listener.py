@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 
 import pytest
@@ -16,16 +17,21 @@ from voz.settings import Ros2
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("domain")
-def test_it_prints_what_was_obeyed() -> None:
+def test_it_prints_what_was_obeyed_and_is_ended_by_ctrl_c() -> None:
     robot = Ros2Robot(Ros2(wait=0))
     robot.open()
     command = [str(RCLPY), str(ROOT / "examples" / "ros2_listener.py")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as listener:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as listener:
         try:
             wait_until(lambda: robot._output.get_matched_subscriptions())
             robot.receive(Utterance(0, "go back", 0.9, True, 0, 1, "text", obeyed=True))
             assert listener.stdout
             assert listener.stdout.readline() == "go back\n"
+            listener.send_signal(signal.SIGINT)
+            assert listener.wait(60) == -signal.SIGINT
+            assert listener.stderr
+            assert "Traceback" not in listener.stderr.read()
         finally:
             listener.kill()
             robot.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -129,6 +130,24 @@ def test_what_its_work_raises_loses_it_and_it_is_stopped(make: Callable[[], Robo
         assert "the gripper is jammed (arms.py, line 20)" in (box.lost() or "")
         drive(box, 0.1)
         wait_until(lambda: got()[-1] == "0.0")
+
+
+def test_what_its_work_raised_does_not_grow_as_it_is_raised_again_and_again() -> None:
+    robot = here_too()
+    robot.open()
+    robot.receive(Reply(0.0, "the gripper is jammed"))
+
+    def frames() -> int:
+        try:
+            robot.receive(Twist(0.0, 0.1, 0.0))
+        except OSError as error:
+            return len(traceback.extract_tb(error.__traceback__))
+        return 0
+
+    wait_until(frames)
+    assert len({frames() for _ in range(10)}) == 1
+    assert got()[-1] == "0.0"
+    robot.close()
 
 
 def test_too_much_work_loses_it_until_some_is_done() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from types import TracebackType
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
@@ -26,6 +27,7 @@ class SlowRobot(Robot):
         self._changed = threading.Condition()
         self._closing = False
         self._failure: BaseException | None = None
+        self._place: TracebackType | None = None  # where it was raised
         self._worker = threading.Thread(target=self._work, name="voz-slow", daemon=True)
 
     def open(self) -> None:
@@ -43,7 +45,7 @@ class SlowRobot(Robot):
                 self._box.put(event)
                 self._changed.notify()
         if self._failure:
-            raise self._failure
+            raise self._failure.with_traceback(self._place)  # else it grows each time it is raised
 
     def lost(self) -> str | None:
         """Tell why the robot is lost; also while too much waits for it."""
@@ -62,6 +64,7 @@ class SlowRobot(Robot):
             try:
                 self._robot.receive(event)
             except BaseException as error:  # `sys.exit` too: the next velocity tells of it
+                self._place = error.__traceback__
                 self._failure = error
                 return
 

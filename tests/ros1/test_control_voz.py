@@ -127,6 +127,19 @@ def test_replies_are_asked_for_on_robotsound(ros: Ros) -> None:
 
 
 @pytest.mark.slow
+def test_sounds_are_asked_for_on_robotsound_too(ros: Ros, tmp_path: Path) -> None:
+    (tmp_path / "ding.wav").write_bytes(b"")
+    table = f'{{ play = "{tmp_path}/ding.wav" }}, {{ play = "backing-up" }}'
+    (tmp_path / "sounds.toml").write_text(f'[commands]\n"greet" = [{table}]\n')
+    own = f"_config:={tmp_path}/sounds.toml"
+    _, client = driving(ros, "_sound:=ros", own, topics=("/robotsound",))
+    client.say("greet")
+    eventually(lambda: len(client.of("/robotsound")) == 2)
+    asked = [(m["sound"], m["command"], m["arg"]) for m in client.of("/robotsound")]
+    assert asked == [(-2, 1, f"{tmp_path}/ding.wav"), (1, 1, "")]
+
+
+@pytest.mark.slow
 def test_without_festival_there_is_a_warning_and_the_robot_obeys(ros: Ros, tmp_path: Path) -> None:
     (tmp_path / "python3").symlink_to(shutil.which("python3", path="/usr/bin"))
     for tool in ("sh", "dirname", "readlink"):

@@ -158,12 +158,15 @@ def test_every_record_with_limits_is_among_them() -> None:
         (lambda: Step(drive=0), "`drive` is 0; to end a motion write stop = true"),
         (lambda: Step(drive=math.nan), "Expected `float` >= -1000.0 - at `Step.drive`"),
         (lambda: voz.BuiltinSound(9), "there is no built-in sound 9; give 1 to 5"),
-        (lambda: voz.Controller([], 0.3), "`safety` is a float; give a Safety"),  # type: ignore[arg-type]
-        (lambda: voz.Controller([], Safety(), "yes"), "`listening` is a str; give a bool"),  # type: ignore[arg-type]
-        (lambda: voz.SoundClient(voice=3), "`voice` is a int; give a str"),  # type: ignore[arg-type]
-        (lambda: voz.SoundClient(blocking="no"), "`blocking` is a str; give a bool"),  # type: ignore[arg-type]
-        (lambda: voz.load(settings=0.3), "`settings` is a float; give a Recognition"),  # type: ignore[arg-type]
-        (lambda: voz.load(profile=3), "`profile` is a int; give a str"),  # type: ignore[arg-type]
+        (lambda: voz.Controller([], 0.3), "Expected `Safety`, got `float` - at `safety`"),  # type: ignore[arg-type]
+        (
+            lambda: voz.Controller([], Safety(), "yes"),
+            "Expected `bool`, got `str` - at `listening`",
+        ),  # type: ignore[arg-type]
+        (lambda: voz.SoundClient(voice=3), "Expected `str`, got `int` - at `voice`"),  # type: ignore[arg-type]
+        (lambda: voz.SoundClient(blocking="no"), "Expected `bool`, got `str` - at `blocking`"),  # type: ignore[arg-type]
+        (lambda: voz.load(settings=0.3), "Expected `Recognition`, got `float` - at `settings`"),  # type: ignore[arg-type]
+        (lambda: voz.load(profile=3), "Expected `str`, got `int` - at `profile`"),  # type: ignore[arg-type]
     ],
 )
 def test_what_a_program_gives_is_refused_in_the_words_of_the_file(

@@ -47,7 +47,7 @@ class CheckedRecord(msgspec.Struct, frozen=True):
 
 
 def check_is_a(kind: type | tuple[type, ...], value: object, name: str) -> None:
-    """Refuse an argument of another type.
+    """Refuse an argument of another type, in the words in which a record is refused.
 
     Args:
         kind: the type that it must have; of several, messages name the first.
@@ -59,7 +59,8 @@ def check_is_a(kind: type | tuple[type, ...], value: object, name: str) -> None:
     """
     if not isinstance(value, kind):
         wanted = kind[0] if isinstance(kind, tuple) else kind
-        raise ConfigError(f"`{name}` is a {type(value).__name__}; give a {wanted.__name__}")
+        got = type(value).__name__
+        raise ConfigError(f"Expected `{wanted.__name__}`, got `{got}` - at `{name}`")
 
 
 def is_number(value: object) -> bool:

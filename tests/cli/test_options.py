@@ -76,3 +76,16 @@ def test_what_reads_no_settings_tells_of_none(here: Path, voz: Any) -> None:
     for arguments in (["calibrate", "--list"], ["say", "--list-voices"], ["--help"]):
         result = voz(*arguments)
         assert (result.code, result.err) == (0, "")
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "-0.1", "1e400", "10001"])
+@pytest.mark.parametrize(
+    ("option", "setting"),
+    [("--threshold", "threshold"), ("--false-alarms-per-hour", "false_alarms_per_hour")],
+)
+def test_no_number_from_outside_its_range_is_an_option(
+    here: Path, voz: Any, option: str, setting: str, value: str
+) -> None:
+    complaint = voz(*TYPED, option, value).complaint
+    assert complaint.startswith("voz: an option cannot be used: Expected `float` ")
+    assert complaint.endswith(f" - at `$.recognition.{setting}`; see --help")

@@ -390,9 +390,9 @@ def test_without_a_loudspeaker_there_is_one_warning(
         (lambda client: client.play(1, volume="loud"), "a volume is a number from 0 to 1"),
         (lambda client: client.play_wave(7), "7 is no path of a sound; give a file"),
         (lambda client: client.stop_wave(None), "None is no path of a sound; give a file"),
-        (lambda client: client.say(7), "`text` is a int; give a str"),
-        (lambda client: client.stop_saying(None), "`text` is a NoneType; give a str"),
-        (lambda client: client.say("hello", voice=7), "`voice` is a int; give a str"),
+        (lambda client: client.say(7), "Expected `str`, got `int` - at `text`"),
+        (lambda client: client.stop_saying(None), "Expected `str`, got `NoneType` - at `text`"),
+        (lambda client: client.say("hello", voice=7), "Expected `str`, got `int` - at `voice`"),
     ],
 )
 def test_what_is_no_sound_is_an_error_of_voz(ask: Callable[[Any], None], told: str) -> None:

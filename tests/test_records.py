@@ -157,6 +157,10 @@ def test_every_record_with_limits_is_among_them() -> None:
         (lambda: Config(robot="console"), "Expected `array`, got `str` - at `Config.robot`"),  # type: ignore[arg-type]
         (lambda: Step(drive=0), "`drive` is 0; to end a motion write stop = true"),
         (lambda: Step(drive=math.nan), "Expected `float` >= -1000.0 - at `Step.drive`"),
+        (
+            lambda: voz.Utterance(0, "go", 1, True, 0, 0, "text", slots={"way": 10**400}),
+            "Expected `int` <= 9223372036854775807 - at `Utterance.slots[...]`",
+        ),
         (lambda: voz.BuiltinSound(9), "there is no built-in sound 9; give 1 to 5"),
         (lambda: voz.Controller([], 0.3), "Expected `Safety`, got `float` - at `safety`"),  # type: ignore[arg-type]
         (

@@ -13,7 +13,7 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec.structs import replace
 
-from voz.records import CheckedRecord, Finite, Fraction, Int16
+from voz.records import CheckedRecord, Finite, Fraction, Int16, Int64
 
 Reason = Literal[
     "not_a_command",
@@ -90,7 +90,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     ears: tuple[Ear, Ear] | None = None
     refused_by: RefusedBy | None = None
     command: str | None = None
-    slots: Mapping[str, str | int | Finite] = {}
+    slots: Mapping[str, str | Int64 | Finite] = {}
     meant: str | None = None
 
     def __post_init__(self) -> None:

@@ -18,6 +18,8 @@ Int16 = Annotated[int, msgspec.Meta(ge=-(2**15), lt=2**15)]
 """What a `std_msgs/Int16` holds."""
 Int32 = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**31)]
 """What a `std_msgs/Int32` holds."""
+Int64 = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
+"""Whole numbers that are floats, too."""
 
 
 class CheckedRecord(msgspec.Struct, frozen=True):

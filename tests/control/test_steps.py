@@ -6,8 +6,11 @@ import re
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from voz.control.steps import Step, filled
+from voz.errors import ConfigError
 
 
 @pytest.mark.parametrize(
@@ -34,6 +37,16 @@ def test_what_contradicts_itself_is_refused(written: dict[str, object], why: str
     with pytest.raises(msgspec.ValidationError) as caught:
         msgspec.convert(written, Step)
     assert why in str(caught.value)
+
+
+@given(st.floats() | st.integers() | st.text(max_size=4) | st.sampled_from(["nan", 10**400]))
+def test_no_slot_moves_faster_or_farther_than_a_table_may_say(said: str | float) -> None:
+    try:
+        step = filled(Step(drive="{x}", metres="{x}"), {"x": said})
+    except ConfigError:
+        return
+    assert isinstance(step.drive, float)
+    assert 0 < step.drive == step.metres <= 1000
 
 
 def test_false_is_something_to_do_but_for_stop_and_again() -> None:

@@ -211,7 +211,7 @@ def _number(text: str, slots: Mapping[str, str | float]) -> float:
     value = slots[text[1:-1]]
     try:
         return float(value)
-    except ValueError:
+    except (ValueError, OverflowError):
         raise ConfigError(f'{text} is "{value}", and no number') from None
 
 

@@ -18,6 +18,7 @@ from documents import (
     generated,
     written,
 )
+from language.templates.of_text import commands_of
 from make_reference import API, SAMPLES
 from recordings import ROOT
 
@@ -101,6 +102,31 @@ def test_each_setting_that_is_shown_can_be_set(page: Document, tmp_path: Path) -
 def test_each_python_that_is_shown_compiles(page: Document) -> None:
     for block in page.blocks("python"):
         compile(block, str(page.path), "exec", dont_inherit=True)
+
+
+@each_page
+def test_no_code_has_a_bar_that_is_shown_with_its_backslash(page: Document) -> None:
+    # GitHub needs the backslash in a table and leaves it out; mkdocs shows it.
+    assert not re.search(r"`[^`\n]*\\\|", page.text)
+
+
+def test_the_notation_of_sentences_means_what_is_said_beside_it() -> None:
+    text = (ROOT / "docs" / "sentences.md").read_text(encoding="utf-8")
+    block = text.split("## The notation\n\n```\n")[1].split("```")[0].replace("import ", "# ")
+    commands = commands_of(block)
+    said = [one for line in block.splitlines() for one in re.findall(r'"([^"]{3,})"', line)]
+    assert len(said) > 10
+    assert [one for one in said if not commands.parse(one)] == []
+    for typed, name, slots in (
+        ("bring the deep blue cup", "bring the {colour} cup", {"colour": "blue"}),
+        ("go one and a half metres", "go {far} metres", {"far": 1.5}),
+        ("from the table to the shelf", "from {origin} to {goal}", None),
+        ("move on", "go on", {}),
+    ):
+        parse = commands.parse(typed)
+        assert parse
+        assert parse.command == name
+        assert slots is None or parse.slots == slots
 
 
 def test_all_settings_are_shown_and_explained() -> None:

@@ -6,6 +6,7 @@ import fcntl
 import itertools
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
@@ -19,7 +20,7 @@ from typing import Any
 
 import pytest
 from calls import VOZ, Result, in_process
-from recordings import Recording
+from recordings import ROOT, Recording
 
 MOVES = ("cmd_vel", "selected_object")
 LINES = "start speech\ngo forward\n-\n-\nstop\n"
@@ -99,14 +100,44 @@ def test_several_robots_get_the_same_and_voz_toml_names_them_too(
 def test_a_picture_shows_what_a_recording_made_the_simulator_do(
     voz: Any, session: Recording, tmp_path: Path
 ) -> None:
-    picture, animation = tmp_path / "way.svg", tmp_path / "way.gif"
+    paths = picture, animation = tmp_path / "way.svg", tmp_path / "way.gif"
     result = voz(
         "run", "--wav", session.path, "--no-sound", "--robot", "simulator",
         "--picture", picture, "--animation", animation,
     )  # fmt: skip
-    assert (result.code, result.out, result.err) == (0, "", "")
+    assert (result.code, result.out) == (0, "")
+    written = ((f"drawing {one} ...", f"written: {one}, the way of the robot") for one in paths)
+    assert result.err.splitlines() == [line for lines in written for line in lines]
     assert "go forward" in picture.read_text()
+    title = re.search(r"[\d.]+ m in \d+ s, driven by \d+ commands", picture.read_text())
+    assert title
+    assert title.group().encode() in (ROOT / "docs" / "demo.png").read_bytes()
     assert animation.read_bytes().startswith(b"GIF8")
+
+
+@pytest.mark.slow
+def test_after_ctrl_c_it_says_what_it_draws_and_what_it_wrote(tmp_path: Path) -> None:
+    picture, animation = tmp_path / "way.svg", tmp_path / "way.gif"
+    command = [*VOZ, "run", "--text", "-", "--no-sound", "--realtime", "--events", "-"]
+    drawn = ["--robot", "simulator", "--picture", str(picture), "--animation", str(animation)]
+    with subprocess.Popen(
+        [*command, *drawn],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout
+            assert process.stdout.readline()  # it drives
+            process.send_signal(signal.SIGINT)
+            _, told = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    written = [line.split(",")[0] for line in told.splitlines() if line.startswith("written: ")]
+    assert written == [f"written: {picture}", f"written: {animation}"]
+    assert told.startswith(f"drawing {picture} ...\n")
 
 
 @pytest.mark.parametrize(

@@ -197,14 +197,13 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
         from voz.robot.drawing.view import TripView
 
         plan.terminal.console.print(TripView(trip))
-    if plan.picture:
-        from voz.robot.drawing import save_picture
+    from voz.robot.drawing import save_animation, save_picture
 
-        save_picture(trip, plan.picture)
-    if plan.animation:
-        from voz.robot.drawing import save_animation
-
-        save_animation(trip, plan.animation)
+    for path, save in ((plan.picture, save_picture), (plan.animation, save_animation)):
+        if path:  # it takes seconds
+            tell(f"drawing {path} ...")
+            save(trip, path)
+            tell(f"written: {path}, the way of the robot")
 
 
 def _tell_warnings(event: Event) -> None:

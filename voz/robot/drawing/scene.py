@@ -66,6 +66,11 @@ class Scene:
             self._title = self._axes.set_title("", loc="left", fontsize=11)
             self._write_legend()
 
+    @property
+    def title(self) -> str:
+        """What stands above the room."""
+        return self._title.get_text()
+
     def show(self, t: float) -> list[Artist]:
         """Show the state of a time.
 
@@ -158,8 +163,8 @@ def save(trip: Trip, path: Path) -> None:
     """
     scene = Scene(trip, DPI)
     scene.show(trip.states[-1].t)
-    # Without the time of writing, so that the same trip gives the same file.
-    nothing = {"Date": None} if path.suffix.lower() == ".svg" else {"Software": None}
     kind = path.suffix[1:].lower()
+    # Without the time of writing, so that the same trip gives the same file.
+    about = {"Title": scene.title, ("Date" if kind == "svg" else "Software"): None}
     with rc_context(STYLE), replaced(path, "wb") as file:
-        scene.figure.savefig(file, format=kind, metadata=nothing)
+        scene.figure.savefig(file, format=kind, metadata=about)

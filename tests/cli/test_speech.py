@@ -27,7 +27,9 @@ def no_sound(tmp_path: Path) -> dict[str, str]:
 
 
 def test_say_writes_a_wav(voz: Any, tmp_path: Path) -> None:
-    assert voz("say", "hello robot", "--out", tmp_path / "hello.wav").code == 0
+    result = voz("say", "hello robot", "--out", tmp_path / "hello.wav")
+    assert result.code == 0
+    assert result.err == f"written: {tmp_path / 'hello.wav'}, said by kal_diphone\n"
     assert soundfile.info(tmp_path / "hello.wav").duration > 0.4
 
 

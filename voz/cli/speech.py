@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from voz.cli.options import finite
-from voz.cli.terminal import show, warn
+from voz.cli.terminal import show, tell, warn
 from voz.errors import AudioError, SpeechError
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def say(
         raise SpeechError("there is nothing to say; give a text in quotes, see --help")
     elif out:
         festival.render(text, voice, out)
+        tell(f"written: {out}, said by {voice}")
     else:
         with _sounding() as client:
             client.say(text, voice, blocking=True)

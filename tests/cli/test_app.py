@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 from typing import Any
 
 import pytest
+import typer
+from calls import in_process
 from recordings import GO_BACK
 
 from voz import __version__
+from voz.cli.app import app
 
 
 @pytest.mark.parametrize(
@@ -76,6 +80,28 @@ def test_every_command_has_help_with_an_example(command: str, voz: Any) -> None:
     result = voz(command, "--help")
     assert result.code == 0
     assert re.search(f"Examples?: voz {command} ", " ".join(result.out.split()))
+
+
+def test_each_example_of_a_help_has_a_line_of_its_own(voz: Any) -> None:
+    lines = [line.strip() for line in voz("decode", "--help").out.splitlines()]
+    examples = [line for line in lines if "Example:" in line]
+    assert len(examples) == 2
+    assert all(line.rindex("Example:") == 0 for line in examples)
+
+
+@pytest.mark.parametrize("group", [(), ("service",), ("language",)])
+@pytest.mark.parametrize("columns", [40, 80])
+def test_the_help_lists_each_subcommand_with_its_whole_summary(
+    group: tuple[str, ...], columns: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = in_process(*group, "--help", env=os.environ | {"COLUMNS": str(columns)}).out
+    listed = "".join(shown.split("Commands:")[1].split())
+    commands = typer.main.get_command(app)
+    for name in group:
+        commands = commands.commands[name]
+    for name, command in commands.commands.items():
+        summary = command.help.split("\n\n")[0]
+        assert name + "".join(summary.split()) in listed
 
 
 @pytest.mark.parametrize("asked", ["--help", "--version"])

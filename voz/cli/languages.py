@@ -7,10 +7,14 @@ from typing import Annotated
 
 import typer
 
+from voz.cli.help import Group
 from voz.cli.terminal import show
 
 languages = typer.Typer(
-    rich_markup_mode=None, no_args_is_help=False, help="Take another language than English."
+    cls=Group,
+    rich_markup_mode=None,
+    no_args_is_help=False,
+    help="Take another language than English.",
 )
 
 

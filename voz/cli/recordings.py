@@ -44,6 +44,7 @@ def decode(
     could not be read; the others are done.
 
     Example: voz decode audio_fixtures/long/session.wav
+
     Example: voz decode recordings/ --out heard.jsonl
     """
     from voz.process.quiet_libraries import quiet_libraries

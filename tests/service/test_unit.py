@@ -63,20 +63,37 @@ def test_it_comes_after_the_sound_server_and_comes_back_after_a_failure() -> Non
     assert parts["Install"]["WantedBy"] == "default.target"
 
 
+def systemd_analyze(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    program = shutil.which("systemd-analyze")
+    assert program, "it comes with Debian"
+    return subprocess.run(
+        [program, "--user", *map(str, arguments)],
+        env=os.environ | {"XDG_RUNTIME_DIR": str(folder)},
+        capture_output=True,
+        text=True,
+    )
+
+
 def test_systemd_itself_takes_it(tmp_path: Path) -> None:
-    verify = shutil.which("systemd-analyze")
-    assert verify, "it comes with Debian"
     file = tmp_path / "voz.service"
     (tmp_path / "my %h $HOME.toml").touch()
     robots = ("--robot", "console,ros2")
     file.write_text(printed(*robots, "--config", "my %h $HOME.toml", cwd=tmp_path))
-    done = subprocess.run(
-        [verify, "--user", "verify", str(file)],
-        env=os.environ | {"XDG_RUNTIME_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-    )
+    done = systemd_analyze(tmp_path, "verify", file)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_a_voice_does_not_need_is_closed(tmp_path: Path) -> None:
+    file = tmp_path / "voz.service"
+    file.write_text(printed())
+    done = systemd_analyze(tmp_path, "security", "--offline=true", "--threshold=65", file)
+    assert done.returncode == 0, done.stdout  # 9.8 with nothing closed
+    service = read(printed())["Service"]
+    # With these it does not start where users may make no namespaces, or not for a user at all.
+    assert not {"PrivateUsers", "CapabilityBoundingSet", "DynamicUser"} & set(service)
+    # Sound cards, serial ports and pins are devices, what is recorded lies where the user says.
+    assert not {"PrivateDevices", "DeviceAllow", "ProtectHome", "ProtectClock"} & set(service)
+    assert set(service["RestrictAddressFamilies"].split()) >= {"AF_UNIX", "AF_INET", "AF_NETLINK"}
 
 
 def test_its_command_runs_in_its_folder(tmp_path: Path) -> None:

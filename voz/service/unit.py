@@ -40,6 +40,19 @@ TimeoutStopSec=10
 SuccessExitStatus=143
 Restart=on-failure
 RestartSec=3
+# What a voice does not need. A user's systemd can close no more than this without a user namespace,
+# which many systems refuse: voz would not start. docs/service.md has how to open it.
+NoNewPrivileges=yes
+SystemCallArchitectures=native
+SystemCallFilter=@system-service
+SystemCallFilter=~@privileged
+SystemCallErrorNumber=EPERM
+RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK
+RestrictNamespaces=yes
+RestrictRealtime=yes
+RestrictSUIDSGID=yes
+LockPersonality=yes
+KeyringMode=private
 
 [Install]
 WantedBy=default.target

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from voz.batch.fingerprint import Header
 from voz.batch.journal import journal_for, journal_path
 from voz.batch.rows import Decoded, Nothing, Outcome, Row, failure
+from voz.batch.stamps import Stamp
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
@@ -23,7 +24,8 @@ NAMES = [f"{number}.wav" for number in range(6)]
 def outcome(name: str, kind: int) -> Outcome:
     heard = [Decoded(name, 0.5 * n, 1.0, "go\nbäck", 0.5, True) for n in range(kind)]
     rows: tuple[Row, ...] = tuple(heard) or (Nothing(name, 2.0),)
-    return failure(name, f"{name}: bad") if kind == 3 else Outcome(rows, 1.5, 0.25)
+    stamp = Stamp(9, "12", "abc") if kind else None
+    return failure(name, f"{name}: bad") if kind == 3 else Outcome(rows, 1.5, 0.25, stamp)
 
 
 KNOWN = {name: outcome(name, number % 4) for number, name in enumerate(NAMES)}
@@ -49,6 +51,21 @@ def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -
             for name in missing:
                 journal.add(name, KNOWN[name])
             assert list(journal.outcomes()) == [KNOWN[name] for name in NAMES]
+
+
+def test_a_recording_gets_another_stamp_and_keeps_its_rows(tmp_path: Path) -> None:
+    output, later = tmp_path / "heard.jsonl", Stamp(9, "13", "abc")
+    with journal_for(output, HEADER, NAMES, resume=False) as journal:
+        for name in NAMES[1:]:
+            journal.add(name, KNOWN[name])
+        journal.set_stamp(2, later)
+    with journal_for(output, HEADER, NAMES, resume=True) as journal:
+        stamps = {number: each.stamp for number, each in journal.stamps()}
+        assert stamps == {n: KNOWN[NAMES[n]].stamp for n in range(1, 6)} | {2: later}
+        journal.add(NAMES[0], KNOWN[NAMES[0]])
+        outcomes = list(journal.outcomes())
+    assert [o.rows for o in outcomes] == [KNOWN[name].rows for name in NAMES]
+    assert outcomes[2].stamp == later
 
 
 def test_what_failed_can_be_asked_for_again(tmp_path: Path) -> None:

@@ -232,6 +232,22 @@ def test_an_unfinished_run_is_begun_again_only_if_asked(folder: Path, tmp_path: 
     assert journal.read_text() == "mine\n"
 
 
+def test_what_changed_since_its_shard_was_made_is_decoded_again(
+    folder: Path, tmp_path: Path
+) -> None:
+    some, out = tmp_path / "some", tmp_path / "heard.csv"
+    shutil.copytree(folder, some)
+    made = shards(some, tmp_path, 2)
+    assert in_process("merge", *made, "--out", out).code == 0
+    shutil.copy(folder / "20.flac", some / "03.flac")
+    result = decode(out, some, "--resume")
+    assert f"changed since, decoded again: {some / '03.flac'}\n" in result.err
+    assert "24 recordings (23 were known)" in result.err
+    made[1].with_name(f"{made[1].name}.recordings").unlink()
+    assert in_process("merge", *made, "--out", out, "--overwrite").code == 0
+    assert "is not kept" in decode(out, some, "--resume").err
+
+
 def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path) -> None:
     made, out = shards(folder / "00.flac", tmp_path, 1), tmp_path / "whole.jsonl"
     out.write_text("mine")

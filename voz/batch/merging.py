@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -12,7 +13,11 @@ from voz.batch.formats import by_file, format_of, reading
 from voz.batch.inputs import parse_shard
 from voz.batch.places import Place, journal_path, shown_place, written
 from voz.batch.rows import Row
+from voz.batch.stamp_file import read_stamps, write_stamps
 from voz.errors import ConfigError
+
+Of = TypeVar("Of")
+"""What is known of a recording."""
 
 
 def merge(shards: Sequence[Place], output: Place) -> int:
@@ -45,6 +50,10 @@ def merge(shards: Sequence[Place], output: Place) -> int:
         whole = replace(opened[0][1], shard="", inputs="")
         with written(output) as path:
             write(path, whole, rows())
+        known = [files.enter_context(read_stamps(path)) for path, _, _ in opened]
+        stamps = [((each.file, each) for each in of_shard) for of_shard in known if of_shard]
+        if len(stamps) == len(opened):
+            write_stamps(output, _in_turn(stamps))
     return count
 
 
@@ -77,8 +86,8 @@ def _check_headers(headers: Sequence[tuple[Place, Header]]) -> None:
         raise ConfigError("a shard is named twice; name each once")
 
 
-def _in_turn(groups: Sequence[Iterator[tuple[str, tuple[Row, ...]]]]) -> Iterator[tuple[Row, ...]]:
-    """One recording of each shard after the other, as they were dealt out."""
+def _in_turn(groups: Sequence[Iterator[tuple[str, Of]]]) -> Iterator[Of]:
+    """What there is of one recording of each shard after the other, as they were dealt out."""
     ended = False
     while True:
         for number, group in enumerate(groups):

@@ -17,7 +17,7 @@ from voz.cli.devices import devices
 from voz.cli.doctor import doctor
 from voz.cli.evaluation import evaluate, fit_confidence
 from voz.cli.exit_codes import WRONG_CALL
-from voz.cli.help import Group
+from voz.cli.help import CommandGroup
 from voz.cli.language import build_lm, parse
 from voz.cli.languages import languages
 from voz.cli.recordings import decode, merge
@@ -33,7 +33,7 @@ from voz.process.signals import BY_SIGNAL
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
 
 app = typer.Typer(
-    cls=Group,
+    cls=CommandGroup,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # the plain help takes half the time
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -10,7 +10,7 @@ LONGEST_SUMMARY = 1000
 """Characters of the first sentence of a subcommand's help; typer would cut it at the line's end."""
 
 
-class Group(TyperGroup):
+class CommandGroup(TyperGroup):
     """Subcommands, each listed with its whole summary, on several lines if need be."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.help import Group
+from voz.cli.help import CommandGroup
 from voz.cli.terminal import show
 
 languages = typer.Typer(
-    cls=Group,
+    cls=CommandGroup,
     rich_markup_mode=None,
     no_args_is_help=False,
     help="Take another language than English.",

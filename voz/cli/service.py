@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from voz.cli.exit_codes import NOT_WELL
-from voz.cli.help import Group
+from voz.cli.help import CommandGroup
 from voz.cli.options import with_options
 from voz.cli.run_options import Running
 from voz.cli.terminal import put, show
 
 service = typer.Typer(
-    cls=Group,
+    cls=CommandGroup,
     rich_markup_mode=None,
     help="Let voz start with the computer, as a service of systemd's.",
 )

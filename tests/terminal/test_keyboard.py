@@ -253,6 +253,8 @@ def test_ctrl_c_ends_with_the_terminal_as_it_was(terminal: Terminal) -> None:
     assert terminal.settings() != terminal.before
     terminal.type("go forward\r")
     terminal.wait_for_velocity(0.1)
+    terminal.type("speed ")  # in the midst of a command
+    terminal.wait_to_see("speed ▏")
     terminal.type("\x03")
     assert terminal.end() == 130
     assert terminal.settings() == terminal.before

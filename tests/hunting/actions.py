@@ -253,6 +253,7 @@ STOPS = [
     Action("space", "keys", keys(b" ")),
     Action("Escape", "keys", keys(b"\x1b")),
     Action("g, space", "keys", keys(b"g", b" ")),
+    Action("go, two spaces", "keys", keys(b"go", b" ", b" ")),
     Action("go f, Escape", "keys", keys(b"go f", b"\x1b")),
     Action("arrow, space", "keys", keys(b"\x1b[A", b" ")),
     Action("arrow in pieces, space", "keys", keys(b"\x1b", b"[", b"A", b" ")),

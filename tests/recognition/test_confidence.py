@@ -12,8 +12,10 @@ from voz.language.phone_distances import read_distances
 from voz.recognition.confidence import (
     A_BREATH,
     HURRIED,
+    KNOWN,
     LONGEST,
     NO_SPEECH,
+    SOFT_SPEECH,
     SURE_SPEECH,
     WORST_FIT,
     Around,
@@ -79,6 +81,12 @@ def test_the_features_are_what_they_say() -> None:
 def test_what_is_surely_no_speech_is_not_trusted_at_all() -> None:
     assert [trust_in_speech(voice) for voice in (0, NO_SPEECH, SURE_SPEECH, 1)] == [0, 0, 1, 1]
     assert 0 < trust_in_speech((NO_SPEECH + SURE_SPEECH) / 2) < 1
+
+
+def test_what_both_ears_know_needs_little_voice_and_some() -> None:
+    assert trust_in_speech(SOFT_SPEECH, KNOWN) == 1
+    assert trust_in_speech(SOFT_SPEECH - 0.01, 1.0) == 0
+    assert trust_in_speech(SOFT_SPEECH, KNOWN - 0.01) == 0
 
 
 MADE_UP = Model(fitted_on=[], intercept=1.0, weights={"phones": 2.0}, alarms=2.0, alarms_fall=0.5)

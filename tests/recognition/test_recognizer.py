@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from recordings import FIXTURES, Recording
+from synthesis import VOICES, Voice, phrase, with_floor
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
@@ -340,3 +341,11 @@ def test_commands_are_heard_while_somebody_else_talks_on(
     ]
     assert share(heard) >= 0.6
     assert len(obeyed) <= len(places)
+
+
+def test_a_whispered_command_that_both_ears_know_is_speech(
+    recognizer: Recognizer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(VOICES, "whisper", Voice.espeak("en-us+whisper"))
+    (heard,) = recognizer.decode(with_floor(phrase("whisper", "stop"), np.random.default_rng(0)))
+    assert (heard.text, heard.accepted, heard.reason) == ("stop", True, None)

@@ -137,12 +137,13 @@ class Interpreter:
         evidence = self._comparison.compare(sound, text, start, ask)
         if evidence is None:
             return Hypothesis(segment, text)
-        trust = trust_in_speech(self._voice_in(samples, evidence))
         # What goes on and is as loud as the command is no noise that the command drowns in.
         above = math.inf if segment.amid else segment.above
         values = features(evidence, self._phones_of, self._usual) | two_ears(evidence, above)
         values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
-        sure = trust * probability(self.model, values)
+        sure = probability(self.model, values)
+        trust = trust_in_speech(self._voice_in(samples, evidence), sure if second else 0.0)
+        sure *= trust
         careful = self._is_careful(self.commands.parse(evidence.text))
         against = None if careful else rival(evidence, self.commands.parse)
         sure = min(sure, most_sure(against))

@@ -18,8 +18,8 @@ noises are below the first, and 95 of 100 commands by people above the second.""
 KNOWN, SOFT_SPEECH = 0.9, 0.2
 """What both ears are so sure of needs no more voice than this: `up` and `off` are short and soft.
 
-Of 289 short words by people 13 that both ears hear right, with .95 or more, are between .2 and .65; of
-seven minutes of noise nothing has more than .85 there.
+Of 251 short words by people 12 are so, and right, that the voice detector alone doubts; of 397
+sounds in noise those with so much voice have .54 at most, and all others .85.
 """
 
 A_BREATH = 5

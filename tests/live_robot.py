@@ -155,8 +155,12 @@ def velocity(event: dict[str, Any]) -> tuple[float, float]:
 
 
 def speak(environment: dict[str, str], path: Path) -> None:
-    """Speak a recording into the microphone."""
-    speaking = ["paplay", "--device=mic", "--latency-msec=20", str(path)]
+    """Speak a recording into the microphone.
+
+    The sound server gets two seconds of it at once: of less, a busy machine delivers the rest too
+    late, and what is spoken has gaps, in which `stop speech` becomes `stop`.
+    """
+    speaking = ["paplay", "--device=mic", "--latency-msec=2000", str(path)]
     subprocess.run(speaking, env=environment, check=True)
 
 

@@ -1,4 +1,4 @@
-"""A `voz run` in a terminal of its own, and what is to be seen there."""
+"""voz in a terminal of its own, and what is to be seen there."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import struct
 import subprocess
 import termios
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from calls import VOZ
@@ -44,10 +45,21 @@ def rows(shown: str) -> list[str]:
     return lines
 
 
-class Terminal:
-    """A `voz run` in a terminal of its own."""
+COLOR = re.compile(r"\x1b\[[0-9;]*m")
 
-    def __init__(self, environment: dict[str, str], folder: Path, *arguments: str) -> None:
+RUN = ("run", "--listening", "--no-sound")
+
+
+class Terminal:
+    """A `voz run`, or another command, in a terminal of its own."""
+
+    def __init__(
+        self,
+        environment: dict[str, str],
+        folder: Path,
+        *arguments: str,
+        command: tuple[str, ...] = RUN,
+    ) -> None:
         self._log = folder / "events.jsonl"
         self._ours, theirs = pty.openpty()
         self._open = [self._ours, theirs]
@@ -55,9 +67,9 @@ class Terminal:
         self.before = termios.tcgetattr(theirs)
         self._theirs = theirs
         self.shown = b""
-        command = [*VOZ, "run", "--listening", "--no-sound", "--events", str(self._log)]
+        events = ("--events", str(self._log)) if command[0] == "run" else ()
         self.process = subprocess.Popen(
-            [*command, *arguments],
+            [*VOZ, *command, *events, *arguments],
             cwd=folder,
             env=environment | {"TERM": "xterm"},
             stdin=theirs,
@@ -94,10 +106,19 @@ class Terminal:
             assert time.monotonic() < deadline, self.look()
             self.look()
 
+    def wait_for(self, sought: Callable[[dict[str, object]], bool]) -> dict[str, object]:
+        """Wait for an event."""
+        deadline = time.monotonic() + 60
+        while not (found := [event for event in self.events() if sought(event)]):
+            assert self.process.poll() is None, self.look()
+            assert time.monotonic() < deadline, self.look()
+            self.look()
+        return found[0]
+
     def wait_to_see(self, text: str) -> None:
         deadline = time.monotonic() + 20
-        while text not in self.look():
-            assert time.monotonic() < deadline
+        while text not in COLOR.sub("", self.look()):
+            assert time.monotonic() < deadline, self.look()
 
     def end(self) -> int:
         """Wait until the program has ended; what it still shows is taken from it."""

@@ -233,6 +233,13 @@ def test_what_somebody_began_to_say_before_a_key_was_pressed_moves_nothing(ended
     assert drive.velocities == (0.1, 0)
 
 
+@given(st.floats(-10, 0))
+def test_what_somebody_began_to_say_before_the_run_is_obeyed(start: float) -> None:
+    drive, _ = listening_drive()
+    drive.hear(said("go forward", start, 0.9))
+    assert drive.velocities == (0.1, 0)
+
+
 @pytest.mark.parametrize("text", STOPPING)
 def test_what_was_begun_before_a_stop_from_elsewhere_and_settled_after_it_moves_nothing(
     text: str,

@@ -58,8 +58,9 @@ class Controller:
         self._odometry = odometry
         self._state = State(listening=listening)
         self._last_command = 0.0
-        self.stopped_at = 0.0
-        self._told_to_stop = 0.0  # when somebody last began to say so, or pressed a key, s
+        # Not 0: the first thing that is said may have begun before the run did.
+        self.stopped_at = -math.inf
+        self._told_to_stop = -math.inf  # when somebody last began to say so, or pressed a key, s
         self.rehearsing = False
         self._behind: set[str] = set()
 

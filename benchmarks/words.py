@@ -149,7 +149,7 @@ def hear(clips: Sequence[Clip]) -> list[Heard]:
 def hear_one(recognizer: Recognizer, clip: Clip, name: str) -> Heard:
     """Hear one recording."""
     samples, _ = soundfile.read(clip.path, dtype="int16")
-    found = recognizer.decode(np.concatenate([QUIET, samples, QUIET]))
+    found = recognizer.decode(np.concatenate([QUIET, samples, QUIET]), SAMPLE_RATE)
     text = max(found, key=lambda u: u.confidence).text if found else ""
     return Heard(name, clip.text, clip.speaker, tuple(u.text for u in found if u.accepted), text)
 

@@ -17,6 +17,7 @@ from loudspeaker import Recorder
 from recordings import ROOT, Recording
 from synthesis import phrase, with_floor
 
+from voz.audio import SAMPLE_RATE
 from voz.config import load_config
 from voz.language.build import build
 from voz.language.files import LanguageFiles
@@ -195,7 +196,7 @@ def test_the_drone_hears_both_ways_to_make_it_hold_its_position(tmp_path: Path) 
     said += [(voice, "hold position") for voice in [*voices, "espeak_gb"]]
     for voice, text in said:
         sound = with_floor(phrase(voice, text), np.random.default_rng(0))
-        heard = recognizer.decode(sound.astype(np.float32))
+        heard = recognizer.decode(sound.astype(np.float32), SAMPLE_RATE)
         found = [(u.text, u.command) for u in heard if u.accepted]
         assert found == [(text, "stop")], (voice, text)
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthesis import phrase, with_floor
 
-from voz.audio import Samples
+from voz.audio import SAMPLE_RATE, Samples
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import look_up, read_cmudict
@@ -52,7 +52,7 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> Recognizer:
 @pytest.mark.parametrize("word", ["yes", "two"])
 def test_short_answers_are_accepted_from_every_voice(word: str, answers: Recognizer) -> None:
     for voice in VOICES:
-        heard = answers.decode(said(word, voice))
+        heard = answers.decode(said(word, voice), SAMPLE_RATE)
         assert [(u.text, u.accepted) for u in heard] == [(word, True)], voice
 
 

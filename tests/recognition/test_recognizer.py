@@ -347,5 +347,6 @@ def test_a_whispered_command_that_both_ears_know_is_speech(
     recognizer: Recognizer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(VOICES, "whisper", Voice.espeak("en-us+whisper"))
-    (heard,) = recognizer.decode(with_floor(phrase("whisper", "stop"), np.random.default_rng(0)))
+    whispered = with_floor(phrase("whisper", "stop"), np.random.default_rng(0))
+    (heard,) = recognizer.decode(whispered, SAMPLE_RATE)
     assert (heard.text, heard.accepted, heard.reason) == ("stop", True, None)

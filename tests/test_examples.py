@@ -84,7 +84,14 @@ def read_by_nobody(name: str, *arguments: object, sound: bytes = b"") -> tuple[i
     unread, written = os.pipe()
     os.close(unread)
     command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
-    done = subprocess.run(command, input=sound, stdout=written, stderr=subprocess.PIPE)
+    done = subprocess.run(
+        command,
+        input=sound,
+        stdout=written,
+        stderr=subprocess.PIPE,
+        # ALSA's plugin for PulseAudio blocks it here once PortAudio was loaded; no shell does.
+        preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPIPE]),
+    )
     os.close(written)
     return done.returncode, done.stderr
 

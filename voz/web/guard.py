@@ -12,7 +12,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from voz.web.doors import Doors
 from voz.web.limits import LimitOfEach
-from voz.web.listener import Listener
+from voz.web.listener import ListeningSocket
 
 MOST_BYTES = 4096
 """Of a request's body; a command has at most 200 letters."""
@@ -49,7 +49,7 @@ HEADERS = {
 class Guard:
     """An application that asks the doors before it lets another one answer."""
 
-    def __init__(self, inside: ASGIApp, doors: Doors, listener: Listener) -> None:
+    def __init__(self, inside: ASGIApp, doors: Doors, listener: ListeningSocket) -> None:
         self._inside = inside
         self._doors = doors
         self._listener = listener

@@ -49,7 +49,7 @@ class _Waiting(NamedTuple):
     since: float
 
 
-class Listener(socket.socket):
+class ListeningSocket(socket.socket):
     """A listening socket that keeps the number of its connections bounded.
 
     Used on the server's thread alone once it listens.

@@ -16,7 +16,7 @@ from voz.errors import ConfigError, VozError
 from voz.web.board import Record
 from voz.web.desk import Desk
 from voz.web.feed import Feed
-from voz.web.listener import ACCEPTED_AT_ONCE, Listener
+from voz.web.listener import ACCEPTED_AT_ONCE, ListeningSocket
 from voz.web.page_socket import PageSocket
 
 SHOWN_EVERY = 0.1
@@ -38,7 +38,7 @@ CLOSING_TIME = 2.0
 """For the server to end, s; the robot is at rest by then."""
 
 
-def listening_socket(host: str, port: int) -> Listener:
+def listening_socket(host: str, port: int) -> ListeningSocket:
     """Take an address for the server, before anything moves.
 
     Args:
@@ -53,7 +53,7 @@ def listening_socket(host: str, port: int) -> Listener:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
         with ExitStack() as failing:
-            taken = failing.enter_context(Listener(family, kind, protocol))
+            taken = failing.enter_context(ListeningSocket(family, kind, protocol))
             taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             taken.bind(address)
             taken.listen(ACCEPTED_AT_ONCE)
@@ -70,7 +70,7 @@ def listening_socket(host: str, port: int) -> Listener:
 @contextmanager
 def serving(
     app: ASGIApp,
-    at: Listener,
+    at: ListeningSocket,
     tls: SSLContext | None,
     work: Callable[[], list[asyncio.Task[None]]],
     warn: Callable[[str], None],
@@ -116,7 +116,7 @@ def serving(
 
 async def _serve(
     server: uvicorn.Server,
-    at: Listener,
+    at: ListeningSocket,
     work: Callable[[], list[asyncio.Task[None]]],
     started: threading.Event,
 ) -> None:

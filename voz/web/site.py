@@ -12,7 +12,7 @@ from typing import NamedTuple
 from voz.web.addresses import is_local, link, own_names, reached_at
 from voz.web.certificates import Certificates
 from voz.web.doors import Doors, new_token
-from voz.web.listener import Listener
+from voz.web.listener import ListeningSocket
 from voz.web.server import listening_socket
 
 PORT = 8737
@@ -30,7 +30,7 @@ class Site(NamedTuple):
         certificates: for HTTPS.
     """
 
-    at: Listener
+    at: ListeningSocket
     doors: Doors
     link: str
     host: str

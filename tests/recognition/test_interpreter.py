@@ -107,8 +107,8 @@ def test_what_is_known_of_the_speaker_is_used_unless_something_else_is_asked_for
     biased = Interpreter(loaded, Recognition(), Profile(BAD_START), learning=False)
     segment = of(recordings, "turn left")
     assert not same(biased.understand(segment), interpreter.understand(segment))
-    assert same(biased.understand(segment, StartVector()), interpreter.understand(segment))
-    assert same(interpreter.understand(segment, BAD_START), biased.understand(segment))
+    assert same(biased._understand(segment, StartVector()), interpreter.understand(segment))
+    assert same(interpreter._understand(segment, BAD_START), biased.understand(segment))
 
 
 def test_a_speaker_who_is_worth_more_trust_gets_it(

@@ -75,7 +75,7 @@ def test_a_namespace_that_can_be_is_one(namespace: str, monkeypatch: pytest.Monk
         ("control_voz", "_config:=/none.toml", "/none.toml: cannot be read"),
         ("recognizer", "_threshold:=high", "~threshold: high is no number"),
         ("recognizer", "_dict:=/1234.dic", "~lm and ~dict are both needed"),
-        ("recognizer", "_search:=best", "an option cannot be used"),
+        ("recognizer", "_search:=best", "a parameter of the node cannot be used"),
     ],
 )
 def test_a_parameter_that_cannot_be_is_one_line(

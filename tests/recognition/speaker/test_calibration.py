@@ -53,8 +53,8 @@ def silence(seconds: float) -> Samples:
 def mean_cepstra(aligner: Aligner, sentences: Sequence[Said]) -> Floats:
     """What the speech in sentences is on average, shape (13,)."""
     spoken = []
-    for text, samples in sentences:
-        aligned = aligner.align(samples, text, mean_start(samples))
+    for said in sentences:
+        aligned = aligner.align(said.samples, said.text, mean_start(said.samples))
         assert aligned is not None
         spoken.append(aligned.cepstra[aligned.at])
     return np.asarray(np.concatenate(spoken).mean(axis=0))

@@ -22,9 +22,8 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from voz.recognition.phoneme_engine import load_network
 from voz.recognition.phoneme_network import BLANKS
-from voz.recognition.second_ear import IPA
+from voz.recognition.second_ear import IPA, load_network
 from voz.recordings.rows import records_in
 
 ROUNDS = 4

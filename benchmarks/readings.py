@@ -29,9 +29,8 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import VozError
 from voz.language.lexicon import look_up, read_cmudict
 from voz.recognition.accents import Phones, spellings, with_accents
-from voz.recognition.phoneme_engine import load_network
 from voz.recognition.phoneme_network import BLANKS
-from voz.recognition.second_ear import READINGS, SecondEar
+from voz.recognition.second_ear import READINGS, SecondEar, load_network
 from voz.recordings.clips import Clip
 from voz.recordings.manifest import read_manifest
 

@@ -42,6 +42,8 @@ class Recognition(Section, frozen=True, kw_only=True):
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
         second_ear: whether a network that hears phonemes has a say too; False leaves it all to
             pocketsphinx.
+        network: a file of weights for it, made by `training/teach.py`, from the folder you are in;
+            None and "" take the one that comes with voz.
         confidence: a model of `voz fit-confidence`, from the folder you are in; None and "" take
             the one that comes with voz.
     """
@@ -53,6 +55,7 @@ class Recognition(Section, frozen=True, kw_only=True):
     early_decision: Pause = 0.06
     threshold: Fraction | None = None
     second_ear: bool = True
+    network: str | None = None
     confidence: str | None = None
 
 

@@ -13,12 +13,14 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 from calls import VOZ, Result, in_process
 from msgspec.structs import replace
 from recordings import FIXTURES, GO_BACK, read_manifest
 
 from voz.recognition.confidence_model import load_models, save_models
+from voz.recognition.network_file import DEFAULT_NETWORK, read_network, write_network
 
 Call = Callable[..., tuple[int, str, str]]
 
@@ -261,6 +263,33 @@ def test_the_settings_name_the_model_that_judges(own_model: Path) -> None:
     (own_model.parent / "voz.toml").write_text('[recognition]\nconfidence = ""\n')
     (heard,) = in_process(*decode, cwd=own_model.parent).json
     assert heard["accepted"]
+
+
+def test_the_settings_name_the_network_that_hears(tmp_path: Path) -> None:
+    weights, description, _ = read_network(DEFAULT_NETWORK)
+    only_blanks = np.eye(len(description.symbols))[-1] * 90
+    deaf = {**weights, "last.bias": weights["last.bias"] + only_blanks}
+    write_network(tmp_path / "deaf.npz", deaf, description)
+    settings = tmp_path / "voz.toml"
+    made_by, accepted = [], []
+    for number, line in enumerate(("", 'network = ""', 'network = "deaf.npz"')):
+        settings.write_text(f"[recognition]\n{line}\n")
+        results = tmp_path / f"{number}.jsonl"
+        decode = ("decode", GO_BACK, "--config", "voz.toml", "--out", results)
+        assert in_process(*decode, cwd=tmp_path).code == 0
+        header, heard = map(json.loads, results.read_text().splitlines())
+        made_by.append(header["models"])
+        accepted.append(heard["accepted"])
+    assert accepted == [True, True, False]
+    assert made_by[0] == made_by[1] != made_by[2]
+
+
+def test_a_network_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "bad.npz").write_bytes(DEFAULT_NETWORK.read_bytes()[:-9])
+    (tmp_path / "voz.toml").write_text('[recognition]\nnetwork = "bad.npz"\n')
+    for arguments in (("decode", GO_BACK), ("doctor",), ("run", "--wav", GO_BACK)):
+        result = in_process(*arguments, "--config", "voz.toml", cwd=tmp_path)
+        assert "bad.npz: holds no phoneme network" in result.out + result.err
 
 
 def test_no_result_takes_the_place_of_the_model(own_model: Path) -> None:

@@ -12,7 +12,7 @@ from voz.evaluation import engines
 from voz.evaluation.engines import ENGINES, EngineChoice, load_engine, program_engine
 from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles
-from voz.recognition.hama_weights import UnknownNetworkError
+from voz.recognition.network_file import UnknownNetworkError
 from voz.settings import Recognition
 
 COMMANDS = frozenset({"go back"})
@@ -50,11 +50,11 @@ def test_what_it_is_compared_with_refuses_other_speech(
 def test_without_the_network_there_is_no_second_ear_to_compare_with(
     language: LanguageFiles, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def missing() -> None:
-        raise UnknownNetworkError("not installed")
+    def missing(*_: object) -> None:
+        raise UnknownNetworkError("it is of no use here")
 
     monkeypatch.setattr("voz.recognition.second_ear.load_network", missing)
-    with pytest.raises(ConfigError, match="there is no second ear: not installed"):
+    with pytest.raises(ConfigError, match="there is no second ear: it is of no use here"):
         load_engine(EngineChoice("second-ear", language, Recognition()))
 
 

@@ -18,8 +18,8 @@ from voz.language.files import LanguageFiles
 from voz.language.given import read_list
 from voz.language.languages import read_language, sources_of
 from voz.recognition.evidence import Comparison
-from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language, load_language
+from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import second_ear_for, why_missing
 from voz.recognition.speaker.adaptation import Aligner

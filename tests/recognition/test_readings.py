@@ -15,9 +15,8 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import look_up, read_cmudict
-from voz.recognition.phoneme_engine import load_network
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import SecondEar, read_readings
+from voz.recognition.second_ear import SecondEar, load_network, read_readings
 from voz.settings import Recognition
 
 VOICES = ("festival_kal", "festival_slt", "flite_awb", "flite_rms", "espeak_us", "espeak_gb")

@@ -19,7 +19,7 @@ from voz.events import Partial, Utterance
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence import with_odds
 from voz.recognition.confidence_model import load_models
-from voz.recognition.hama_weights import UnknownNetworkError
+from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition
@@ -284,8 +284,8 @@ def test_without_a_second_ear_pocketsphinx_decides_alone(
     recordings: list[Recording],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def fail() -> None:
-        raise UnknownNetworkError("not installed")
+    def fail(*_: object) -> None:
+        raise UnknownNetworkError("it is of no use here")
 
     if missing:
         monkeypatch.setattr("voz.recognition.second_ear.load_network", fail)

@@ -9,8 +9,8 @@ import pytest
 from recordings import Recording
 
 from voz.language.phone_distances import read_distances
-from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language
+from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.second_ear import Fit, Opinion, SecondEar
 
 

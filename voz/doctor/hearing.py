@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from voz.config import Config
 from voz.doctor.finding import Finding, not_well
 from voz.errors import VozError
 from voz.language.checks import check_files
 from voz.language.files import LanguageFiles, find_language, read_sentences, stale_warning
+from voz.recognition.network_file import DEFAULT_NETWORK, fingerprint
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import why_missing
+from voz.settings import Recognition
 
 
 def hearing(settings: Config) -> Iterator[Finding]:
@@ -24,19 +27,20 @@ def hearing(settings: Config) -> Iterator[Finding]:
         yield not_well("language files", error)
         return
     yield Finding("recogniser", True, "loads")
-    yield second_ear(files, settings.recognition.second_ear)
+    yield second_ear(files, settings.recognition)
 
 
-def second_ear(files: LanguageFiles, wanted: bool) -> Finding:
-    """Tell whether there is a second ear; without one fewer false alarms are told from commands."""
+def second_ear(files: LanguageFiles, settings: Recognition) -> Finding:
+    """Report whether there is a second ear; without one more that is no command is accepted."""
     name = "second ear"
-    if not wanted:
+    if not settings.second_ear:
         told = "off: [recognition] second_ear = false"
         return Finding(name, True, told, needed=False)
-    if missing := why_missing(files):
+    if missing := why_missing(files, settings.network):
         to_do = "see [recognition] in docs/recognition.md; pocketsphinx decides alone until then"
         return Finding(name, False, f"none ({missing})", to_do, needed=False)
-    return Finding(name, True, "hears phonemes", needed=False)
+    network = fingerprint(Path(settings.network or DEFAULT_NETWORK).read_bytes())
+    return Finding(name, True, f"hears phonemes (network {network})", needed=False)
 
 
 def _language(files: LanguageFiles) -> Finding:

@@ -104,21 +104,21 @@ def first_ear(language: LanguageFiles, settings: Recognition) -> Engine:
     return voz_engine(language, replace(settings, second_ear=False))
 
 
-def second_ear(language: LanguageFiles, _settings: Recognition) -> Engine:
+def second_ear(language: LanguageFiles, settings: Recognition) -> Engine:
     """Load the second ear alone: of what stands out, the command that explains it best.
 
     Raises:
         ConfigError: it cannot be had.
     """
     from voz.audio.endpointing.segmenter import segments
-    from voz.recognition.hama_weights import UnknownNetworkError
     from voz.recognition.language import load_language
+    from voz.recognition.network_file import UnknownNetworkError
     from voz.recognition.second_ear import second_ear_for
 
     loaded = load_language(language)
     commands = loaded.commands.listed
     try:
-        ear = second_ear_for(loaded)
+        ear = second_ear_for(loaded, settings.network)
     except UnknownNetworkError as error:
         raise ConfigError(f"there is no second ear: {error}; use another engine") from error
 

@@ -28,9 +28,9 @@ from voz.recognition.confidence import (
 from voz.recognition.confidence_model import VOICES_AROUND, load_models, with_log_odds
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
-from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language
 from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
+from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.refusal import why_refused
 from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
@@ -104,7 +104,7 @@ class Interpreter:
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = language.pronunciations
         self._usual = language.spoken.frames
-        self._second = _second_ear(language) if settings.second_ear else None
+        self._second = _second_ear(language, settings.network) if settings.second_ear else None
         self._spotter = _spotter(self._second, self.commands, settings.never_missed)
         models = load_models(settings.confidence)
         model = models.two_ears if self._second else models.one_ear
@@ -280,10 +280,10 @@ def _ears(evidence: Evidence, worst_word: float) -> tuple[Ear, Ear] | None:
     return Ear(first[0], round(worst_word, 2)), Ear(second, round(opinion.fit(text), 2))
 
 
-def _second_ear(language: Language) -> SecondEar | None:
+def _second_ear(language: Language, network: str | None) -> SecondEar | None:
     """Load the second ear, where it can be had."""
     try:
-        return second_ear_for(language)
+        return second_ear_for(language, network)
     except UnknownNetworkError:
         return None
 

@@ -1,25 +1,21 @@
-"""A network that hears phonemes, computed with numpy from the weights in PyPI's `hama`.
-
-That package has an engine of its own, which is built for any processor and takes 70 ms for a second
-of sound; numpy takes 4. The tensors are named as their export to ONNX named them.
-"""
+"""A network that recognizes phonemes, computed with numpy: 4 ms for a second of sound."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from voz.audio import Samples
 from voz.process.one_thread import on_one_thread
-from voz.recognition.hama_weights import (
+from voz.recognition.network_file import (
+    DEFAULT_NETWORK,
     Floats,
     UnknownNetworkError,
-    find_assets,
-    read_symbols,
-    read_tensors,
+    read_network,
 )
 
 WINDOW = 400
@@ -49,10 +45,12 @@ TINY = 1e-5
 
 ERROR_FUNCTION = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592, 0.0)
 
-MODEL = "acoustic_model.model"
-FIRST = ("onnx::Conv_801", "onnx::Conv_802")
-DEEP = "onnx::Conv_{}"
-PRODUCT = "onnx::MatMul_{}"
+NORMS = ("ffn1.norm", "attn.norm", "conv.norm", "ffn2.norm", "last.norm")
+LAYERS = (
+    *("ffn1.fc1", "ffn1.fc2", "attn.in_proj", "attn.out_proj"),
+    *("conv.pointwise1", "conv.depthwise", "conv.pointwise2", "ffn2.fc1", "ffn2.fc2"),
+)
+"""What a block consists of, by the names in the file of weights."""
 
 BESIDES = ("<wb>", "<blank>")
 """The last symbols: between two words, and nothing new."""
@@ -81,30 +79,26 @@ class PhonemeNetwork:
         symbols: what it knows, in IPA, with `<wb>` between words and `<blank>` for no new one.
     """
 
-    def __init__(self) -> None:
-        """Load the weights; the package is found, not run.
+    def __init__(self, path: Path = DEFAULT_NETWORK) -> None:
+        """Load the weights.
+
+        Args:
+            path: of a file of weights.
 
         Raises:
-            UnknownNetworkError: it is not installed, or brings another network.
+            UnknownNetworkError: it cannot be read, or holds another kind of network.
         """
-        folder = find_assets()
-        found = read_tensors(folder / "asr_waveform.hama")
-        self.symbols = (*read_symbols(folder / "g2p_vocab.json"), *BESIDES)
+        weights, description, self.fingerprint = read_network(path)
+        self.symbols = tuple(description.symbols)
+        self._real, self._imaginary = spectrum_kernels()
         try:
-            self._real, self._imaginary = (
-                np.ascontiguousarray(found[f"stft_{part}_kernel"][:, 0].T)
-                for part in ("real", "imag")
-            )
-            self._bands = found["mel_fb"]
-            weight, bias = (found[name] for name in FIRST)
-            channels = len(bias)
-            self._first = Linear(weight.transpose(2, 1, 0).reshape(-1, channels), bias)
-            self._blocks = [_block(found, number) for number in range(BLOCKS)]
-            self._last = _pointwise(found, f"{MODEL}.proj")
-        except (KeyError, ValueError) as error:
-            raise UnknownNetworkError(f"its network has other tensors: {error}") from error
-        if self._last.bias.shape != (len(self.symbols),):
-            raise UnknownNetworkError("its network has other symbols")
+            self._bands = weights["bands"]
+            self._first, self._last = (_layer(weights, name) for name in ("first", "last"))
+            self._blocks = [_block(weights, number) for number in range(BLOCKS)]
+        except KeyError as error:
+            raise UnknownNetworkError(f"{path}: holds no tensor {error}") from error
+        if self._last.bias.shape != (len(self.symbols),) or self.symbols[-BLANKS:] != BESIDES:
+            raise UnknownNetworkError(f"{path}: has symbols that do not fit its weights")
 
     @on_one_thread
     def log_probabilities(self, samples: Samples) -> Floats:
@@ -142,7 +136,7 @@ def _through(block: ConformerBlock, x: Floats) -> Floats:
     x = x + _attention(block, x)
     x = x + _convolution(block, x)
     x = x + half * _feed_forward(block, "ffn2", x)
-    return _normalised(x, block.norms["norm"])
+    return _normalised(x, block.norms["last.norm"])
 
 
 def _feed_forward(block: ConformerBlock, name: str, x: Floats) -> Floats:
@@ -154,7 +148,7 @@ def _attention(block: ConformerBlock, x: Floats) -> Floats:
     """Every moment asks all the others, in each head; there is no notion of their places."""
     moments, width = x.shape
     size = width // HEADS
-    found = _applied(block.layers["attn.in_proj"], _normalised(x, block.norms["attn_norm"]))
+    found = _applied(block.layers["attn.in_proj"], _normalised(x, block.norms["attn.norm"]))
     asked, keys, values = found.reshape(moments, 3, HEADS, size).transpose(1, 2, 0, 3)
     alike = asked @ keys.transpose(0, 2, 1) / np.float32(math.sqrt(size))
     shares = np.exp(alike - alike.max(axis=2, keepdims=True))
@@ -213,38 +207,22 @@ def _gelu(x: Floats) -> Floats:
     return found
 
 
-def _block(found: Mapping[str, Floats], number: int) -> ConformerBlock:
-    """Collect a block; its matrices have lost their names, but stand in its order."""
-    name = f"{MODEL}.blocks.{number}"
-    # A block's six products are numbered 829, 830, 831, 835, 836, 837, and 9 on for the next.
-    products = iter([829, 830, 831, 835, 836, 837])
-    layers = {
-        part: Linear(found[PRODUCT.format(next(products) + 9 * number)], found[f"{name}.{bias}"])
-        for part, bias in (
-            ("ffn1.fc1", "ffn1.fc1.bias"),
-            ("ffn1.fc2", "ffn1.fc2.bias"),
-            ("attn.in_proj", "attn.in_proj_bias"),
-            ("attn.out_proj", "attn.out_proj.bias"),
-            ("ffn2.fc1", "ffn2.fc1.bias"),
-            ("ffn2.fc2", "ffn2.fc2.bias"),
-        )
-    }
-    for part in ("conv.pointwise1", "conv.pointwise2"):
-        layers[part] = _pointwise(found, f"{name}.{part}")
-    deep = found[DEEP.format(804 + 3 * number)][:, 0]
-    if deep.shape[1] != DEPTHWISE:
-        raise UnknownNetworkError("its convolutions have another length")
-    layers["conv.depthwise"] = Linear(
-        np.ascontiguousarray(deep.T), found[DEEP.format(805 + 3 * number)]
+def spectrum_kernels() -> tuple[Floats, Floats]:
+    """Real and imaginary part of a Fourier transform with a Hann window; samples x frequencies."""
+    place = np.arange(WINDOW)
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * place / WINDOW)
+    angle = 2 * np.pi / WINDOW * np.outer(place, np.arange(WINDOW // 2 + 1))
+    real, imaginary = (window[:, np.newaxis] * part for part in (np.cos(angle), -np.sin(angle)))
+    return real.astype(np.float32), imaginary.astype(np.float32)
+
+
+def _block(weights: Mapping[str, Floats], number: int) -> ConformerBlock:
+    norms, layers = (
+        {name: _layer(weights, f"blocks.{number}.{name}") for name in names}
+        for names in (NORMS, LAYERS)
     )
-    norms = {
-        part: Linear(found[f"{name}.{part}.weight"], found[f"{name}.{part}.bias"])
-        for part in ("ffn1.norm", "attn_norm", "conv.norm", "ffn2.norm", "norm")
-    }
     return ConformerBlock(norms, layers)
 
 
-def _pointwise(found: Mapping[str, Floats], name: str) -> Linear:
-    """A convolution that looks at one moment is a product."""
-    weight = found[f"{name}.weight"][:, :, 0].T
-    return Linear(np.ascontiguousarray(weight), found[f"{name}.bias"])
+def _layer(weights: Mapping[str, Floats], name: str) -> Linear:
+    return Linear(weights[f"{name}.weight"], weights[f"{name}.bias"])

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import Samples
+from voz.errors import ConfigError
 from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
 from voz.recognition.ctc import Floats, Lattice, lattice, log_likelihoods
-from voz.recognition.hama_weights import UnknownNetworkError
 from voz.recognition.language import Language, load_language
-from voz.recognition.phoneme_engine import load_network
-from voz.recognition.phoneme_network import BLANKS
+from voz.recognition.network_file import DEFAULT_NETWORK, UnknownNetworkError
+from voz.recognition.phoneme_network import BLANKS, PhonemeNetwork
 
 IPA = Path(__file__).with_name("ipa.tsv")
 """The symbols that each phone of the dictionary may sound like; their probabilities add up."""
@@ -97,25 +97,29 @@ class SecondEar:
         self,
         spellings: Mapping[str, Iterable[Sequence[str]]],
         readings: Mapping[str, Sequence[str]] | None = None,
+        network: str | None = None,
     ) -> None:
         """Load the network.
 
         Args:
             spellings: the phones of each word, in all the ways that it may be said.
             readings: the symbols that the network writes for words that it learned by heart; those
-                that were measured, if it is None.
+                that were measured with the network that comes with voz, if it is None.
+            network: a file of weights in place of the one that comes with voz.
 
         Raises:
-            UnknownNetworkError: the network is not there, or is of no use for these words.
+            ConfigError: the file cannot be used.
+            UnknownNetworkError: the network is of no use for these words.
         """
-        self._network = load_network()
+        self._network = load_network(network)
         known = {word: list(ways) for word, ways in spellings.items()}
         sounds = _read_sounds()
         unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
-        all_readings = read_readings() if readings is None else readings
-        own = {word: way for word, way in all_readings.items() if word in known}
+        if readings is None:
+            readings = {} if network else read_readings()
+        own = {word: way for word, way in readings.items() if word in known}
         sounds |= {symbol: [symbol] for way in own.values() for symbol in way}
         numbers = {sound: number for number, sound in enumerate(sounds)}
         self._pronunciations = {
@@ -159,20 +163,40 @@ class SecondEar:
         return ([[way] for way in ways] for ways in product(*words))
 
 
-def second_ear_for(language: Language) -> SecondEar:
-    """Load the second ear for the words of a language; errors are those of `SecondEar`.
+def load_network(file: str | None = None) -> PhonemeNetwork:
+    """Load a network.
+
+    Args:
+        file: of its weights; without one, those that come with voz.
+
+    Raises:
+        ConfigError: the file cannot be used.
+    """
+    try:
+        return PhonemeNetwork(Path(file or DEFAULT_NETWORK))
+    except UnknownNetworkError as error:
+        advice = "name a file of weights that `training/teach.py` made"
+        raise ConfigError(f"{error}; {advice}") from None
+
+
+def second_ear_for(language: Language, network: str | None = None) -> SecondEar:
+    """Load the second ear for the words of a language; the rest is as with `SecondEar`.
 
     Phones of another language may be called like English ones, and be other sounds.
     """
     if not language.spoken.is_english:
         raise UnknownNetworkError(f"it knows English alone, and this is {language.spoken.name}")
-    return SecondEar(spellings(language.pronunciations))
+    return SecondEar(spellings(language.pronunciations), network=network)
 
 
-def why_missing(files: LanguageFiles) -> str | None:
-    """Tell why there is no second ear for a language; None if there is one."""
+def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
+    """Say why there is no second ear for a language; None if there is one.
+
+    Raises:
+        VozError: the language files, or the file of the network, cannot be used.
+    """
     try:
-        second_ear_for(load_language(files))
+        second_ear_for(load_language(files), network)
     except UnknownNetworkError as error:
         return str(error)
     return None

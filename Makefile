@@ -1,7 +1,7 @@
 # `make help` lists the targets.
 .DEFAULT_GOAL := help
-.PHONY: help demo check install bags report ros1 ros2 web wyoming docs test coverage fixtures constraints benchmark
-.PHONY: clean
+.PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures constraints
+.PHONY: benchmark clean
 
 QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
@@ -44,6 +44,9 @@ wyoming: ## Install what `voz serve` needs
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1
 	@sh tools/install.sh ros1
 
+training: ## Install what teaches the second ear: PyTorch, into .venv-training
+	@sh tools/install.sh training
+
 docs: ## Build the documents, with the reference made from the program, into site/
 	@sh tools/install.sh docs
 	.venv/bin/python tools/make_reference.py
@@ -85,5 +88,5 @@ benchmark: install ## Print the figures of docs/figures.md on what it costs
 	.venv/bin/python benchmarks/build_lm.py
 
 clean: ## Remove what was installed and made here; system packages stay
-	rm -rf .venv .venv-rclpy .venv-ros1 tests/*/node_modules demo demo.png build dist site docs/reference
+	rm -rf .venv .venv-rclpy .venv-ros1 .venv-training tests/*/node_modules demo demo.png build dist site docs/reference
 	rm -rf .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage

@@ -4,6 +4,7 @@
 #   sh tools/install.sh          to run it: system packages, and voz in the folder .venv
 #   sh tools/install.sh demo     what draws pictures as well
 #   sh tools/install.sh bags     an optional part of pyproject.toml as well; so for docs, report, ros2, web, wyoming
+#   sh tools/install.sh training what makes the weights of the second ear, in the folder .venv-training
 #   sh tools/install.sh ros1     ROS 1 as well, with voz for it in the folder .venv-ros1
 #   sh tools/install.sh tests    what the tests need as well, ROS 1 too
 #
@@ -90,6 +91,20 @@ install_voz() {
 
 [ -x .venv/bin/python ] || "$python" -m venv .venv
 install_voz .venv "$extra"
+
+# PyTorch is large and only for teaching, and has an environment of its own. PyTorch's own address has a
+# build for processors alone, 200 MB; where that cannot be reached, PyPI's may bring several GB for GPUs.
+torch=torch==2.13.0
+if [ "${1:-}" = training ] || [ "${1:-}" = tests ]; then
+    [ -x .venv-training/bin/python ] || "$python" -m venv .venv-training
+    if ! .venv-training/bin/python -c "import torch" 2>/dev/null; then
+        echo "Installing PyTorch into .venv-training"
+        pip=".venv-training/bin/python -m pip install --quiet --disable-pip-version-check"
+        $pip --retries 0 --timeout 10 --index-url https://download.pytorch.org/whl/cpu "$torch" \
+            2>/dev/null || $pip "$torch"
+    fi
+    install_voz .venv-training "[training]"
+fi
 
 # Install what a folder of tests has from npm, if a package of it is missing.
 install_node_modules() {

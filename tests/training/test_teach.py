@@ -1,0 +1,110 @@
+"""The program that makes the network's weights, in the environment that has PyTorch."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import ROOT, Recording
+
+from voz.recognition.network_file import DEFAULT_NETWORK, read_network
+from voz.recognition.phoneme_network import PhonemeNetwork
+
+pytestmark = pytest.mark.slow
+
+PYTHON = ROOT / ".venv-training" / "bin" / "python"
+"""tools/install.sh makes it."""
+
+TEACH = ROOT / "training" / "teach.py"
+
+SAME_BATCH = """
+import sys
+import torch
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+import numpy as np
+from loss import Phones
+from network import Network
+from speech import load_pools
+from teach import Run, make_batch
+from voz.recognition.network_file import DEFAULT_NETWORK, read_network, write_network
+torch.set_num_threads(1)
+weights, description, _ = read_network(DEFAULT_NETWORK)
+pool, _ = load_pools([Path({speech!r})])
+phones = Phones(description.symbols, torch.device("cpu"))
+out = Path({out!r})
+run = Run(Network(weights), Network(weights), phones, pool, out, description)
+batch = make_batch(pool, 4, np.random.default_rng(0))
+print(*(sum(run.learn(batch, 4e-4)) for _ in range(20)))
+write_network(out / "taught.npz", run.student.weights(), description)
+with torch.no_grad():
+    np.save(out / "heard.npy", Network(read_network(out / "taught.npz").weights)(batch.noisy[:1]))
+np.save(out / "samples.npy", batch.noisy[0])
+"""
+
+
+@pytest.fixture
+def speech(tmp_path: Path, recordings: list[Recording]) -> Path:
+    """A folder of speech: each voice of the fixtures is a speaker, and one of them is held back."""
+    folder = tmp_path / "speech"
+    folder.mkdir()
+    voices = sorted({r.voice for r in recordings if r.kind == "command"})
+    speakers = {voice: f"speaker-{number}" for number, voice in enumerate(voices)}  # 7 is held back
+    with (folder / "manifest.tsv").open("w", newline="") as file:
+        table = csv.writer(file, delimiter="\t", lineterminator="\n")
+        table.writerow(("path", "text", "speaker", "seconds"))
+        for r in recordings:
+            if r.kind == "command" and r.path.parent.name == "commands":
+                seconds = len(r.samples()) / 16000
+                table.writerow((r.path, r.text, speakers[r.voice], f"{seconds:.2f}"))
+    return folder
+
+
+def in_training(*arguments: object) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [PYTHON, *map(str, arguments)]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=500)
+
+
+def test_twenty_steps_lower_the_loss_and_numpy_computes_what_was_written(
+    speech: Path, tmp_path: Path
+) -> None:
+    program = SAME_BATCH.format(folder=str(TEACH.parent), speech=str(speech), out=str(tmp_path))
+    done = in_training("-c", program)
+    assert done.returncode == 0, done.stderr
+    losses = [float(loss) for loss in done.stdout.split()]
+    assert len(losses) == 20
+    assert losses[-1] < 0.8 * losses[0]
+    before, after = (read_network(file) for file in (DEFAULT_NETWORK, tmp_path / "taught.npz"))
+    assert not np.array_equal(before.weights["last.weight"], after.weights["last.weight"])
+    assert np.array_equal(before.weights["bands"], after.weights["bands"])
+    samples = np.round(np.load(tmp_path / "samples.npy") * 32768)
+    ours = PhonemeNetwork(tmp_path / "taught.npz").log_probabilities(samples)
+    theirs = np.load(tmp_path / "heard.npy")[0]
+    assert np.exp(ours) == pytest.approx(np.exp(theirs), abs=0.02)
+
+
+def test_a_run_that_was_interrupted_goes_on_and_keeps_the_best(
+    speech: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    arguments = ("--speech", speech, "--batch", 2, "--check-every", 2)
+    for steps in (2, 4):
+        done = in_training(TEACH, out, *arguments, "--steps", steps)
+        assert done.returncode == 0, done.stderr
+    rows = [line.split("\t") for line in (out / "log.tsv").read_text().splitlines()]
+    assert [int(row[1]) for row in rows] == [0, 2, 4]
+    assert "best" in rows[0]
+    taught = read_network(out / "best.npz")
+    assert taught.description.origin.startswith(read_network(DEFAULT_NETWORK).description.origin)
+
+
+def test_what_cannot_be_learned_from_is_one_line(tmp_path: Path) -> None:
+    done = in_training(TEACH, tmp_path / "out", "--speech", tmp_path / "nowhere")
+    assert done.returncode == 2
+    assert "nowhere" in done.stderr
+    assert "Traceback" not in done.stderr

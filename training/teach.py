@@ -1,0 +1,275 @@
+"""Teach the phoneme network to hear in noise.
+
+    python training/teach.py OUT --speech FOLDER --speech FOLDER
+
+The teacher hears each clip clean; the student hears it in a room, through a device, in noise, at
+any level, and learns to say the same (distillation, Hinton et al. 2015, arXiv:1503.02531), and the
+phones that are known besides. `docs/training.md` says more.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import torch
+import typer
+from jiwer import wer
+from loss import Phones, loss_of
+from mixing import NOTHING, at_level, heard
+from network import Network
+from noises import Random, Sound
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from speech import Clip, Pool, load_pools, prepared, read
+from torch import Tensor
+
+from voz.audio import SAMPLE_RATE
+from voz.recognition.network_file import (
+    DEFAULT_NETWORK,
+    Description,
+    UnknownNetworkError,
+    read_network,
+    write_network,
+)
+
+WARM_UP = 50
+"""Steps in which the rate of learning rises; then it falls by a cosine to a twentieth."""
+
+LAST_RATE = 0.05
+
+LARGEST_GRADIENT = 2.0
+
+WEIGHT_DECAY = 0.01
+
+SILENCE = 1e-4
+"""Root mean square of what a teacher hears where nothing is said."""
+
+CHECKED = 192
+"""Clips of held-back speakers by which the network is judged."""
+
+Labels = list[tuple[str, ...] | None]
+
+
+@dataclass
+class Batch:
+    """Clips as the teacher and as the student hear them, batch x samples, and their phones."""
+
+    clean: Tensor
+    noisy: Tensor
+    labels: Labels
+
+
+def teach(
+    out: Annotated[Path, typer.Argument(help="Folder of the results; a run goes on from there.")],
+    speech: Annotated[
+        list[Path], typer.Option(help="A folder with a manifest.tsv; may be given again.")
+    ],
+    steps: Annotated[int, typer.Option(min=1, help="Batches in all.")] = 20_000,
+    batch: Annotated[int, typer.Option(min=2, help="Clips in a batch.")] = 16,
+    rate: Annotated[
+        float, typer.Option(min=1e-7, max=0.1, help="The highest rate of learning.")
+    ] = 4e-4,
+    start: Annotated[Path, typer.Option(help="The weights to begin with.")] = DEFAULT_NETWORK,
+    teacher: Annotated[
+        Path, typer.Option(help="The weights that tell what is said.")
+    ] = DEFAULT_NETWORK,
+    seed: Annotated[int, typer.Option(help="Of all that is random.")] = 1,
+    check_every: Annotated[int, typer.Option(min=1, help="Steps between two checks.")] = 250,
+    threads: Annotated[int, typer.Option(min=1, help="Processor cores.")] = 1,
+    origin: Annotated[
+        str, typer.Option(help="What the file says of the data it was made from.")
+    ] = "",
+) -> None:
+    """Teach the network, and keep the weights that do best on speakers it never learned from.
+
+    Example: python training/teach.py taught --speech recordings --speech words --steps 5000
+    """
+    torch.set_num_threads(threads)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        wise, first = read_network(teacher), read_network(start)
+        pool, held_back = load_pools(speech)
+    except (UnknownNetworkError, OSError, KeyError) as error:
+        raise typer.BadParameter(f"cannot be read: {error}") from None
+    if not pool.groups or not held_back:
+        raise typer.BadParameter("too few speakers: some are held back to judge the network by")
+    run = Run(
+        Network(first.weights).to(device),
+        Network(wise.weights).to(device).eval(),
+        Phones(first.description.symbols, device),
+        pool,
+        out,
+        Description(
+            symbols=first.description.symbols,
+            origin=f"{first.description.origin}; taught {steps} steps, seed {seed}: {origin}",
+            licence=first.description.licence,
+        ),
+    )
+    run.go(chosen(held_back), steps=steps, size=batch, rate=rate, seed=seed, every=check_every)
+
+
+class Run:
+    """A run of teaching; what is in its folder lets it go on after it was interrupted."""
+
+    def __init__(
+        self,
+        student: Network,
+        teacher: Network,
+        phones: Phones,
+        pool: Pool,
+        out: Path,
+        description: Description,
+    ) -> None:
+        self.student, self.teacher, self.phones, self.pool = student, teacher, phones, pool
+        self.device = student.get_buffer("bands").device
+        self.optimizer = torch.optim.AdamW(student.parameters(), weight_decay=WEIGHT_DECAY)
+        self.state, self.best_file, self.log = out / "state.pt", out / "best.npz", out / "log.tsv"
+        self.description = description
+        self.step, self.best = 0, math.inf
+        if self.state.exists():
+            kept = torch.load(self.state, map_location=self.device, weights_only=True)
+            student.load_state_dict(kept["student"])
+            self.optimizer.load_state_dict(kept["optimizer"])
+            self.step, self.best = kept["step"], kept["best"]
+
+    def go(
+        self,
+        held_back: Sequence[Clip],
+        *,
+        steps: int,
+        size: int,
+        rate: float,
+        seed: int,
+        every: int,
+    ) -> None:
+        """Learn until the last step."""
+        with Progress(
+            TextColumn("{task.completed}/{task.total}"),
+            BarColumn(),
+            TextColumn("loss {task.fields[loss]}  phone errors {task.fields[errors]}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        ) as progress:
+            shown = progress.add_task("", total=steps, completed=self.step, loss="", errors="")
+            if self.step == 0:
+                progress.update(shown, errors=self.check(held_back, [0.0, 0.0]))
+            losses: list[list[float]] = []
+            while self.step < steps:
+                rng = np.random.default_rng([seed, self.step])
+                losses.append(
+                    self.learn(make_batch(self.pool, size, rng), rate_at(self.step, steps, rate))
+                )
+                self.step += 1
+                mean = np.mean(losses[-50:], axis=0)
+                progress.update(shown, advance=1, loss=f"{mean[0]:.3f} + {mean[1]:.3f}")
+                if self.step % every == 0 or self.step == steps:
+                    progress.update(shown, errors=self.check(held_back, np.mean(losses, axis=0)))
+                    losses.clear()
+
+    def learn(self, batch: Batch, rate: float) -> list[float]:
+        """Take one step; returns the two parts of the loss before it, nats."""
+        for group in self.optimizer.param_groups:
+            group["lr"] = rate
+        with torch.no_grad():
+            said = self.teacher(batch.clean.to(self.device))
+        parts = loss_of(self.student(batch.noisy.to(self.device)), said, batch.labels, self.phones)
+        self.optimizer.zero_grad()
+        (parts[0] + parts[1]).backward()
+        torch.nn.utils.clip_grad_norm_(self.student.parameters(), LARGEST_GRADIENT)
+        self.optimizer.step()
+        return [part.item() for part in parts]
+
+    def check(self, held_back: Sequence[Clip], losses: Sequence[float]) -> str:
+        """Judge the network, keep it if it is the best, and keep what a later run goes on from."""
+        clean, noisy = phone_errors(self, held_back)
+        score = clean + noisy
+        is_best = score < self.best
+        if is_best:
+            self.best = score
+            write_network(self.best_file, self.student.weights(), self.description)
+        torch.save(
+            {
+                "student": self.student.state_dict(),
+                "optimizer": self.optimizer.state_dict(),
+                "step": self.step,
+                "best": self.best,
+            },
+            self.state,
+        )
+        with self.log.open("a", encoding="utf-8") as file:
+            row = [
+                time.strftime("%H:%M:%S"),
+                self.step,
+                *losses,
+                clean,
+                noisy,
+                "best" if is_best else "",
+            ]
+            print(*(f"{x:.4f}" if isinstance(x, float) else x for x in row), sep="\t", file=file)
+        return f"{clean:.3f} clean, {noisy:.3f} in noise (best of both {self.best / 2:.3f})"
+
+
+def phone_errors(run: Run, clips: Sequence[Clip]) -> tuple[float, float]:
+    """The share of phones that are read wrongly, clean and in noise, of clips with known phones."""
+    readings: dict[bool, list[str]] = {False: [], True: []}
+    for number, clip in enumerate(clips):
+        rng = np.random.default_rng(number)
+        pause = int(0.2 * SAMPLE_RATE)
+        clean = with_silence(np.pad(at_level(read(clip.path)), pause), rng)
+        for is_noisy, sound in ((False, clean), (True, heard(clean, run.pool, rng))):
+            with torch.no_grad():
+                symbols = run.student(torch.tensor(sound)[None].to(run.device))[0]
+            readings[is_noisy].append(run.phones.reading(symbols))
+    wanted = [" ".join(clip.phones or ()) for clip in clips]
+    return wer(wanted, readings[False]), wer(wanted, readings[True])
+
+
+def chosen(held_back: Sequence[Clip]) -> list[Clip]:
+    """Clips to judge by: some of each held-back speaker in turn, with known phones, none long."""
+    by_speaker: dict[str, list[Clip]] = {}
+    for clip in held_back:
+        if clip.phones and clip.seconds < 5:
+            by_speaker.setdefault(clip.speaker, []).append(clip)
+    found: list[Clip] = []
+    while len(found) < CHECKED and any(by_speaker.values()):
+        found += [clips.pop() for clips in by_speaker.values() if clips]
+    return found[:CHECKED]
+
+
+def make_batch(pool: Pool, size: int, rng: Random) -> Batch:
+    """Clips as the teacher and the student hear them; all as long as the longest."""
+    pairs = [prepared(clip, rng) for clip in pool.batch(size, rng)]
+    length = max(len(sound) for sound, _ in pairs)
+    clean, noisy, labels = [], [], []
+    for sound, phones in pairs:
+        is_speech = rng.random() >= NOTHING
+        whole = np.zeros(length, np.float32)
+        if is_speech:
+            begin = int(rng.integers(length - len(sound) + 1))
+            whole[begin : begin + len(sound)] = at_level(sound)
+        whole = with_silence(whole, rng)
+        clean.append(whole)
+        noisy.append(heard(whole, pool, rng))
+        labels.append(phones if is_speech else None)
+    return Batch(torch.tensor(np.array(clean)), torch.tensor(np.array(noisy)), labels)
+
+
+def with_silence(sound: Sound, rng: Random) -> Sound:
+    """No microphone gives zeros."""
+    return (sound + SILENCE * rng.standard_normal(len(sound))).astype(np.float32)
+
+
+def rate_at(step: int, steps: int, highest: float) -> float:
+    """The rate of learning: up in a line, then down by a cosine."""
+    down = 0.5 + 0.5 * math.cos(math.pi * step / steps)
+    return highest * min(1, (step + 1) / WARM_UP) * (LAST_RATE + (1 - LAST_RATE) * down)
+
+
+if __name__ == "__main__":
+    typer.run(teach)

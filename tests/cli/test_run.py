@@ -91,6 +91,16 @@ def test_a_command_that_differs_from_the_list_in_its_accents_is_named(
     assert "no line of the list" not in result.err
 
 
+def test_a_command_that_must_not_be_missed_and_is_in_no_list_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("voz.toml").write_text('[recognition]\nnever_missed = ["stop", "go forward", "stopp"]\n')
+    result = in_process("run", "--text", "-", "--no-sound", input="stop\n")
+    assert 'no line of the list of commands is "stopp": add it' in result.err
+    assert "go forward" not in result.err
+
+
 def test_without_safety_the_bare_rules_hold(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "typed.txt").write_text("start speech\nrotate left\nstop\nslow down\n")
     arguments = ["run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import queue
+import signal
 import sys
 import time
 from pathlib import Path
@@ -54,6 +55,19 @@ def test_what_a_program_prints_is_shown_line_by_line_before_its_end_is_told() ->
         programs.receive(Run(0, ("/bin/sh", "-c", script)))
         got = [shown.get(timeout=PATIENCE) for _ in range(3)]
     assert got == ["sh: one", r"sh: two\xff", Ended(0, "/bin/sh", "exit code 3")]
+
+
+def test_a_program_whose_output_is_read_in_part_ends_without_a_word() -> None:
+    shown: queue.Queue[str | Ended] = queue.Queue()
+    # As ALSA's plugin for PulseAudio leaves it in a process that plays or records.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGPIPE])
+    try:
+        with Programs(NONE, shown.put, shown.put) as programs:
+            programs.receive(Run(0, ("/bin/sh", "-c", "yes | head -n 1")))
+            got = [shown.get(timeout=PATIENCE) for _ in range(2)]
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    assert got == ["sh: y", Ended(0, "/bin/sh")]
 
 
 def test_a_line_without_an_end_comes_in_pieces() -> None:

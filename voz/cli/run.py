@@ -88,11 +88,16 @@ def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPla
 
 
 def _tell_what_is_never_said(commands: Commands, settings: Config) -> None:
-    """Tell which commands of the user's own table are not in the list of what may be said."""
+    """Report which commands of the user's own settings are not in the list of what may be said."""
     from voz.run.commands import never_said, with_its_accents
 
     own = (settings.commands, *settings.states.values())
-    names = never_said(commands, [name for table in own for name in table])
+    missed = [
+        name
+        for name in settings.recognition.never_missed
+        if name not in settings.table.stops and commands.parse(name) is None
+    ]
+    names = never_said(commands, [*(name for table in own for name in table), *missed])
     accented = {name: other for name in names if (other := with_its_accents(commands, name))}
     for name, other in accented.items():
         tell(f'[commands] has "{name}" and the list "{other}": write both with the same accents')

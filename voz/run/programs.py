@@ -104,6 +104,8 @@ class Programs:
     def _run(self, event: Run) -> str:
         """Run a program to its end, and tell what was wrong."""
         limit = event.seconds or LONGEST
+        # ALSA's plugin for PulseAudio blocks it; then `yes | head` complains of a broken pipe.
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPIPE])
         try:
             program = subprocess.Popen(
                 event.program,

@@ -131,7 +131,7 @@ def prepared(clip: Clip, rng: Random) -> tuple[Sound, tuple[str, ...] | None]:
     if len(sound) > longest:
         start = int(rng.integers(len(sound) - longest))
         sound, phones = sound[start : start + longest], None
-    before, after = (int(rng.uniform(0.05, 0.4) * SAMPLE_RATE) for _ in range(2))
+    before, after = (int(max(0.0, rng.uniform(-0.2, 0.4)) * SAMPLE_RATE) for _ in range(2))
     return np.pad(sound, (before, after)), phones
 
 

@@ -14,7 +14,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import numpy as np
 import torch
@@ -36,6 +36,7 @@ from voz.recognition.network_file import (
     read_network,
     write_network,
 )
+from voz.recognition.phoneme_network import SHORTEST
 
 WARM_UP = 50
 """Steps in which the rate of learning rises; then it falls by a cosine to a twentieth."""
@@ -48,6 +49,10 @@ WEIGHT_DECAY = 0.01
 
 SILENCE = 1e-4
 """Root mean square of what a teacher hears where nothing is said."""
+
+CUT = 0.5
+"""How often clips are cut at random, as an end-pointer does: who only ever heard whole clips with
+silence around them hears nothing in a stretch that begins with a word."""
 
 CHECKED = 192
 """Clips of held-back speakers by which the network is judged."""
@@ -96,9 +101,9 @@ def teach(
         wise, first = read_network(teacher), read_network(start)
         pool, held_back = load_pools(speech)
     except (UnknownNetworkError, OSError, KeyError) as error:
-        raise typer.BadParameter(f"cannot be read: {error}") from None
+        fail(f"{error}; give files of weights, and folders with a manifest.tsv")
     if not pool.groups or not held_back:
-        raise typer.BadParameter("too few speakers: some are held back to judge the network by")
+        fail("too few speakers: some are held back to judge the network by; give more")
     run = Run(
         Network(first.weights).to(device),
         Network(wise.weights).to(device).eval(),
@@ -112,6 +117,12 @@ def teach(
         ),
     )
     run.go(chosen(held_back), steps=steps, size=batch, rate=rate, seed=seed, every=check_every)
+
+
+def fail(why: str) -> NoReturn:
+    """End the program with one line."""
+    typer.echo(f"teach.py: {why}", err=True)
+    raise typer.Exit(2)
 
 
 class Run:
@@ -220,7 +231,7 @@ def phone_errors(run: Run, clips: Sequence[Clip]) -> tuple[float, float]:
     readings: dict[bool, list[str]] = {False: [], True: []}
     for number, clip in enumerate(clips):
         rng = np.random.default_rng(number)
-        pause = int(0.2 * SAMPLE_RATE)
+        pause = number % 2 * SAMPLE_RATE // 5  # half of them begin and end with a word
         clean = with_silence(np.pad(at_level(read(clip.path)), pause), rng)
         for is_noisy, sound in ((False, clean), (True, heard(clean, run.pool, rng))):
             with torch.no_grad():
@@ -257,7 +268,21 @@ def make_batch(pool: Pool, size: int, rng: Random) -> Batch:
         clean.append(whole)
         noisy.append(heard(whole, pool, rng))
         labels.append(phones if is_speech else None)
+    if rng.random() < CUT:
+        return cut(np.array(clean), np.array(noisy), rng)
     return Batch(torch.tensor(np.array(clean)), torch.tensor(np.array(noisy)), labels)
+
+
+def cut(clean: Sound, noisy: Sound, rng: Random) -> Batch:
+    """A stretch of each clip, which may begin and end in the midst of speech."""
+    many, length = clean.shape
+    kept = int(rng.uniform(min(SHORTEST, length), length))
+    starts = rng.integers(length - kept + 1, size=many)
+    both = (
+        np.stack([clip[start : start + kept] for clip, start in zip(clips, starts, strict=True)])
+        for clips in (clean, noisy)
+    )
+    return Batch(*map(torch.tensor, both), [None] * many)
 
 
 def with_silence(sound: Sound, rng: Random) -> Sound:

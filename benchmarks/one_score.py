@@ -30,7 +30,7 @@ from voz.recognition.accents import spellings
 from voz.recognition.ctc import TINY, Floats, Lattice, lattice
 from voz.recognition.language import load_language
 from voz.recognition.phoneme_network import BLANKS
-from voz.recognition.second_ear import IPA, LEAST, load_network
+from voz.recognition.second_ear import LEAST, load_network, read_sounds
 
 PHONE, OTHER_PHONE = 2.0, 2.5
 """Nats for a phone of the command, and for one beside it."""
@@ -64,8 +64,7 @@ class Scorer:
         self._network = load_network(network)
         language = load_language(find_language(None))
         self.commands = list(language.commands.listed)
-        table = (line.partition("\t") for line in IPA.read_text(encoding="utf-8").splitlines())
-        sounds = {phone: symbols.split() for phone, _, symbols in table}
+        sounds = read_sounds()
         numbers = {phone: number for number, phone in enumerate(sounds)}
         ways = {
             word: [[numbers[phone] for phone in way] for way in said]

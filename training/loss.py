@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
-from pathlib import Path
 
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-import voz.recognition
-
-IPA = Path(voz.recognition.__file__).with_name("ipa.tsv")
+from voz.recognition.second_ear import read_sounds
 
 PHONE_FRAME = 5.0
 """So many times a moment with a phone counts as one with a blank."""
@@ -95,9 +92,3 @@ def loss_of(
         each = phones.loss(student[known], wanted)
         labeled = ((LABELS + 1 - trust[known]) * each).sum() / len(labels)
     return (divergence * weight * trust[:, None]).sum() / weight.sum(), labeled
-
-
-def read_sounds() -> Mapping[str, list[str]]:
-    """The symbols of each phone."""
-    lines = IPA.read_text(encoding="utf-8").splitlines()
-    return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}

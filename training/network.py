@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
@@ -111,8 +110,3 @@ def _neighbors(bands: Tensor) -> Tensor:
     padded = functional.pad(bands, (0, 0, 1, 1))
     length = bands.shape[1]
     return torch.cat([padded[:, place : place + length : 2] for place in range(3)], dim=2)
-
-
-def averaged(networks: list[Mapping[str, Floats]]) -> dict[str, Floats]:
-    """The mean of the weights of several networks."""
-    return {name: np.mean([each[name] for each in networks], axis=0) for name in networks[0]}

@@ -111,14 +111,14 @@ class Common:
 
 def _second_ear(settings: Config, language: LanguageFiles) -> str:
     """Tell whether there is one, or why there is none."""
-    from voz.recognition.network_file import DEFAULT_NETWORK, fingerprint
+    from voz.recognition.network_file import fingerprint_of
     from voz.recognition.second_ear import why_missing
 
     network = settings.recognition.network
     off = None if settings.recognition.second_ear else "off in the settings"
     if missing := off or why_missing(language, network):
         return f"none ({missing}); pocketsphinx decides alone"
-    return f"hears phonemes (network {fingerprint(Path(network or DEFAULT_NETWORK).read_bytes())})"
+    return f"hears phonemes (network {fingerprint_of(network)})"
 
 
 @dataclass

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from voz.config import Config
 from voz.doctor.finding import Finding, not_well
 from voz.errors import VozError
 from voz.language.checks import check_files
 from voz.language.files import LanguageFiles, find_language, read_sentences, stale_warning
-from voz.recognition.network_file import DEFAULT_NETWORK, fingerprint
+from voz.recognition.network_file import fingerprint_of
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import why_missing
 from voz.settings import Recognition
@@ -39,7 +38,7 @@ def second_ear(files: LanguageFiles, settings: Recognition) -> Finding:
     if missing := why_missing(files, settings.network):
         to_do = "see [recognition] in docs/recognition.md; pocketsphinx decides alone until then"
         return Finding(name, False, f"none ({missing})", to_do, needed=False)
-    network = fingerprint(Path(settings.network or DEFAULT_NETWORK).read_bytes())
+    network = fingerprint_of(settings.network)
     return Finding(name, True, f"hears phonemes (network {network})", needed=False)
 
 

@@ -12,6 +12,8 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from voz.files import replaced
+
 Floats = npt.NDArray[np.float32]
 
 DEFAULT_NETWORK = Path(__file__).with_name("phonemes.npz")
@@ -80,8 +82,13 @@ def write_network(path: Path, weights: dict[str, Floats], description: Descripti
     """Write a file of weights, in half precision; it reads back as `read_network` gives it."""
     entries: dict[str, Any] = {name: tensor.astype(np.float16) for name, tensor in weights.items()}
     entries[DESCRIPTION] = np.frombuffer(msgspec.json.encode(description), np.uint8)
-    with path.open("wb") as file:
+    with replaced(path, "wb") as file:  # who is killed meanwhile keeps the old one
         np.savez(file, **entries)
+
+
+def fingerprint_of(file: str | None = None) -> str:
+    """The fingerprint of a file of weights; without one, of those that come with voz."""
+    return fingerprint(Path(file or DEFAULT_NETWORK).read_bytes())
 
 
 def fingerprint(content: bytes) -> str:

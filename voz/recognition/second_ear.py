@@ -113,7 +113,7 @@ class SecondEar:
         """
         self._network = load_network(network)
         known = {word: list(ways) for word, ways in spellings.items()}
-        sounds = _read_sounds()
+        sounds = read_sounds()
         unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
@@ -220,7 +220,8 @@ def _pronunciations(
     return said
 
 
-def _read_sounds() -> dict[str, list[str]]:
+def read_sounds() -> dict[str, list[str]]:
+    """Read the symbols that each phone of the dictionary may sound like."""
     lines = IPA.read_text(encoding="utf-8").splitlines()
     return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}
 

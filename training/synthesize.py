@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import random
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -19,11 +20,14 @@ import soundfile
 import soxr
 import typer
 from rich.progress import track
-from synthesis import Voice, synthesise
 
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
 from voz.language.lexicon import find_anywhere, look_up, read_cmudict
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
+
+from synthesis import Voice, synthesise
 
 RESPELLING = Path(__file__).with_name("respelling.tsv")
 
@@ -43,7 +47,7 @@ ENGLISH = {
 FOREIGN = {
     **{
         f"espeak-{language}-{variant}": (language, Voice.espeak(f"{language}+{variant}"))
-        for language in ("de", "es", "it", "fr")
+        for language in ("de", "es", "it", "fr", "id", "nl", "pl", "pt-br", "ru", "tr")
         for variant in ("m1", "m2", "m4", "f2", "f4")
     },
     "festival-lp_diphone": ("it", Voice.festival("lp_diphone")),
@@ -81,6 +85,7 @@ def synthesize(
     rng = random.Random(seed)
     spellings = _spellings()
     missing: set[str] = set()
+    heard: set[str] = set()
     rows = []
     for number in track(range(clips), "Synthesizing"):
         many = 1 if rng.random() < SINGLE else rng.randint(2, 4)
@@ -93,8 +98,10 @@ def synthesize(
         try:
             seconds = _speak(voice, text, known, spellings, path)
         except SpeechError:
-            missing.add(voice)
+            if voice not in heard:
+                missing.add(voice)
             continue
+        heard.add(voice)
         rows.append((path.relative_to(out), " ".join(text), phones, voice, f"{seconds:.2f}"))
     with (out / "manifest.tsv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, delimiter="\t", lineterminator="\n")

@@ -7,7 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.audio.endpointing.levels import FRAME
-from voz.audio.endpointing.open_segment import HANGOVER, LEAST, MARGIN, TO_END, OpenSegment
+from voz.audio.endpointing.open_segment import (
+    HANGOVER,
+    LEAST,
+    MARGIN,
+    SURROUNDINGS,
+    TO_END,
+    OpenSegment,
+)
 
 LOUD, LOW = 40.0, 10.0
 
@@ -65,11 +72,27 @@ def test_what_stood_out_of_what_goes_on_is_found_in_its_place(
 
 
 def test_talk_that_goes_on_is_known_by_what_was_as_loud_before() -> None:
-    sound = np.zeros(FRAME, np.int16)
+    sound = np.zeros(2 * FRAME, np.int16)
     for voices, before, amid in ((0.9, 35.0, True), (0.9, 32.0, False), (0.0, 35.0, False)):
         now = begun()
         now.voices, now.before, now.loudest = voices, before, LOUD
-        segment = now.segment(FRAME, 2 * FRAME, sound)
+        segment = now.segment(FRAME, 2 * FRAME, sound, 0)
         assert segment.amid == amid
         assert (segment.start, segment.end, segment.decided) == (0, 0.03, 0.06)
         assert segment.above == 23.0
+
+
+@given(st.integers(0, 9000), st.integers(0, 9000), st.integers(1, 9000), st.integers(0, 9000))
+def test_what_is_around_it_is_what_is_remembered_and_was_heard(
+    kept_from: int, before: int, length: int, heard: int
+) -> None:
+    """And nothing of what is remembered though it is not heard yet."""
+    now = begun()
+    now.start = kept_from + before
+    end = now.start + length
+    kept = np.arange(kept_from, end + heard + 100).astype(np.int16)
+    segment = now.segment(end, end + heard, kept, kept_from)
+    first, last = now.start - min(SURROUNDINGS, before), end + min(SURROUNDINGS, heard)
+    assert np.array_equal(segment.samples, kept[before : before + length])
+    assert np.array_equal(segment.with_surroundings, np.arange(first, last).astype(np.int16))
+    assert len(segment.before) == now.start - first

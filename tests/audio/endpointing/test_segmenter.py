@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.endpointing.open_segment import SURROUNDINGS
 from voz.audio.endpointing.segment import Quiet, Segment, Sound, follow_closely
 from voz.audio.endpointing.segmenter import LONGEST, Segmenter, sounds
 
@@ -163,6 +164,31 @@ def test_commands_stand_out_of_one_who_talks_on(
     assert sum(covered) >= len(places) - 1
 
 
+def around(segment: Segment, stream: Samples) -> Samples:
+    """The stretch of the stream that the network hears, by the times of the segment."""
+    start, end, decided = (round(time * SAMPLE_RATE) for time in segment[:3])
+    return stream[max(0, start - SURROUNDINGS) : min(end + SURROUNDINGS, decided)]
+
+
+def test_the_sound_around_a_segment_is_the_streams_also_where_another_is_near(
+    session: Recording,
+) -> None:
+    """However little is remembered: the blocks are short, and one segment is just over."""
+    samples = np.concatenate([s.samples for s in segments_of(session.samples())])  # no pauses
+    for block in (480, 7000, len(samples)):
+        segmenter = Segmenter(early=0.06, longest=2)
+        found: list[Segment] = []
+        for at in range(0, len(samples), block):
+            for sound in segmenter.feed(samples[at : at + block]):
+                if isinstance(sound, Segment):
+                    found.append(sound)
+                    segmenter.cut()
+        assert len(found) > len(session.commands) / 2
+        for segment in found:
+            assert np.array_equal(segment.with_surroundings, around(segment, samples))
+            assert len(segment.before) == min(SURROUNDINGS, round(segment.start * SAMPLE_RATE))
+
+
 @given(
     seed=st.integers(0, 2**32 - 1),
     parts=st.lists(
@@ -188,6 +214,8 @@ def test_segments_are_in_order_and_in_the_stream_whatever_is_heard(
         found[-1] += segmenter.finish()
     one, other = ([(type(s), *s[:3]) for s in each if isinstance(s, Segment)] for each in found)
     assert one == other
+    for segment in (s for each in found for s in each if isinstance(s, Segment)):
+        assert np.array_equal(segment.with_surroundings, around(segment, samples))
     whole = [s for s in found[0] if isinstance(s, Segment) and s.over]
     assert all(a.end <= b.start for a, b in itertools.pairwise(whole))
     for segment in whole:

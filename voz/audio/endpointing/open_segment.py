@@ -29,6 +29,11 @@ The VAD has its own, of as much.
 MARGIN = int(0.1 * SAMPLE_RATE)
 """Samples kept on either side of the speech; 0.3 s, or none at all, costs accuracy."""
 
+SURROUNDINGS = int(0.25 * SAMPLE_RATE)
+"""Samples on either side of these that the network hears too: in noise half of the segments begin
+or end too late or too early. Without them it understands .84 of commands in babble at 10 dB where
+it understands .94 with them; with twice as much, .94 too, and less above one talker."""
+
 NEAR = int(2.5 * SAMPLE_RATE)
 AS_LOUD = 7.0
 """Talk that goes on is as loud as what stands out of it now: of 300 stretches of it 95 in 100 have
@@ -111,21 +116,25 @@ class OpenSegment:
                 silent=silent,
             )
 
-    def segment(self, end: int, heard: int, samples: Samples) -> Segment:
+    def segment(self, end: int, heard: int, kept: Samples, kept_from: int) -> Segment:
         """Tell what was found.
 
         Args:
             end: where it ends in the stream, in samples.
             heard: how much of the stream was heard, in samples.
-            samples: its sound.
+            kept: what is remembered of the stream; its sound and what was around it.
+            kept_from: where that begins in the stream, in samples.
         """
+        first, last = self.start - kept_from, end - kept_from
         never_quiet = self.voices > 1 - SILENT_SHARE
         return Segment(
             self.start / SAMPLE_RATE,
             end / SAMPLE_RATE,
             heard / SAMPLE_RATE,
-            samples,
+            kept[first:last].copy(),
             above=self.loudest - self.least + GOES_ON,
             voices=self.voices,
             amid=never_quiet and self.loudest < self.before + AS_LOUD,
+            before=kept[max(0, first - SURROUNDINGS) : first].copy(),
+            after=kept[last : min(last + SURROUNDINGS, heard - kept_from)].copy(),
         )

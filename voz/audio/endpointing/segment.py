@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
+import numpy as np
+
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 
@@ -14,6 +16,9 @@ LONGEST_WORD = 0.7
 
 PAUSE = int(0.6 * SAMPLE_RATE)
 """Between two segments, with their margins: in a sentence people pause for less."""
+
+
+NOTHING: Samples = np.empty(0, np.int16)
 
 
 class Segment(NamedTuple):
@@ -28,6 +33,8 @@ class Segment(NamedTuple):
         above: how far the loudest of it stands out of the room, dB.
         voices: the share of the time before it, 0 to 1, that a voice may be in.
         amid: whether something as loud was heard just before, in a room that is never quiet.
+        before: the sound just before the samples, up to 0.25 s.
+        after: the sound just after them, up to 0.25 s, as far as it has been heard.
     """
 
     start: float
@@ -38,6 +45,13 @@ class Segment(NamedTuple):
     above: float = math.inf
     voices: float = 0.0
     amid: bool = False
+    before: Samples = NOTHING
+    after: Samples = NOTHING
+
+    @property
+    def with_surroundings(self) -> Samples:
+        """The samples with the sound before and after them."""
+        return np.concatenate([self.before, self.samples, self.after])
 
 
 class Quiet(NamedTuple):

@@ -12,7 +12,7 @@ from pocketsphinx import Vad
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.background import RISE, STEADY_FOR, Background, Noise
 from voz.audio.endpointing.levels import FRAME, Level, Levels
-from voz.audio.endpointing.open_segment import GOES_ON, MARGIN, NEAR, OpenSegment
+from voz.audio.endpointing.open_segment import GOES_ON, MARGIN, NEAR, SURROUNDINGS, OpenSegment
 from voz.audio.endpointing.segment import (
     LONGEST_WORD,
     PAUSE,
@@ -278,11 +278,10 @@ class Segmenter:
         self._quiet_told = False
 
     def _segment(self, now: OpenSegment, end: int) -> Segment:
-        samples = self._kept[now.start - self._kept_from : end - self._kept_from]
-        return now.segment(end, self._heard, samples.copy())
+        return now.segment(end, self._heard, self._kept, self._kept_from)
 
     def _forget(self) -> None:
-        needed = self._open.start if self._open else self._heard - RECENT
+        needed = self._open.start - SURROUNDINGS if self._open else self._heard - RECENT
         surplus = min(needed, self._heard - RECENT) - self._kept_from
         if surplus > 0:
             self._kept = self._kept[surplus:]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
@@ -19,13 +18,10 @@ from machine import machine
 
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks, to_int16
-from voz.audio.denoise import cleaned
 from voz.language.alike import mixed_up
 from voz.language.confusion import sound_alike
 from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
-from voz.recognition.decoder import mean_start
-from voz.recognition.evidence import Comparison
 from voz.recognition.language import Language, load_language
 from voz.recognition.second_ear import second_ear_for
 from voz.recordings.manifest import read_manifest
@@ -55,18 +51,15 @@ def noisy(samples: Samples, snr: int | None, chance: np.random.Generator) -> Sam
 
 def heard(manifest: Path, language: Language) -> Iterator[tuple[int | None, str, str]]:
     """Each command with what it was taken for."""
-    comparison, ear = Comparison(language), second_ear_for(language)
+    ear = second_ear_for(language)
     chance = np.random.default_rng(0)
     for clip in read_manifest(manifest):
         if clip.text in language.commands:
             samples = np.concatenate(list(read_blocks(clip.path)))
             for snr in NOISES:
                 said = noisy(samples, snr, chance)
-                sound = cleaned(said)
-                ask = partial(ear.opinion, said)
-                evidence = comparison.compare(sound, "", mean_start(sound), ask)
-                if evidence:
-                    yield snr, clip.text, evidence.text
+                opinion = ear.opinion(ear.listen(said), language.commands.listed)
+                yield snr, clip.text, opinion.text
 
 
 def main(

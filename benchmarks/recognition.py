@@ -38,7 +38,7 @@ from voz.recordings.manifest import read_manifest
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"
-ENGINES = ["voz", "first-ear", "second-ear", "pocketsphinx-phone-loop"]
+ENGINES = ["voz", "first-ear", "pocketsphinx-phone-loop"]
 KITCHEN = "dishes"
 """Part of the name of the recording of a kitchen."""
 

@@ -22,7 +22,6 @@ from voz.control.motion import Motion, moved
 from voz.control.safety import secured
 from voz.control.steps import Step
 from voz.errors import ConfigError, VozError
-from voz.events import Ear
 from voz.records import CheckedRecord
 from voz.settings import Recognition, Safety, Section
 from voz.web.answers import decoded
@@ -35,7 +34,6 @@ MODEL = {"fitted_on": [], "intercept": 0.0, "weights": {}, "alarms": 1.0, "alarm
 NEEDED: dict[str, dict[str, Any]] = {
     "Call": {"t": 0.0, "function": "arm:wave"},
     "Cost": {"alarms": 1.0, "missed": 0.1},
-    "Ear": {"text": "stop", "fit": 0.5},
     "Ended": {"t": 0.0, "name": "arm:wave"},
     "Model": MODEL,
     "Models": {"two_ears": MODEL, "one_ear": MODEL},
@@ -185,8 +183,8 @@ def test_numbers_of_numpy_and_lists_are_as_good_as_those_of_python() -> None:
     made = Safety(max_linear=np.float32(0.25), max_angular=np.int64(1))  # type: ignore[arg-type]
     assert repr(made) == repr(Safety(max_linear=0.25, max_angular=1.0))
     assert Recognition(never_missed=["stop"]).never_missed == ("stop",)  # type: ignore[arg-type]
-    utterance = voz.Utterance(0, "go", 1, True, 0, 1, "ears", ears=[Ear("go", 1), Ear("stop", 2)])  # type: ignore[arg-type]
-    assert utterance.ears == (Ear("go", 1.0), Ear("stop", 2.0))
+    utterance = voz.Utterance(0, "go", 1, False, 0, 1, "text", between=["go", "stop"])  # type: ignore[arg-type]
+    assert utterance.between == ("go", "stop")
 
 
 @given(NUMBERS, st.floats(-1000, 1000).filter(bool))

@@ -19,7 +19,6 @@ import voz.events
 from voz.config import Config
 from voz.events import (
     Call,
-    Ear,
     Ended,
     Event,
     Partial,
@@ -40,12 +39,11 @@ REFERENCE = ROOT / "docs" / "reference"
 SAMPLES: tuple[Event, ...] = (
     Utterance(
         5.62, "go forward", 0.998, True, 4.71, 5.58, "microphone", latency=0.18, obeyed=True,
-        above=31.4, ears=(Ear("go forward", -0.9), Ear("go forward", -0.3)),
+        above=31.4, score=24.9, next_best="go back",
     ),
     Utterance(
         9.1, "stop", 0.21, False, 8.2, 8.9, "microphone", reason="not_a_command", latency=0.62,
-        obeyed=False, above=18.0, ears=(Ear("stop", -4.2), Ear("turn left", -2.6)),
-        refused_by="both_ears",
+        obeyed=False, above=18.0, score=-4.2, next_best="start speech",
     ),
     Partial(5.55, "stop", 0.53),
     Twist(5.7, 0.1, 0.0),
@@ -122,7 +120,6 @@ def events() -> str:
             f"## {tag}\n\n`voz.{kind.__name__}`. {_opening(about)}\n\n{_fields_of(kind)}\n\n"
             f"```json\n{shown}\n```"
         )
-    parts.append(f"## ear\n\n{_opening(inspect.getdoc(Ear) or '')}\n\n{_fields_of(Ear)}")
     return "\n\n".join(parts) + "\n"
 
 

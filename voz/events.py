@@ -31,23 +31,6 @@ Ignored = Literal[
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
-RefusedBy = Literal["first_ear", "second_ear", "both_ears"]
-"""Who was not convinced: pocketsphinx, the network that hears phonemes, or neither."""
-
-
-class Ear(CheckedRecord, frozen=True):
-    """What one ear alone makes of an utterance.
-
-    Attributes:
-        text: the command that fits best by it.
-        fit: how well the command of the utterance fits by it; 0 is perfect. Of pocketsphinx it is
-            the worst word, in nats for each 10 ms; of the network nats for each phone.
-    """
-
-    text: str
-    fit: Finite
-
-
 class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
     """A stretch of speech, or a typed line, and what was understood of it.
 
@@ -66,8 +49,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         obeyed: whether it took effect; None where nothing is driven that could obey.
         ignored: why it did not though it is accepted.
         above: how far it stood out of the room, dB; None for typed text.
-        ears: what pocketsphinx and the network make of it, each alone; None where one is missing.
-        refused_by: which of them was not convinced, if it is not accepted.
+        score: the evidence for it by the phoneme network, nats; None where there is none.
+        next_best: the command that fits next best; None if there is no other.
         command: the name of what it means, by which a robot knows what to do: of a plain list the
             sentence itself, of templates that of the template; None if it is not accepted.
         slots: the values in it by name, words or numbers.
@@ -87,8 +70,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     obeyed: bool | None = None
     ignored: Ignored | None = None
     above: float | None = None
-    ears: tuple[Ear, Ear] | None = None
-    refused_by: RefusedBy | None = None
+    score: Finite | None = None
+    next_best: str | None = None
     command: str | None = None
     slots: Mapping[str, str | Int64 | Finite] = {}
     meant: str | None = None
@@ -301,21 +284,11 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
 }
 
 
-REFUSED_IN_WORDS: Mapping[RefusedBy, str] = {
-    "first_ear": "the first ear doubts it",
-    "second_ear": "the second ear doubts it",
-    "both_ears": "both ears doubt it",
-}
-
-
-def explain(
-    reason: Reason, between: tuple[str, str] | None, refused_by: RefusedBy | None = None
-) -> str:
-    """Say in words why an utterance is not accepted, and by whom if there are two ears."""
-    why = reason.replace("_", " ")
+def explain(reason: Reason, between: tuple[str, str] | None) -> str:
+    """Say in words why an utterance is not accepted."""
     if between:
-        why = f'unsure between "{between[0]}" and "{between[1]}"'
-    return why if refused_by is None else f"{why}: {REFUSED_IN_WORDS[refused_by]}"
+        return f'unsure between "{between[0]}" and "{between[1]}"'
+    return reason.replace("_", " ")
 
 
 def why_not(utterance: Utterance) -> str:
@@ -324,14 +297,15 @@ def why_not(utterance: Utterance) -> str:
         return f'{explain("not_a_command", None)}; did you mean "{utterance.meant}"?'
     if utterance.ignored:
         return f"not obeyed: {IGNORED_IN_WORDS[utterance.ignored]}"
-    return explain(utterance.reason or "not_a_command", utterance.between, utterance.refused_by)
+    return explain(utterance.reason or "not_a_command", utterance.between)
 
 
-def in_ears(ears: tuple[Ear, Ear]) -> str:
-    """Say in words what each ear makes of an utterance."""
-    names = ("first ear", "second ear")
-    opinions = (f'{n} "{e.text}" ({e.fit:.1f})' for n, e in zip(names, ears, strict=True))
-    return ", ".join(opinions)
+def in_detail(score: float | None, next_best: str | None) -> str:
+    """Say in words how good the evidence for an utterance is; empty if nothing is known of it."""
+    parts = [] if score is None else [f"score {score:.1f}"]
+    if next_best:
+        parts.append(f'next best "{next_best}"')
+    return ", ".join(parts)
 
 
 def later(event: Utterance | Partial, seconds: float) -> Utterance | Partial:

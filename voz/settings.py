@@ -40,7 +40,7 @@ class Recognition(Section, frozen=True, kw_only=True):
         early_decision: a command is understood when its speaker pauses for so long, s; less is
             faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
-        second_ear: whether a network that hears phonemes has a say too; False leaves it all to
+        second_ear: whether a network that hears phonemes decides; False leaves it all to
             pocketsphinx.
         network: a file of weights for it, made by `training/teach.py`, from the folder you are in;
             None and "" take the one that comes with voz.

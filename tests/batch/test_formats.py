@@ -14,14 +14,13 @@ from voz.batch.fingerprint import Header
 from voz.batch.formats import FORMATS, by_file, format_of, reading
 from voz.batch.rows import Decoded, Nothing, Row, Unreadable
 from voz.errors import ConfigError
-from voz.events import Ear
 from voz.settings import Recognition
 
 HEADER = Header("0.1.0", "print", "commands", "models", Recognition(threshold=0.5))
 
 texts = st.text(st.characters(exclude_categories=["Cs", "Cc"]), min_size=1, max_size=9)
 seconds = st.floats(0, 1e5).map(lambda value: round(value, 3))
-ears = st.builds(Ear, texts, seconds)
+scores = st.floats(-99, 99).map(lambda value: round(value, 2))
 slots = st.dictionaries(texts, texts | st.integers(-99, 99) | st.floats(0, 9), max_size=2)
 heard = st.builds(
     Decoded,
@@ -33,8 +32,8 @@ heard = st.builds(
     st.booleans(),
     st.none() | st.sampled_from(["too_short", "unsure_between"]),
     st.none() | st.tuples(texts, texts),
-    st.none() | st.tuples(ears, ears),
-    st.none() | st.just("both_ears"),
+    st.none() | scores,
+    st.none() | texts,
     st.none(),
     slots,
 )

@@ -22,7 +22,7 @@ def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Reco
     assert result.code == 0
     assert [line["text"] for line in result.json] == [*session.commands, "go back"]
     assert {tuple(line) for line in result.json} == {
-        ("file", "start", "end", "text", "confidence", "accepted", "ears")
+        ("file", "start", "end", "text", "confidence", "accepted", "score", "next_best")
     }
     assert result.json[-1]["file"] == str(GO_BACK)
 
@@ -208,7 +208,7 @@ def test_to_go_on_needs_an_output(voz: Any) -> None:
 def test_one_ear_is_asked_for(voz: Any) -> None:
     (line,) = voz("decode", "--json", "--ears", "1", GO_BACK).json
     assert line["text"] == "go back"
-    assert "ears" not in line
+    assert "score" not in line
 
 
 def test_language_files_may_be_far_from_the_list_they_were_made_from(

@@ -12,7 +12,6 @@ from voz.evaluation import engines
 from voz.evaluation.engines import ENGINES, EngineChoice, load_engine, program_engine
 from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles
-from voz.recognition.network_file import UnknownNetworkError
 from voz.settings import Recognition
 
 COMMANDS = frozenset({"go back"})
@@ -38,31 +37,18 @@ def test_each_engine_hears_a_command(name: str, clip: Recording, language: Langu
     assert heard.confidence == 1 or name in ("voz", "first-ear")
 
 
-@pytest.mark.parametrize("name", ["pocketsphinx-phone-loop", "second-ear"])
 def test_what_it_is_compared_with_refuses_other_speech(
-    name: str, recordings: list[Recording], language: LanguageFiles
+    recordings: list[Recording], language: LanguageFiles
 ) -> None:
-    engine = load_engine(EngineChoice(name, language, Recognition()))
+    engine = load_engine(EngineChoice("pocketsphinx-phone-loop", language, Recognition()))
     other = next(r for r in recordings if r.text == "the weather is nice today")
     assert [(heard.confidence, heard.accepted) for heard in engine(other.samples())] == [(0, False)]
 
 
-def test_without_the_network_there_is_no_second_ear_to_compare_with(
-    language: LanguageFiles, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def missing(*_: object) -> None:
-        raise UnknownNetworkError("it is of no use here")
-
-    monkeypatch.setattr("voz.recognition.second_ear.load_network", missing)
-    with pytest.raises(ConfigError, match="there is no second ear: it is of no use here"):
-        load_engine(EngineChoice("second-ear", language, Recognition()))
-
-
-@pytest.mark.parametrize("name", ["pocketsphinx-phone-loop", "second-ear"])
 def test_what_it_is_compared_with_hears_all_commands_of_a_long_recording(
-    name: str, session: Recording, language: LanguageFiles
+    session: Recording, language: LanguageFiles
 ) -> None:
-    engine = load_engine(EngineChoice(name, language, Recognition()))
+    engine = load_engine(EngineChoice("pocketsphinx-phone-loop", language, Recognition()))
     heard = engine(session.samples())
     assert [one.text for one in heard] == session.commands
     times = [time for one in heard for time in (one.start, one.end)]

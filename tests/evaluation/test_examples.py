@@ -34,7 +34,8 @@ def test_in_a_stream_everything_belongs_to_what_was_said_there(tmp_path: Path) -
     said = Clip("lab", "session.wav", session, "start speech", "me", "command", "all", 0.5, 2.0)
     other = replace(said, text="", kind="near-miss", start=2.5, end=4.0)
     (collected,) = collect([said, other], None, 1)
-    kinds = [(e.clip.kind, e.text, e.right) for e in collected.examples]
-    assert kinds[:2] == [("command", "start speech", True), ("near-miss", "go forward", False)]
-    assert {kind for kind, _, _ in kinds[2:]} == {"noise"}
+    for examples in (collected.examples, collected.alone):
+        kinds = [(e.clip.kind, e.text, e.right) for e in examples]
+        assert kinds[:2] == [("command", "start speech", True), ("near-miss", "go forward", False)]
+        assert {kind for kind, _, _ in kinds[2:]} == {"noise"}
     assert collected.talk == 0

@@ -52,13 +52,13 @@ def test_what_is_heard_is_shown_and_what_is_heard_wrongly_is_asked_for_once_more
     tmp_path: Path, recognizer: Recognizer
 ) -> None:
     speech = [GO_BACK.with_name(f"festival_slt__{n}_speech.flac") for n in ("start", "stop")]
-    other = FIXTURES / "near_misses" / "festival_kal__back_to_school.flac"
+    other = FIXTURES / "near_misses" / "espeak_us__speed_limit.flac"
     said = [GO_BACK, other, GO_BACK, *speech]
     assert say(["go back", "go back", "start speech"], tmp_path, recognizer, *said) == [
         "1 of 3 say: go back",
         "heard: go back",
         "2 of 3 say: go back",
-        "heard: rotate left (unsure); say again: go back",
+        "heard: speed up (unsure); say again: go back",
         "heard: go back",
         "3 of 3 say: start speech",
         "heard: start speech",

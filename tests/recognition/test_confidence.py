@@ -13,23 +13,19 @@ from voz.recognition.confidence import (
     A_BREATH,
     HURRIED,
     KNOWN,
-    LONGEST,
     NO_SPEECH,
     SOFT_SPEECH,
     SURE_SPEECH,
-    WORST_FIT,
     Around,
     features,
     in_company,
     probability,
     trust_in_speech,
-    two_ears,
     voices_around,
     with_odds,
 )
-from voz.recognition.confidence_model import ONE_EAR, TWO_EARS, VOICES_AROUND, Model, load_models
+from voz.recognition.confidence_model import ONE_EAR, SCORE, VOICES_AROUND, Model, load_models
 from voz.recognition.evidence import Alignment, Evidence, Span
-from voz.recognition.second_ear import Fit, Opinion
 
 PHONES_OF = {"go": ("G", "OW"), "back(2)": ("B", "AE", "K")}
 SAID = Evidence(
@@ -54,15 +50,6 @@ def test_a_word_of_one_phone_goes_with_the_word_before_it() -> None:
     assert features(first, phones_of)["worst word"] == pytest.approx(-0.3 + 0.1)
 
 
-def test_a_long_sentence_is_no_surer_for_its_length_than_a_command() -> None:
-    def length(phones: int) -> float:
-        opinion = Opinion({"go back": Fit(-9.0, phones)}, -2.0)
-        return two_ears(SAID._replace(opinion=opinion), 30.0)["length"]
-
-    assert length(5) == pytest.approx(math.log(5))
-    assert length(60) == length(LONGEST) == pytest.approx(math.log(LONGEST))
-
-
 def test_the_features_are_what_they_say() -> None:
     usual = read_distances().frames
     pace = math.log(10 / (usual["G"] + usual["OW"]))
@@ -83,7 +70,7 @@ def test_what_is_surely_no_speech_is_not_trusted_at_all() -> None:
     assert 0 < trust_in_speech((NO_SPEECH + SURE_SPEECH) / 2) < 1
 
 
-def test_what_both_ears_know_needs_little_voice_and_some() -> None:
+def test_what_the_network_knows_needs_little_voice_and_some() -> None:
     assert trust_in_speech(SOFT_SPEECH, KNOWN) == 1
     assert trust_in_speech(SOFT_SPEECH - 0.01, 1.0) == 0
     assert trust_in_speech(SOFT_SPEECH, KNOWN - 0.01) == 0
@@ -109,58 +96,18 @@ def test_voices_that_nearly_drown_a_command_speak_for_it_and_other_sound_against
     assert load_models().one_ear.weights[VOICES_AROUND] > 0
 
 
-HEARD_TWICE = SAID._replace(
-    opinion=Opinion({"go back": Fit(-6.0, 5), "stop": Fit(-3.0, 4)}, best=-1.0)
-)
-
-
-def test_the_opinions_of_both_ears_are_compared_with_their_rivals() -> None:
-    alone = two_ears(HEARD_TWICE, math.inf)
-    assert alone == pytest.approx(
-        {
-            "margin": (-30 + 70) / 45,
-            "margin drowned": 0,
-            "second fit": -5 / 5,
-            "second fit drowned": 0,
-            "second margin": -3 / 5,
-            "length": math.log(5),
-        }
-    )
-    assert two_ears(SAID, 20.0) == {}
-
-
-def test_the_less_a_command_stands_out_the_more_it_is_drowned() -> None:
-    at = {above: two_ears(HEARD_TWICE, above) for above in (40.0, 20.0, 10.0, -30.0)}
-    fits = [at[above]["second fit drowned"] for above in at]
-    assert fits == pytest.approx([0, -1, -2, -3])
-    margins = [at[above]["margin drowned"] for above in at]
-    assert margins == pytest.approx([n * at[40.0]["margin"] for n in range(4)])
-
-
-@given(st.floats(-1e6, 10), st.floats(-1e6, 10), st.floats(-1e6, 0))
-def test_no_opinion_is_without_bounds(one: float, other: float, rival: float) -> None:
-    opinion = Opinion({"go back": Fit(one, 5), "stop": Fit(other, 4)}, best=0.0)
-    heard = SAID._replace(opinion=opinion, rivals={"stop": rival})
-    values = two_ears(heard, 30.0)
-    assert abs(values["margin"]) <= 2
-    assert WORST_FIT <= values["second fit"] <= 0
-    assert abs(values["second margin"]) <= 1
-
-
 def test_the_models_of_the_package_trust_a_better_match_more() -> None:
     models = load_models()
     assert models.one_ear.fitted_on
     assert models.two_ears.fitted_on
     assert set(models.one_ear.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
     assert set(models.one_ear.weights) == {*ONE_EAR, VOICES_AROUND}
-    values = features(HEARD_TWICE, PHONES_OF) | two_ears(HEARD_TWICE, 20.0)
-    assert set(models.two_ears.weights) == {*TWO_EARS} <= {*values}
+    assert set(models.two_ears.weights) == {SCORE}
     for name in ("phones", "worst word"):
         assert models.one_ear.weights[name] > 0
     for name in ("hurried", "not covered"):
         assert models.one_ear.weights[name] < 0
-    for name in ("worst word", "margin", "second fit", "second margin", "length"):
-        assert models.two_ears.weights[name] > 0
+    assert models.two_ears.weights[SCORE] > 0
 
 
 @given(st.floats(0, 1), st.floats(0.01, 100))

@@ -27,6 +27,14 @@ def test_a_feature_of_another_voz_is_refused(tmp_path: Path) -> None:
         load_models(str(tmp_path / "mine.json"))
 
 
+def test_a_model_fitted_before_there_was_one_score_is_refused(tmp_path: Path) -> None:
+    models = load_models()
+    older = replace(models.two_ears, weights={"worst word": 0.7, "second fit": 1.8})
+    save_models(replace(models, two_ears=older), tmp_path / "mine.json")
+    with pytest.raises(ConfigError, match=r'"second fit" is no feature of this voz'):
+        load_models(str(tmp_path / "mine.json"))
+
+
 @pytest.mark.parametrize("text", ["", "{}", '{"one_ear": 3}', "[1,2]", "\x00"])
 def test_what_is_no_such_file_is_one_line(text: str, tmp_path: Path) -> None:
     (tmp_path / "mine.json").write_text(text)

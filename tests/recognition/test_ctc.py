@@ -1,15 +1,17 @@
-"""All ways to spread and to pronounce a sentence add up: compared with trying every one."""
+"""Where a sentence fits best: compared with trying every beginning, end and way to spread it."""
 
 from __future__ import annotations
 
-from itertools import chain, groupby, product
+import math
+from collections.abc import Iterator
+from itertools import chain, combinations_with_replacement, groupby, product
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.recognition.ctc import lattice, log_likelihoods
+from voz.recognition.ctc import Floats, best_matches, lattice
 
 BLANK = 2
 SYMBOLS = 3
@@ -22,26 +24,79 @@ WAYS = st.lists(
 SENTENCES = st.lists(st.lists(WAYS, min_size=1, max_size=3), min_size=1, max_size=4)
 
 
-def tried(probabilities: np.ndarray, sentence: Sentence) -> float:
-    """Each choice of its words' ways counts, also where two of them sound the same."""
-    total = 0.0
+def made_up(moments: int, seed: int) -> tuple[Floats, Floats, Floats]:
+    """What was heard, and what it costs to begin and to end at each moment."""
+    random = np.random.default_rng(seed)
+    chance = random.random((moments, SYMBOLS)) + 0.01
+    relative = np.log(chance / chance.max(axis=1, keepdims=True))
+    return relative, random.uniform(0, 3, moments), random.uniform(0, 3, moments)
+
+
+def paths(sentence: Sentence, moments: int) -> Iterator[tuple[int, ...]]:
+    """All that sounds like the sentence, from its first symbol to its last."""
     said = [list(chain(*ways)) for ways in product(*sentence)]
-    for path in product(range(SYMBOLS), repeat=len(probabilities)):
+    for path in product(range(SYMBOLS), repeat=moments):
         heard = [symbol for symbol, _ in groupby(path) if symbol != BLANK]
-        chance = np.prod([row[symbol] for row, symbol in zip(probabilities, path, strict=True)])
-        total += said.count(heard) * float(chance)
-    return total
+        if heard in said and BLANK not in (path[0], path[-1]):
+            yield path
 
 
-@given(SENTENCES, st.integers(1, 6), st.integers(0, 2**32 - 1))
-def test_it_is_the_sum_over_all_paths(sentences: list[Sentence], moments: int, seed: int) -> None:
-    chance = np.random.default_rng(seed).random((moments, SYMBOLS)) + 0.01
-    probabilities = chance / chance.sum(axis=1, keepdims=True)
-    found = np.exp(log_likelihoods(probabilities, lattice(sentences, BLANK)))
-    assert found == pytest.approx([tried(probabilities, one) for one in sentences], abs=1e-12)
+def tried(heard: tuple[Floats, Floats, Floats], sentence: Sentence) -> dict[tuple[int, int], float]:
+    """The score of the best path from each moment to each that follows, where there is one."""
+    relative, before, behind = heard
+    found: dict[tuple[int, int], float] = {}
+    for begin, end in combinations_with_replacement(range(len(relative)), 2):
+        stretch = relative[begin : end + 1]
+        for path in paths(sentence, len(stretch)):
+            score = sum(row[symbol] for row, symbol in zip(stretch, path, strict=True))
+            score -= before[begin] + behind[end]
+            found[begin, end] = max(score, found.get((begin, end), -math.inf))
+    return found
 
 
-def test_a_long_stream_is_no_matter_of_small_numbers() -> None:
-    probabilities = np.full((5000, SYMBOLS), 1e-8)
-    (found,) = log_likelihoods(probabilities, lattice([[[[0, 1, 0]]]], BLANK))
-    assert -5000 * 18.5 < found < -5000 * 18
+@given(SENTENCES, st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_it_is_the_best_of_all_paths_and_lies_where_it_says(
+    sentences: list[Sentence], moments: int, seed: int
+) -> None:
+    heard = made_up(moments, seed)
+    found = best_matches(*heard, lattice(sentences, BLANK))
+    for sentence, score, begin, end in zip(sentences, *found, strict=True):
+        scores = tried(heard, sentence)
+        assert score == pytest.approx(max(scores.values(), default=-math.inf))
+        if scores:
+            assert scores[begin, end] == pytest.approx(score)
+
+
+def found_in(heard: tuple[Floats, Floats, Floats], sentence: Sentence) -> tuple[float, int, int]:
+    """The score of a sentence, and its first and last moment."""
+    (score,), (begin,), (end,) = best_matches(*heard, lattice([sentence], BLANK))
+    return float(score), int(begin), int(end)
+
+
+def silence_around(word: list[int], at: int, moments: int) -> Floats:
+    """Nothing but the blank is heard, and a word once, a moment for each symbol."""
+    relative = np.full((moments, SYMBOLS), -20.0)
+    relative[:, BLANK] = 0
+    for place, symbol in enumerate(word):
+        relative[at + place] = np.where(np.arange(SYMBOLS) == symbol, 0.0, -20.0)
+    return relative
+
+
+@pytest.mark.parametrize("at", [0, 1234, 4997])
+def test_a_word_is_found_wherever_it_is_in_a_long_stream(at: int) -> None:
+    nothing = np.zeros(5000)
+    heard = silence_around([0, 1, 0], at, 5000), nothing, nothing
+    assert found_in(heard, [[[0, 1, 0]]]) == (0, at, at + 2)
+    score, *_ = found_in(heard, [[[1, 0, 1]]])
+    assert score == -20
+
+
+def test_what_it_costs_to_begin_and_end_is_weighed_against_the_sound() -> None:
+    relative, nothing = silence_around([0], 2, 4), np.zeros(4)
+    for cost, best, begins in ((5.0, -5, {2}), (50.0, -20, {0, 1})):
+        late = np.array([0, 0, cost, cost])
+        score, begin, _ = found_in((relative, late, nothing), [[[0]]])
+        assert (score, begin in begins) == (best, True)
+    early = np.array([50.0, 50, 50, 0])
+    score, _, end = found_in((relative, nothing, early), [[[0]]])
+    assert (score, end) == (-20, 3)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +16,6 @@ from voz.language.templates.commands import plain_commands
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import IN_DOUBT, MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language, load_language
-from voz.recognition.second_ear import Fit, Opinion
 
 START = "45,3,-1"
 
@@ -127,21 +124,3 @@ def test_of_a_long_list_those_that_sound_most_like_it_are_rivals(
     assert evidence.text == "go back"
     assert {"go forward", "gold black"} <= set(evidence.rivals)
     assert len(evidence.rivals) < MOST_RIVALS
-
-
-def test_the_second_ear_has_a_say_in_which_command_fits_best(
-    comparison: Comparison, commands: list[Recording]
-) -> None:
-    """Whatever pocketsphinx thinks: here it is sure that something else was said."""
-    said = next(r for r in commands if r.text == "turn left")
-    start = mean_start(said.samples())
-
-    def sure_of(text: str, commands: Collection[str]) -> Opinion:
-        return Opinion({c: Fit(0.0 if c == text else -1000.0, 8) for c in commands}, best=0.0)
-
-    for text in ("turn left", "turn right"):
-        evidence = comparison.compare(said.samples(), "", start, partial(sure_of, text))
-        assert evidence
-        assert evidence.text == text
-        assert evidence.opinion
-        assert evidence.opinion.fit(text) == 0

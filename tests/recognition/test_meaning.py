@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
 import soxr
+from hypothesis import given
+from hypothesis import strategies as st
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.templates.commands import Parse
-from voz.recognition.evidence import SECOND_WEIGHT, Alignment, Evidence, Span
 from voz.recognition.meaning import ENOUGH, SCALE, most_sure, rival, stands_in_the_way
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import Fit, Opinion
+from voz.recognition.second_ear import Match, Opinion
 from voz.settings import Recognition
 from voz.speech.festival import render
 
@@ -29,54 +32,58 @@ MEANT = {
 }
 
 
-def heard(scores: dict[str, float], fits: dict[str, float] | None = None) -> Evidence:
-    """The first sentence fits best; the second ear has no say unless it is told what it hears."""
-    text, *others = scores
-    command = Alignment(scores[text], (Span("bring", 0, 40, scores[text]),))
-    fits = dict.fromkeys(scores, -5.0) | (fits or {})
-    opinion = Opinion({command: Fit(fit, 9) for command, fit in fits.items()}, -1.0)
-    return Evidence(text, command, {o: scores[o] for o in others}, Alignment(-50.0, ()), opinion)
+def heard(scores: Mapping[str, float]) -> Opinion:
+    return Opinion({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
 
 
 def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
-    found = rival(heard({"bring a cup": -90.0, "bring a cap": -90.0}), MEANT.get)
+    found = rival(heard({"bring a cup": 9.0, "bring a cap": 9.0}), MEANT.get)
     assert found == ("bring a cap", pytest.approx(0.5))
-    both = rival(
-        heard(dict.fromkeys(("bring a cup", "bring a cap", "bring a map"), -90.0)), MEANT.get
-    )
+    alike = dict.fromkeys(("bring a cup", "bring a cap", "bring a map"), 9.0)
+    both = rival(heard(alike), MEANT.get)
     assert both
     assert both.left == pytest.approx(1 / 3)
     assert stands_in_the_way(both)
     assert most_sure(both) == both.left
 
 
-def test_either_ear_may_be_sure_of_it() -> None:
-    ahead = 3 * SCALE * np.sqrt(9)  # the phones of each
-    first = rival(heard({"bring a cup": 0.0, "bring a cap": -ahead}), MEANT.get)
-    fits = {"bring a cup": -1.0, "bring a cap": -1.0 - ahead / SECOND_WEIGHT}
-    second = rival(heard({"bring a cup": -90.0, "bring a cap": -90.0}, fits), MEANT.get)
-    assert first
-    assert second
-    assert first.left == pytest.approx(second.left) == pytest.approx(1 / (1 + np.exp(-3)))
-    assert not stands_in_the_way(second)
-    assert most_sure(second) == 1
+def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
+    ahead = [0.0, 1.0, SCALE, 3 * SCALE, math.inf]
+    found = [rival(heard({"bring a cup": 20.0, "bring a cap": 20 - a}), MEANT.get) for a in ahead]
+    left = [each.left for each in found if each]
+    assert left == sorted(left)
+    assert left[-2:] == [pytest.approx(1 / (1 + math.exp(-3))), 1]
+    assert [stands_in_the_way(each) for each in found] == [share < ENOUGH for share in left]
+    assert [most_sure(each) for each in found[-2:]] == [1, 1]
+
+
+@given(
+    st.dictionaries(st.sampled_from([*MEANT]), st.integers(-50, 50), min_size=1),
+    st.integers(-50, 50),
+)
+def test_it_is_a_share_and_only_what_is_between_the_scores_counts(
+    scores: dict[str, int], more: int
+) -> None:
+    found = rival(heard(scores), MEANT.get)
+    if found:
+        assert 0 < found.left <= 1
+        again = rival(heard({text: score + more for text, score in scores.items()}), MEANT.get)
+        assert again
+        assert again.left == pytest.approx(found.left, abs=1e-6)
 
 
 def test_other_words_for_the_same_are_no_rival() -> None:
-    same = heard({"bring a cup": -90.0, "bring the cup": -90.0})
+    same = heard({"bring a cup": 9.0, "bring the cup": 9.0})
     assert rival(same, MEANT.get) is None
-    other = rival(
-        heard({"bring a cup": -90.0, "bring the cup": -90.0, "go back": -900.0}), MEANT.get
-    )
+    other = rival(heard({"bring a cup": 9.0, "bring the cup": 9.0, "go back": -90.0}), MEANT.get)
     assert other
     assert other.text == "go back"
     assert other.left > 0.99
 
 
-def test_without_slots_or_a_second_ear_there_is_none() -> None:
-    assert rival(heard({"go back": -90.0, "bring a cup": -90.0}), MEANT.get) is None
-    alone = heard({"bring a cup": -90.0, "bring a cap": -90.0})._replace(opinion=None)
-    assert rival(alone, MEANT.get) is None
+def test_without_slots_there_is_none() -> None:
+    assert rival(heard({"go back": 9.0, "bring a cup": 9.0}), MEANT.get) is None
+    assert rival(heard({"go away": 9.0, "bring a cup": 9.0}), MEANT.get) is None
     assert not stands_in_the_way(None)
     assert most_sure(None) == 1
 

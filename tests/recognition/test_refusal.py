@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from voz.audio import Samples
+from voz.audio import SAMPLE_RATE, Samples
 from voz.recognition.evidence import Alignment, Evidence, Span
-from voz.recognition.refusal import ALIKE, why_refused
+from voz.recognition.refusal import (
+    ALIKE,
+    CLOSE,
+    NOT_SAID,
+    SAID,
+    SHORT,
+    too_little,
+    why_unheard,
+    why_unlike,
+)
+from voz.recognition.second_ear import Match, Opinion
 
 SPEECH: Samples = np.random.default_rng(0).normal(0, 2000, 16000).astype(np.int16)
 
@@ -28,19 +38,60 @@ def evidence(*word_scores: float, behind: float = 5.0) -> Evidence:
         (evidence(-4.0, -5.0), "not_a_command"),
         (evidence(-1.0, -5.0), "part_of_a_command"),
         (evidence(-2.5, -2.5, behind=2 * ALIKE), "not_a_command"),
-        (None, "too_short"),
     ],
 )
-def test_the_reason_follows_from_the_evidence(found: Evidence | None, reason: str) -> None:
-    assert why_refused(SPEECH, found, 1.0) == (reason, None)
+def test_the_reason_follows_from_the_evidence(found: Evidence, reason: str) -> None:
+    assert why_unlike(found) == (reason, None)
 
 
 def test_two_commands_that_fit_as_well_are_both_named() -> None:
     for behind in (0.5 * ALIKE, -0.5 * ALIKE):
         found = evidence(-2.5, -2.5, behind=behind)
-        assert why_refused(SPEECH, found, 1.0) == ("unsure_between", ("go go", "turn left"))
+        assert why_unlike(found) == ("unsure_between", ("go go", "turn left"))
+
+
+PHONES = 8
+
+
+def opinion(best: float, behind: float = 1e3) -> Opinion:
+    """So many nats for each phone of the best command, and the next one behind by so many."""
+    score = best * PHONES
+    scores = {"stop": score - 1e4, "turn left": score - behind, "turn right": score}
+    return Opinion({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
+
+
+WELL, BADLY = SAID + 0.5, NOT_SAID - 0.5
+
+
+@pytest.mark.parametrize(
+    ("heard", "words", "reason"),
+    [
+        (opinion(BADLY), (BADLY, BADLY), "not_a_command"),
+        (opinion(BADLY), (WELL, BADLY), "part_of_a_command"),
+        (opinion(BADLY, behind=CLOSE / 2), (WELL, BADLY), "part_of_a_command"),
+        (opinion(WELL), (WELL, WELL), "not_a_command"),
+        (opinion(WELL, behind=2 * CLOSE), (WELL, WELL), "not_a_command"),
+        (opinion(BADLY, behind=CLOSE / 2), (BADLY, BADLY), "not_a_command"),
+    ],
+)
+def test_the_reason_follows_from_what_the_network_makes_of_the_words(
+    heard: Opinion, words: tuple[float, ...], reason: str
+) -> None:
+    assert why_unheard(heard, PHONES, words) == (reason, None)
+
+
+def test_two_commands_that_the_network_hears_as_well_are_both_named() -> None:
+    between = ("unsure_between", ("turn right", "turn left"))
+    assert why_unheard(opinion(WELL, behind=CLOSE / 2), PHONES, (WELL, WELL)) == between
+
+
+def test_a_list_of_one_command_leaves_nothing_to_be_unsure_between() -> None:
+    alone = Opinion({"stop": Match(WELL * 4, 0.0, 1.0)})
+    assert why_unheard(alone, 4, (WELL,)) == ("not_a_command", None)
 
 
 def test_what_is_no_speech_or_hardly_heard_is_said_first() -> None:
-    assert why_refused(SPEECH, evidence(-1.0, -5.0), 0.0) == ("no_speech", None)
-    assert why_refused(SPEECH // 200, evidence(-1.0, -5.0), 0.0) == ("too_quiet", None)
+    assert too_little(SPEECH, 0.0) == "no_speech"
+    assert too_little(SPEECH // 200, 0.0) == "too_quiet"
+    assert too_little(SPEECH[: int(SHORT * SAMPLE_RATE) - 1], 0.0) == "too_short"
+    assert too_little(SPEECH, 0.1) is None

@@ -16,7 +16,7 @@ from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
 from voz.errors import RecognizerBusyError
 from voz.events import Utterance
-from voz.recognition import interpreter
+from voz.recognition import two_ears
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.turns import Turns
 
@@ -90,7 +90,7 @@ def test_threads_that_feed_one_stream_take_turns(recognizer: Recognizer) -> None
 def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
     recognizer: Recognizer, sounds: list[Samples], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cleaned = interpreter.cleaned
+    cleaned = two_ears.cleaned
     refused: list[str] = []
 
     def interrupted(samples: Samples) -> Samples:
@@ -103,7 +103,7 @@ def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
         refused.append(str(raised.value))
 
     before = signal.signal(signal.SIGUSR1, handler)
-    monkeypatch.setattr(interpreter, "cleaned", interrupted)
+    monkeypatch.setattr(two_ears, "cleaned", interrupted)
     try:
         heard = recognizer.decode(sounds[0], 16000)
     finally:

@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import io
 
-from voz.events import Ear, Reply, SelectedObject, Twist, Utterance, Warning
+from msgspec.structs import replace
+
+from voz.events import Reply, SelectedObject, Twist, Utterance, Warning
 from voz.robot.console import ConsoleRobot
 
 
@@ -53,13 +55,15 @@ def test_everything_else_is_told_in_words() -> None:
     ]
 
 
-def test_it_tells_which_ear_refused_and_if_asked_what_each_thinks() -> None:
-    ears = (Ear("go back", -0.4), Ear("stop", -3.1))
-    refused = Utterance(
-        1.0, "go back", 0.1, False, 0.1, 0.9, "a.wav", "not_a_command", ears=ears,
-        refused_by="second_ear",
-    )  # fmt: skip
-    line = 'ignored  "go back" (0.10), not a command: the second ear doubts it'
-    assert printed(refused) == [line]
-    asked = f'{line} [first ear "go back" (-0.4), second ear "stop" (-3.1)]'
-    assert printed(refused, verbose=True) == [asked]
+def test_if_asked_it_tells_the_score_and_what_fits_next_best() -> None:
+    refused = Utterance(1.0, "go back", 0.1, False, 0.1, 0.9, "a.wav", "not_a_command")
+    line = 'ignored  "go back" (0.10), not a command'
+    for score, next_best, detail in (
+        (-3.14, "stop", ' [score -3.1, next best "stop"]'),
+        (2.0, None, " [score 2.0]"),  # the only command there is
+        (None, "stop", ' [next best "stop"]'),  # without the network
+        (None, None, ""),
+    ):
+        heard = replace(refused, score=score, next_best=next_best)
+        assert printed(heard) == [line]
+        assert printed(heard, verbose=True) == [line + detail]

@@ -97,6 +97,9 @@ def test_what_was_heard_is_played_and_marked_on_the_page(
     expect(tools.locator("summary")).to_have_text("marked: right")
     assert last(folder) == ("command", "go forward")
     choice = tools.get_by_label("what was said")
+    first = choice.locator("option").first.text_content()
+    assert first != "start speech"  # which has the first button
+    expect(entry).to_contain_text(f"next best “{first}”")
     choice.focus()
     page.keyboard.press("t")  # chooses, and does not talk
     expect(page.locator("#talk")).to_have_attribute("aria-pressed", "false")

@@ -32,8 +32,8 @@ COLUMNS = (
     "accepted",
     "reason",
     "between",
-    "ears",
-    "refused_by",
+    "score",
+    "next_best",
     "command",
     "slots",
     "seconds",
@@ -41,8 +41,8 @@ COLUMNS = (
 )
 """Of tables: one for each field of all kinds of rows."""
 
-NUMBERS = ("start", "end", "confidence", "seconds")
-NESTED = ("between", "ears", "slots")
+NUMBERS = ("start", "end", "confidence", "score", "seconds")
+NESTED = ("between", "slots")
 """Written as JSON in tables."""
 
 BEFORE_HEADER = "# "

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import msgspec
 
 from voz.batch.stamps import Stamp
-from voz.events import Ear, Reason, RefusedBy, Utterance
+from voz.events import Reason, Utterance
 
 
 class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -26,7 +26,7 @@ class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
         accepted: whether it was recognised surely enough.
         reason: why not, if it would not.
         between: the two commands that it may be, if that is the reason.
-        ears: as in `Utterance`, like those that follow.
+        score: as in `Utterance`, like those that follow.
     """
 
     file: str
@@ -37,8 +37,8 @@ class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
     accepted: bool
     reason: Reason | None = None
     between: tuple[str, str] | None = None
-    ears: tuple[Ear, Ear] | None = None
-    refused_by: RefusedBy | None = None
+    score: float | None = None
+    next_best: str | None = None
     command: str | None = None
     slots: Mapping[str, str | int | float] = {}
 
@@ -107,8 +107,8 @@ def in_file(heard: Utterance, file: str) -> Decoded:
         heard.accepted,
         heard.reason,
         heard.between,
-        heard.ears,
-        heard.refused_by,
+        heard.score,
+        heard.next_best,
         heard.command,
         heard.slots,
     )

@@ -106,10 +106,11 @@ def fit_confidence(
     recordings = len(tasks_for(clips, [], [], room=False))
     found = list(with_bar(collect(clips, lm, jobs), RECOGNISING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
+    alone = [example for of_recording in found for example in of_recording.alone]
     fitted_on = [description(clips, name) for name in sorted({c.set for c in clips})]
     hours = sum(of_recording.talk for of_recording in found) / 3600
     commands = [clip for of_recording in found for clip in of_recording.commands]
-    models, likely = fitting.fit_models(examples, fitted_on, hours, commands)
+    models, likely = fitting.fit_models(examples, alone, fitted_on, hours, commands)
     threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
     show(
         f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"

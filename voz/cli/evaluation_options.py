@@ -43,7 +43,7 @@ class Evaluating(Recognising):
         str,
         typer.Option(
             metavar="NAME",
-            help="voz, first-ear, second-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
+            help="voz, first-ear, plain-pocketsphinx, pocketsphinx-phone-loop, or "
             '"command:PROGRAM ARGUMENTS".',
         ),
     ] = "voz"

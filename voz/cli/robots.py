@@ -38,7 +38,7 @@ class RobotPlan:
         terminal: the same, if it can be drawn on.
         picture: where the simulator's way is drawn after the run.
         animation: the same, moving.
-        verbose: whether a console tells what each ear made of an utterance.
+        verbose: whether a console tells how good the evidence for an utterance is.
     """
 
     names: list[str]

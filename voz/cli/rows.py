@@ -18,7 +18,7 @@ def writer(options: Decoding) -> Callable[[Row], None]:
     if options.as_json:
         return _show_json
     show(f"   start      end  sure  accepted  {'text':32}  file")
-    return partial(_show_row, ears=options.verbose)
+    return partial(_show_row, detailed=options.verbose)
 
 
 def _show_json(row: Row) -> None:
@@ -27,7 +27,7 @@ def _show_json(row: Row) -> None:
     put(to_json(row))
 
 
-def _show_row(row: Row, ears: bool) -> None:
+def _show_row(row: Row, detailed: bool) -> None:
     from voz.batch.rows import Nothing, Unreadable
 
     if isinstance(row, Unreadable):
@@ -35,19 +35,19 @@ def _show_row(row: Row, ears: bool) -> None:
     elif isinstance(row, Nothing):
         show(f"{'':8} {row.seconds:8.2f}  {'':4}  {'':8}  {'(nothing is said)':32}  {row.file}")
     else:
-        _show_heard(row, ears)
+        _show_heard(row, detailed)
 
 
-def _show_heard(row: Decoded, ears: bool) -> None:
-    from voz.events import explain, in_ears
+def _show_heard(row: Decoded, detailed: bool) -> None:
+    from voz.events import explain, in_detail
 
     accepted = "yes" if row.accepted else "no"
-    explained = row.reason and explain(row.reason, row.between, row.refused_by)
+    explained = row.reason and explain(row.reason, row.between)
     why = f"({explained})" if explained else ""
     text = " ".join(part for part in (row.text, why) if part)
     show(
         f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
         f"{text:32}  {row.file}"
     )
-    if ears and row.ears:
-        show(f"{'':35}{in_ears(row.ears)}")
+    if detailed and (detail := in_detail(row.score, row.next_best)):
+        show(f"{'':35}{detail}")

@@ -99,7 +99,10 @@ class Running(Recognising):
     profile: ProfileOption = None
     adapt: Annotated[
         bool,
-        typer.Option("--adapt", help="Learn the speaker and the microphone, also for later runs."),
+        typer.Option(
+            "--adapt",
+            help="Learn speaker and microphone, also for later runs, if there is no second ear.",
+        ),
     ] = False
 
     @property

@@ -38,9 +38,6 @@ PHONE_LOOP_THRESHOLD = -21.2
 In pocketsphinx's own logarithms to the base 1.0001, for each frame of 10 ms.
 """
 
-SECOND_EAR_THRESHOLD = -2.0
-"""Refuses about 3 % of the right commands, nats for each phone."""
-
 LONGEST_WHOLE = 3.0
 """A recording of one command is shorter; what is longer may hold several utterances, s."""
 
@@ -104,36 +101,6 @@ def first_ear(language: LanguageFiles, settings: Recognition) -> Engine:
     return voz_engine(language, replace(settings, second_ear=False))
 
 
-def second_ear(language: LanguageFiles, settings: Recognition) -> Engine:
-    """Load the second ear alone: of what stands out, the command that explains it best.
-
-    Raises:
-        ConfigError: it cannot be had.
-    """
-    from voz.audio.endpointing.segmenter import segments
-    from voz.recognition.language import load_language
-    from voz.recognition.network_file import UnknownNetworkError
-    from voz.recognition.second_ear import second_ear_for
-
-    loaded = load_language(language)
-    commands = loaded.commands.listed
-    try:
-        ear = second_ear_for(loaded, settings.network)
-    except UnknownNetworkError as error:
-        raise ConfigError(f"there is no second ear: {error}; use another engine") from error
-
-    def recognise(samples: Samples) -> list[Understood]:
-        heard = []
-        for segment in segments([samples]):
-            opinion = ear.opinion(segment.samples, commands)
-            text = max(commands, key=lambda command: opinion.fits[command].score)
-            accepted = opinion.fit(text) >= SECOND_EAR_THRESHOLD
-            heard.append(Understood(text, float(accepted), accepted, segment.start, segment.end))
-        return heard
-
-    return recognise
-
-
 def plain_pocketsphinx(language: LanguageFiles, _settings: Recognition) -> Engine:
     """Load pocketsphinx with voz's grammar as its documentation shows it: what voz began from.
 
@@ -186,7 +153,6 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition
 ENGINES: dict[str, Callable[[LanguageFiles, Recognition], Engine]] = {
     "voz": voz_engine,
     "first-ear": first_ear,
-    "second-ear": second_ear,
     "plain-pocketsphinx": plain_pocketsphinx,
     "pocketsphinx-phone-loop": pocketsphinx_with_phone_loop,
 }

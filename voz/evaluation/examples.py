@@ -31,12 +31,14 @@ class Collected(NamedTuple):
     """What is in a recording; nothing if it cannot be read.
 
     Attributes:
-        examples: its utterances.
+        examples: its utterances, with the network.
+        alone: the same by pocketsphinx alone.
         talk: how much talk it is, s.
         commands: those that are said in it.
     """
 
     examples: list[Example]
+    alone: list[Example]
     talk: float
     commands: list[Clip]
 
@@ -92,8 +94,8 @@ def check_talk(clips: Iterable[Clip]) -> None:
 
 
 @cache
-def _recognizer(lm: str | None) -> Recognizer:
-    return Recognizer(find_language(lm), Recognition())
+def _recognizer(lm: str | None, second_ear: bool) -> Recognizer:
+    return Recognizer(find_language(lm), Recognition(second_ear=second_ear))
 
 
 def _examples(task: Task, lm: str | None) -> Collected:
@@ -102,18 +104,23 @@ def _examples(task: Task, lm: str | None) -> Collected:
     try:
         blocks = list(read_blocks(first.path))
     except AudioError:
-        return Collected([], 0.0, [])
+        return Collected([], [], 0.0, [])
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
-    parts, rest = shared_out(list(_recognizer(lm).candidates(blocks)), stretches)
     around = replace(first, kind="noise", speaker=first.file, condition="all")
-    examples = [
-        Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
-        for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
-        for o in part
-    ]
+    examples, alone = (
+        [
+            Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
+            for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
+            for o in part
+        ]
+        for parts, rest in (
+            shared_out(list(_recognizer(lm, second_ear).candidates(blocks)), stretches)
+            for second_ear in (True, False)
+        )
+    )
     talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
-    return Collected(examples, talk, [clip for clip in task.clips if clip.kind == "command"])
+    return Collected(examples, alone, talk, [clip for clip in task.clips if clip.kind == "command"])
 
 
 def _is_said(clip: Clip, text: str) -> bool:

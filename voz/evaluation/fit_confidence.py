@@ -51,12 +51,17 @@ Matrix = npt.NDArray[np.float64]
 
 
 def fit_models(
-    examples: Sequence[Example], fitted_on: list[str], hours: float, commands: Collection[Clip]
+    examples: Sequence[Example],
+    alone: Sequence[Example],
+    fitted_on: list[str],
+    hours: float,
+    commands: Collection[Clip],
 ) -> tuple[Models, list[float]]:
     """Fit the models of one ear and of both.
 
     Args:
-        examples: utterances, some of them right, some of them in talk.
+        examples: utterances, some of them right, some of them in talk, with the network.
+        alone: the same by pocketsphinx alone.
         fitted_on: what to write into the models about them.
         hours: how long the talk is.
         commands: what was said.
@@ -68,19 +73,17 @@ def fit_models(
     Raises:
         ConfigError: what `fit` and `with_alarms` raise.
     """
-    likely = {names: cross_validated(examples, names) for names in (TWO_EARS, ONE_EAR)}
-    both, one = (
-        with_alarms(fit(examples, fitted_on, names), examples, found, hours)
-        for names, found in likely.items()
-    )
+    likely, likely_alone = cross_validated(examples, TWO_EARS), cross_validated(alone, ONE_EAR)
+    both = with_alarms(fit(examples, fitted_on, TWO_EARS), examples, likely, hours)
+    one = with_alarms(fit(alone, fitted_on, ONE_EAR), alone, likely_alone, hours)
     # What voices in the room are worth to one ear, recordings of one command do not tell.
     voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
-    alone = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
+    one = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
     models = Models(
-        with_costs(both, examples, likely[TWO_EARS], commands),
-        with_costs(alone, examples, likely[ONE_EAR], commands),
+        with_costs(both, examples, likely, commands),
+        with_costs(one, alone, likely_alone, commands),
     )
-    return models, likely[TWO_EARS]
+    return models, likely
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:

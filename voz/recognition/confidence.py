@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
 
-from voz.events import RefusedBy
 from voz.language.phone_distances import read_distances
 from voz.recognition.confidence_model import Model
 from voz.recognition.evidence import Alignment, Evidence, Span, covered, overlap
@@ -16,10 +15,8 @@ NO_SPEECH, SURE_SPEECH = 0.5, 0.65
 noises are below the first, and 95 of 100 commands by people above the second."""
 
 KNOWN, SOFT_SPEECH = 0.9, 0.2
-"""What both ears are so sure of needs no more voice than this: `up` and `off` are short and soft.
-
-Of 251 short words by people 12 are so, and right, that the voice detector alone doubts; of 397
-sounds in noise those with so much voice have .54 at most, and all others .85.
+"""What the network is so sure of needs no more voice than this: `up` and `off` are short and soft.
+In 0.27 h of noise nothing is accepted by it.
 """
 
 A_BREATH = 5
@@ -33,20 +30,6 @@ CLEAR = 30.0
 
 DROWNED = 2.0
 """Tens of dB under that, below which nothing changes."""
-
-MOST_DROWNED = 3.0
-"""The same for both ears."""
-
-WORST_FIT = -8.0
-"""Of the second ear, nats for each phone; all that is worse is surely something else."""
-
-
-LONGEST = 15
-"""Phones of a command that speak for it by their number; it was fitted on commands of up to 12.
-
-Each wrong word in an order of 60 phones would be outweighed otherwise. Of 48 orders of what the
-list does not have, 3 get through instead of 5, and none of 42 right ones is lost.
-"""
 
 
 class Around(Enum):
@@ -91,38 +74,6 @@ def features(
     }
 
 
-def two_ears(evidence: Evidence, above: float) -> dict[str, float]:
-    """Bring the opinions of both ears to a few numbers.
-
-    In quiet the second ear tells commands from other speech far better than pocketsphinx, amid
-    noise hardly so: what it hears then is mostly nothing. So each opinion counts by how far the
-    command stands out.
-
-    Args:
-        evidence: what speaks for the command and against it, by both ears.
-        above: how far the command stands out of the room, dB.
-
-    Returns:
-        The features by name; likelihood ratios are in nats for each frame of speech, or for each
-        phone where the second ear has them.
-    """
-    opinion, command = evidence.opinion, evidence.command
-    if opinion is None:
-        return {}
-    rival = max(evidence.rivals.values(), default=-math.inf)
-    margin = _within((command.score - rival) / evidence.phones.frames, 2.0)
-    fit = min(0.0, max(WORST_FIT, opinion.fit(evidence.text)))
-    drowned = min(MOST_DROWNED, max(0.0, (CLEAR - above) / 10))
-    return {
-        "margin": margin,
-        "margin drowned": margin * drowned,
-        "second fit": fit,
-        "second fit drowned": fit * drowned,
-        "second margin": _within(opinion.margin(evidence.text), 1.0),
-        "length": math.log(min(LONGEST, opinion.fits[evidence.text].phones)),
-    }
-
-
 def voices_around(above: float, voices: float) -> float:
     """Tell how much of what speaks against a command is due to voices in the room.
 
@@ -147,13 +98,6 @@ def word_ratio(word: Span, phones: Alignment) -> float:
     return (word.score - against) / word.frames
 
 
-CONVINCED: Mapping[RefusedBy, Mapping[str, float]] = {
-    "first_ear": {"worst word": -0.3, "margin": 2.0},
-    "second_ear": {"second fit": 0.0, "second fit drowned": 0.0, "second margin": 1.0},
-}
-"""The features of half of all commands that are right, for each ear."""
-
-
 def probability(model: Model, values: Mapping[str, float]) -> float:
     """Tell how likely it is that the command was said, if it was speech at all.
 
@@ -174,7 +118,7 @@ def trust_in_speech(voice: float, known: float = 0.0) -> float:
 
     Args:
         voice: what the voice detector gave for the words, 0 to 1.
-        known: the probability of the command by both ears; 0 if there is one ear alone.
+        known: the probability of the command by the network; 0 without it.
 
     Returns:
         A factor for the probability, 0 for no speech to 1.
@@ -213,10 +157,6 @@ def _spoken_words(
         else:
             words.append((span, said))
     return words
-
-
-def _within(value: float, limit: float) -> float:
-    return max(-limit, min(limit, value))
 
 
 def chance(log_odds: float) -> float:

@@ -19,16 +19,11 @@ VOICES_AROUND = "voices around"
 """The one feature of one ear whose weight is not fitted, but was found in rooms by hand."""
 
 ONE_EAR = ("phones", "worst word", "hurried", "not covered", "sound after")
-TWO_EARS = (
-    "worst word",
-    "margin",
-    "margin drowned",
-    "second fit",
-    "second fit drowned",
-    "second margin",
-    "length",
-)
-"""The features that each model has; beside the second ear, most of the first one's are idle."""
+SCORE = "score"
+"""What the network gives a command, nats; see `second_ear`."""
+
+TWO_EARS = (SCORE,)
+"""The features that each model has."""
 
 Positive = Annotated[float, msgspec.Meta(gt=0, le=1e12)]
 
@@ -77,7 +72,7 @@ def load_models(file: str | None = None) -> Models:
     one_ear = {*ONE_EAR, VOICES_AROUND}
     for weights, known in (
         (models.one_ear.weights, one_ear),
-        (models.two_ears.weights, one_ear.union(TWO_EARS)),
+        (models.two_ears.weights, {*TWO_EARS}),
     ):
         if strange := sorted(weights.keys() - known):
             what = f'"{strange[0]}" is no feature of this voz'

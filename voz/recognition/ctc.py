@@ -1,13 +1,13 @@
-"""How likely sentences are, by a network that tells one symbol or none each moment.
+"""Where in a sound each sentence fits best, by a network that gives a symbol or none each moment.
 
-Connectionist temporal classification, Graves et al. 2006 (doi:10.1145/1143844.1143891): the
-probabilities of all ways to spread a sentence over the moments add up, and so do those of all ways
-to pronounce its words. Pure.
+The best path by Viterbi through the lattice of connectionist temporal classification (Graves et
+al. 2006, doi:10.1145/1143844.1143891), with a free beginning and end. Pure.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -19,115 +19,128 @@ Places = npt.NDArray[np.intp]
 Ways = Sequence[Sequence[int]]
 """The symbols of a word, by number, in all the ways that it may be pronounced."""
 
-TINY = 1e-300
-"""Of a sentence that does not fit into the moments; its logarithm is still a number."""
-
 
 class Node(NamedTuple):
     """A symbol of a sentence, or the blank between two.
 
     Attributes:
         symbol: its number.
-        before: the nodes from which it is reached, itself among them.
+        sources: the nodes from which it is reached, itself among them.
     """
 
     symbol: int
-    before: Sequence[int]
+    sources: Sequence[int]
 
 
 class Lattice(NamedTuple):
-    """Sentences laid side by side, to be followed together.
+    """Sentences side by side.
 
     Attributes:
         symbols: of each node.
-        sources: the nodes from which each node is reached, one node after the other.
-        reached: where those of each node begin in that.
-        firsts: the first node of each sentence.
-        sizes: how many nodes each sentence has.
-        starts: 1 for nodes at which a sentence may begin, else 0.
-        ends: 1 for nodes at which one may end.
+        sources: the nodes from which each node is reached: one column for each node, filled up
+            with the number of nodes.
+        starts: whether a sentence may begin at each node.
+        ends: the nodes at which one may end, one sentence after the other.
+        firsts: where those of each sentence begin in that.
     """
 
     symbols: Places
     sources: Places
-    reached: Places
+    starts: npt.NDArray[np.bool_]
+    ends: Places
     firsts: Places
-    sizes: Places
-    starts: Floats
-    ends: Floats
+
+
+class Matches(NamedTuple):
+    """Where each sentence fits best.
+
+    Attributes:
+        scores: relative log-likelihoods, nats.
+        begins: the first moment of each.
+        ends: the last moment of each.
+    """
+
+    scores: Floats
+    begins: Places
+    ends: Places
 
 
 def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
     """Lay sentences side by side.
 
     Args:
-        sentences: their words, at least one each; no way to pronounce one is empty.
+        sentences: their words, at least one each; no pronunciation of a word is empty.
         blank: the number of the blank.
     """
     nodes: list[Node] = []
-    firsts, starts, ends = [], [], []
+    starts: list[int] = []
+    ends: list[list[int]] = []
     for words in sentences:
-        firsts.append(len(nodes))
-        nodes.append(Node(blank, [len(nodes)]))
-        last = [firsts[-1]]
-        for word in words:
-            last = _append(nodes, word, last, blank)
-        starts += [n for n in range(firsts[-1], len(nodes)) if firsts[-1] in nodes[n].before]
-        ends += last
-    counts = [len(node.before) for node in nodes]
+        before: list[int] = []
+        last: list[int] = []
+        for place, word in enumerate(words):
+            firsts, last = _append(nodes, word, before, blank)
+            if place == 0:
+                starts += firsts
+            if place < len(words) - 1:
+                nodes.append(Node(blank, [*last, len(nodes)]))
+                before = [*last, len(nodes) - 1]
+        ends.append(last)
+    most = max(len(node.sources) for node in nodes)
+    padded = [[*node.sources, *[len(nodes)] * (most - len(node.sources))] for node in nodes]
+    is_start = np.zeros(len(nodes), np.bool_)
+    is_start[starts] = True
     return Lattice(
         np.array([node.symbol for node in nodes]),
-        np.array([source for node in nodes for source in node.before]),
-        np.cumsum([0, *counts[:-1]]),
-        np.array(firsts),
-        np.diff([*firsts, len(nodes)]),
-        _marked(starts, len(nodes)),
-        _marked(ends, len(nodes)),
+        np.array(padded).T.copy(),
+        is_start,
+        np.array([node for last in ends for node in last]),
+        np.array([0, *accumulate(map(len, ends[:-1]))]),
     )
 
 
-def _append(nodes: list[Node], word: Ways, last: Sequence[int], blank: int) -> list[int]:
-    """Lay a word behind the last nodes of the one before it; gives its own last ones."""
-    ends: list[int] = []
+def _append(
+    nodes: list[Node], word: Ways, before: Sequence[int], blank: int
+) -> tuple[list[int], list[int]]:
+    """Add a word behind some nodes; returns its first and its last nodes."""
+    firsts: list[int] = []
+    lasts: list[int] = []
     for way in word:
-        before = last
+        sources = before
+        firsts.append(len(nodes))
         for place, symbol in enumerate(way):
             if place:
-                nodes.append(Node(blank, [before[0], len(nodes)]))
-                before = [*before, len(nodes) - 1]
-            # One that is said twice needs a blank between.
-            others = [n for n in before if nodes[n].symbol != symbol]
+                nodes.append(Node(blank, [len(nodes) - 1, len(nodes)]))
+                sources = [len(nodes) - 2, len(nodes) - 1]
+            # A symbol that comes twice needs a blank between.
+            others = [source for source in sources if nodes[source].symbol != symbol]
             nodes.append(Node(symbol, [*others, len(nodes)]))
-            before = [len(nodes) - 1]
-        ends += before
-    nodes.append(Node(blank, [*ends, len(nodes)]))
-    return [*ends, len(nodes) - 1]
+        lasts.append(len(nodes) - 1)
+    return firsts, lasts
 
 
-def _marked(places: Sequence[int], size: int) -> Floats:
-    marks = np.zeros(size)
-    marks[list(places)] = 1
-    return marks
-
-
-def log_likelihoods(probabilities: Floats, sentences: Lattice) -> Floats:
-    """Tell how likely each sentence is.
+def best_matches(relative: Floats, before: Floats, behind: Floats, sentences: Lattice) -> Matches:
+    """Find where each sentence fits best.
 
     Args:
-        probabilities: moments x symbols.
+        relative: moments x symbols, log-probabilities less that of the likeliest symbol, nats.
+        before: what it costs to begin at each moment, nats.
+        behind: what it costs to end at each moment, nats.
         sentences: as `lattice` lays them.
-
-    Returns:
-        A natural logarithm for each.
     """
-    forward = sentences.starts * probabilities[0, sentences.symbols]
-    total = np.zeros(len(sentences.firsts))
-    for moment in probabilities[1:]:
-        scale = np.add.reduceat(forward, sentences.firsts) + TINY  # else they become too small
-        total += np.log(scale)
-        forward /= np.repeat(scale, sentences.sizes)
-        forward = np.add.reduceat(forward[sentences.sources], sentences.reached)
-        forward *= moment[sentences.symbols]
-    ended = np.add.reduceat(forward * sentences.ends, sentences.firsts)
-    found: Floats = total + np.log(np.maximum(ended, TINY))
+    symbols, sources, starts, ends, firsts = sentences
+    nodes, columns = len(symbols), np.arange(len(symbols))
+    scores, begins = np.full(nodes + 1, -np.inf), np.zeros(nodes + 1, np.intp)
+    found = Matches(np.full(len(firsts), -np.inf), *np.zeros((2, len(firsts)), np.intp))
+    for moment, likely in enumerate(relative):
+        likeliest = sources[scores[sources].argmax(axis=0), columns]
+        reached, begun = scores[likeliest], begins[likeliest]
+        entered = starts & (reached < -before[moment])
+        scores[:nodes] = np.where(entered, -before[moment], reached) + likely[symbols]
+        begins[:nodes] = np.where(entered, moment, begun)
+        ended = np.maximum.reduceat(scores[ends], firsts) - behind[moment]
+        for number in np.flatnonzero(ended > found.scores):
+            last = slice(firsts[number], firsts[number + 1] if number + 1 < len(firsts) else None)
+            found.scores[number], found.ends[number] = ended[number], moment
+            found.begins[number] = begins[ends[last][scores[ends[last]].argmax()]]
     return found

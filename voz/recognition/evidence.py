@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from voz.audio import Samples
@@ -13,7 +13,6 @@ from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
 from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, search_graph
-from voz.recognition.second_ear import Fit, Opinion
 
 UNPRUNED = 0.0
 """A beam without an end.
@@ -31,16 +30,6 @@ SCORE_UNIT = 1024 * math.log(1.0001)
 MOST_RIVALS = 60
 """Commands searched side by side; of longer lists, those that sound most like what was heard."""
 
-MOST_FOLLOWED = 160
-"""The same, where the second ear can sort them: it follows 160 in less time than those 60 take."""
-
-MOST_SEARCHED = 16
-"""Of those, the ones that the second ear hears best.
-
-Of 162 orders of coffee in noise that are spoken by synthetic voices .67 are heard right, .72 with
-these two numbers, for the same time.
-"""
-
 MOST_NEVER_MISSED = 8
 """Sentences of a template that are searched always, if its command must not be missed."""
 
@@ -54,16 +43,6 @@ Of 18 times that `stop` was said and another command fitted better, 16 are withi
 other commands none. Without the second three are, and in kitchen noise nine of 280, most of them
 `stop speech`.
 """
-
-SECOND_WEIGHT = 8.0
-"""What a nat of the second ear is worth in those of pocketsphinx, to choose a command.
-
-Of commands in nine rooms .88 are right by pocketsphinx alone, .88 by the second ear alone, and .91
-by both; from 4 to 16 it is the same.
-"""
-
-Ask = Callable[[Collection[str]], Opinion]
-"""Asks the second ear what it thinks of some commands."""
 
 
 class Span(NamedTuple):
@@ -107,14 +86,12 @@ class Evidence(NamedTuple):
         command: the path of that command.
         rivals: the scores of other commands, nats.
         phones: the path of any sequence of phones.
-        opinion: what the second ear thinks; None without one.
     """
 
     text: str
     command: Alignment
     rivals: dict[str, float]
     phones: Alignment
-    opinion: Opinion | None = None
 
 
 class Comparison:
@@ -167,41 +144,29 @@ class Comparison:
         """Whether it can find the command too: the list is short enough to search all of it."""
         return len(self._commands) <= MOST_RIVALS
 
-    def compare(
-        self, samples: Samples, text: str, start: str, ask: Ask | None = None
-    ) -> Evidence | None:
+    def compare(self, samples: Samples, text: str, start: str) -> Evidence | None:
         """Collect the evidence for a command.
 
         Args:
             samples: one utterance, 16 kHz.
             text: the sentence that was heard; empty takes the command that fits best.
             start: where the cepstral mean starts, as `mean_start` gives it.
-            ask: the second ear, which then has a say in which command fits best.
 
         Returns:
             The evidence; None if the sound is too short for any command.
         """
-        opinion = None
         if not self.finds_alone:
-            rivals = self._rivals_of(text, MOST_FOLLOWED if ask else MOST_RIVALS)
-            opinion = ask(rivals) if ask and rivals else None
-            self._search_for(self._nearest(text, opinion) if opinion else rivals)
+            self._search_for(self._rivals_of(text))
         process(self._decoder, samples, start)
         scores = {command: self._score(end) for command, end in self._graph.ends.items()}
         found = {command: score for command, score in scores.items() if score is not None}
         phones = self._path(self._graph.loop)
         if not found or not phones.spans:
             return None
-        if ask and opinion is None:
-            opinion = ask(found)
-        if opinion:
-            best = max(found, key=lambda c: worth(found[c], opinion.fits[c]))
-        else:
-            best = text if text in found else max(found, key=found.__getitem__)
-            best = self._in_doubt(best, found, phones)
+        best = text if text in found else max(found, key=found.__getitem__)
+        best = self._in_doubt(best, found, phones)
         del found[best]
-        command = self._path(self._graph.ends[best])
-        return Evidence(best, command, found, phones, opinion)
+        return Evidence(best, self._path(self._graph.ends[best]), found, phones)
 
     def _in_doubt(self, best: str, scores: Mapping[str, float], phones: Alignment) -> str:
         """Rather a command that must not be missed than one that is hardly better."""
@@ -214,18 +179,12 @@ class Comparison:
         enough = covered(self._path(self._graph.ends[careful]), phones) >= EXPLAINS * explained
         return careful if enough else best
 
-    def _rivals_of(self, text: str, most: int) -> list[str]:
+    def _rivals_of(self, text: str) -> list[str]:
         """What was heard, what must not be missed, and what sounds most like what was heard."""
         if not text:
             return self._never_missed
-        near = self._commands.neighbours(text, most, self._sound)
-        return list(dict.fromkeys([text, *self._never_missed, *near]))[:most]
-
-    def _nearest(self, text: str, opinion: Opinion) -> list[str]:
-        """What was heard, what must not be missed, and what the second ear hears best."""
-        nearest = sorted(opinion.fits, key=lambda c: opinion.fits[c].score, reverse=True)
-        always = (command for command in (text, *self._never_missed) if command)
-        return list(dict.fromkeys([*always, *nearest]))[:MOST_SEARCHED]
+        near = self._commands.neighbours(text, MOST_RIVALS, self._sound)
+        return list(dict.fromkeys([text, *self._never_missed, *near]))[:MOST_RIVALS]
 
     def _search_for(self, commands: list[str]) -> None:
         self._graph = search_graph(commands, self._phones)
@@ -247,11 +206,6 @@ class Comparison:
             if s.word not in (SILENCE, "(NULL)")
         )
         return Alignment(-math.inf if score is None else score, tuple(spans))
-
-
-def worth(score: float, fit: Fit) -> float:
-    """Add up what both ears think of a command, in nats of pocketsphinx."""
-    return score + SECOND_WEIGHT * fit.score
 
 
 def covered(command: Alignment, phones: Alignment) -> int:

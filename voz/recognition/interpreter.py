@@ -1,80 +1,33 @@
-"""From a stretch of speech to its sentence, and how sure that is."""
+"""From a stretch of speech to its sentence, and whether it is obeyed."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping
-from functools import partial
-from types import MappingProxyType
-from typing import NamedTuple
+from collections.abc import Collection
 
-from voz.audio import SAMPLE_RATE, Samples
+from voz.audio import Samples
 from voz.audio.denoise import cleaned
-from voz.audio.endpointing.open_segment import MARGIN
 from voz.audio.endpointing.segment import LONGEST_WORD, Segment
-from voz.audio.endpointing.voice import RUN_UP, voice_detector
-from voz.events import Ear, Reason, RefusedBy, Utterance
+from voz.events import Utterance
 from voz.language.templates.commands import Commands, Parse
-from voz.recognition.confidence import (
-    CONVINCED,
-    Around,
-    features,
-    in_company,
-    probability,
-    trust_in_speech,
-    two_ears,
-    voices_around,
-)
-from voz.recognition.confidence_model import VOICES_AROUND, load_models, with_log_odds
-from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import MOST_NEVER_MISSED, MOST_RIVALS, Comparison, Evidence
+from voz.recognition.confidence import Around, in_company
+from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
+from voz.recognition.decoder import mean_start
+from voz.recognition.evidence import MOST_NEVER_MISSED
+from voz.recognition.hypothesis import CommandFinder, Hypothesis
 from voz.recognition.language import Language
-from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
 from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.refusal import why_refused
+from voz.recognition.one_ear import OneEar
 from voz.recognition.second_ear import SecondEar, second_ear_for
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
 from voz.recognition.thresholds import needed
 from voz.recognition.turns import Turns
+from voz.recognition.two_ears import MOST_COMPARED, TwoEars
 from voz.settings import Recognition
-
-DECODER_FRAME = 160
-"""Samples in a frame of pocketsphinx, 10 ms."""
 
 PAUSES = 2.0
 """Seconds that a command takes besides its words: silence, hesitation, noise before and after."""
-
-
-class Hypothesis(NamedTuple):
-    """What was understood of a segment, before it is known what follows.
-
-    Attributes:
-        segment: the stretch of speech.
-        text: the sentence that fits best; empty if none does.
-        evidence: what speaks for it and against it; None if it cannot be a command.
-        trust: how far the sound is to be trusted to be speech, 0 to 1.
-        sure: the probability that it was said, if there is no other speech around it.
-        values: the features of that probability; empty without evidence.
-        against: what else may have been meant, if it has slots.
-    """
-
-    segment: Segment
-    text: str
-    evidence: Evidence | None = None
-    trust: float = 0.0
-    sure: float = 0.0
-    values: Mapping[str, float] = MappingProxyType({})
-    against: Rival | None = None
-
-    @property
-    def spoken_until(self) -> float:
-        """Where the last word ends in the stream, s."""
-        if self.evidence is None:
-            return self.segment.end - MARGIN / SAMPLE_RATE
-        last = self.evidence.command.spans[-1]
-        return self.segment.start + (last.end + 1) * DECODER_FRAME / SAMPLE_RATE
 
 
 class Interpreter:
@@ -97,22 +50,22 @@ class Interpreter:
         """Load the models; arguments and errors are those of `Recognizer`."""
         profile.check_model(language.spoken.model)
         self.learnt = profile.start
-        self._aligner = Aligner(language) if learning else None
         self.commands = language.commands
-        self._comparison = Comparison(language, settings.never_missed, profile.mllr)
-        alone = settings.search == "grammar" and self._comparison.finds_alone
-        self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
-        self._phones_of = language.pronunciations
-        self._usual = language.spoken.frames
-        self._second = _second_ear(language, settings.network) if settings.second_ear else None
-        self._spotter = _spotter(self._second, self.commands, settings.never_missed)
+        network = _network(language, settings.network) if settings.second_ear else None
         models = load_models(settings.confidence)
-        model = models.two_ears if self._second else models.one_ear
+        model = models.two_ears if network else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
+        self._ears: CommandFinder = (
+            TwoEars(language, settings, profile, self.model, network)
+            if network
+            else OneEar(language, settings, profile, self.model)
+        )
+        # The network needs none of what pocketsphinx learns of a microphone.
+        self._aligner = Aligner(language) if learning and not network else None
+        self._spotter = _spotter(network, self.commands, settings.never_missed)
         self.longest = PAUSES + LONGEST_WORD * self.commands.longest
         self._needed = needed(self.model, settings)
         self._never_missed = frozenset(settings.never_missed)
-        self._voice = voice_detector()
         self._turns = Turns()  # pocketsphinx decodes one utterance at a time
 
     def accept_by(self, settings: Recognition) -> None:
@@ -126,28 +79,9 @@ class Interpreter:
 
     def _understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
         if segment.end - segment.start > self.longest:
-            return Hypothesis(segment, "")  # no command, and it would take long to find that out
-        sound = cleaned(segment.samples)
-        start = learnt.moved(mean_start(sound))
-        text = self._decoder.decode(sound, start) if self._decoder else ""
-        if text and text not in self.commands:  # words of the trigram model that are no command
-            return Hypothesis(segment, text)
-        second, samples = self._second, segment.samples
-        ask = partial(second.opinion, samples) if second else None
-        evidence = self._comparison.compare(sound, text, start, ask)
-        if evidence is None:
-            return Hypothesis(segment, text)
-        # What goes on and is as loud as the command is no noise that the command drowns in.
-        above = math.inf if segment.amid else segment.above
-        values = features(evidence, self._phones_of, self._usual) | two_ears(evidence, above)
-        values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
-        sure = probability(self.model, values)
-        trust = trust_in_speech(self._voice_in(samples, evidence), sure if second else 0.0)
-        sure *= trust
-        careful = self._is_careful(self.commands.parse(evidence.text))
-        against = None if careful else rival(evidence, self.commands.parse)
-        sure = min(sure, most_sure(against))
-        return Hypothesis(segment, evidence.text, evidence, trust, sure, values, against)
+            # No command, and it would take long to find that out.
+            return Hypothesis(segment, "", segment.end)
+        return self._ears.understand(segment, learnt)
 
     def spot(self, so_far: Samples) -> Spotted | None:
         """Tell which command that must not be missed may have been said just now, if any.
@@ -186,12 +120,6 @@ class Interpreter:
         heard = self._understand(segment, StartVector())
         return teaches(heard.values, heard.trust)
 
-    def _voice_in(self, samples: Samples, evidence: Evidence) -> float:
-        """How sure it is that what was taken for the words is speech."""
-        words = evidence.command.spans
-        begin = max(0, words[0].start * DECODER_FRAME - RUN_UP)
-        return self._voice.probability(samples[begin : words[-1].end * DECODER_FRAME])
-
     def accepts(self, heard: Hypothesis, around: Around) -> bool:
         """Tell whether a command is sure enough to be obeyed, by what is around it."""
         return self._accepts(heard.text, in_company(heard.sure, around))
@@ -229,12 +157,12 @@ class Interpreter:
             decided: the time of the decision, s.
             source: where it comes from.
         """
-        segment, text, evidence = heard.segment, heard.text, heard.evidence
+        segment, text = heard.segment, heard.text
         sure = in_company(heard.sure, around)
         accepted = self._accepts(text, sure)
-        reason, between = (None, None) if accepted else _why(heard)
-        ears = _ears(evidence, heard.values["worst word"]) if evidence else None
+        reason, between = (None, None) if accepted else heard.why_refused()
         parse = self.commands.parse(text) if accepted else None
+        score = heard.values.get(SCORE)
         return Utterance(
             t=round(decided, 3),
             text=text,
@@ -247,51 +175,25 @@ class Interpreter:
             reason=reason,
             between=between,
             above=round(segment.above, 1),
-            ears=ears,
-            refused_by=self._refused_by(heard, around) if reason and ears and heard.trust else None,
+            score=None if score is None else round(score, 2),
+            next_best=heard.next_best or None,
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
         )
 
-    def _refused_by(self, heard: Hypothesis, around: Around) -> RefusedBy:
-        """Tell which ear stands against a command: if it were convinced, it would be obeyed."""
-        would: dict[RefusedBy, bool] = {}
-        for ear, convinced in CONVINCED.items():
-            sure = heard.trust * probability(self.model, {**heard.values, **convinced})
-            would[ear] = self._accepts(heard.text, in_company(sure, around))
-        if would["first_ear"] == would["second_ear"]:
-            return "both_ears"
-        return "first_ear" if would["first_ear"] else "second_ear"
 
-
-def _why(heard: Hypothesis) -> tuple[Reason, tuple[str, str] | None]:
-    if heard.trust and stands_in_the_way(heard.against):
-        return "unsure_between", (heard.text, heard.against.text)
-    return why_refused(heard.segment.samples, heard.evidence, heard.trust)
-
-
-def _ears(evidence: Evidence, worst_word: float) -> tuple[Ear, Ear] | None:
-    """Tell what each ear makes of an utterance; nothing if there is one ear."""
-    opinion, text = evidence.opinion, evidence.text
-    if opinion is None:
-        return None
-    first = max({**evidence.rivals, text: evidence.command.score}.items(), key=lambda item: item[1])
-    second = max(opinion.fits, key=lambda command: opinion.fits[command].score)
-    return Ear(first[0], round(worst_word, 2)), Ear(second, round(opinion.fit(text), 2))
-
-
-def _second_ear(language: Language, network: str | None) -> SecondEar | None:
-    """Load the second ear, where it can be had."""
+def _network(language: Language, file: str | None) -> SecondEar | None:
+    """Load the network, where it knows the language."""
     try:
-        return second_ear_for(language, network)
+        return second_ear_for(language, file)
     except UnknownNetworkError:
         return None
 
 
 def _spotter(
-    ear: SecondEar | None, commands: Commands, never_missed: Collection[str]
+    network: SecondEar | None, commands: Commands, never_missed: Collection[str]
 ) -> Spotter | None:
-    """Look for the commands that must not be missed, where there is a second ear."""
+    """Look for the commands that must not be missed, where there is a network."""
     watched = commands.named(never_missed, MOST_NEVER_MISSED)
-    others = commands if len(commands) <= MOST_RIVALS else ()
-    return Spotter(ear, watched, others) if ear and watched else None
+    others = commands if len(commands) <= MOST_COMPARED else ()
+    return Spotter(network, watched, others) if network and watched else None

@@ -11,20 +11,13 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeGuard
 
 from voz.language.templates.commands import Parse
-from voz.recognition.evidence import Evidence, worth
+from voz.recognition.second_ear import Opinion
 
-SCALE = 6.0
-"""Nats of both ears that count as one, for the root of each phone: what is beside each other is
-wrong together.
+SCALE = 3.0
+"""Nats of the network that count as one: what is beside each other is wrong together."""
 
-Fitted on what is accepted of orders of coffee (158) and of angles (`turn left fifteen degrees`,
-261) in kitchens, cafes and white noise, spoken by synthetic voices; the best for each alone is 6 to
-7 and 5 to 6.
-"""
-
-ENOUGH = 0.6
-"""Of the share. Of those 66 are wrong and 353 right, and 28 and 326 pass; of 138 other orders, by
-other voices, 13 and 125, and 11 and 122 pass."""
+ENOUGH = 0.55
+"""Of the share."""
 
 
 class Rival(NamedTuple):
@@ -39,30 +32,28 @@ class Rival(NamedTuple):
     left: float
 
 
-def rival(evidence: Evidence, parse: Callable[[str], Parse | None]) -> Rival | None:
+def rival(opinion: Opinion, parse: Callable[[str], Parse | None]) -> Rival | None:
     """Find what stands in the way of the sentence that fits best.
 
     Args:
-        evidence: what speaks for it and for the others.
+        opinion: what the network makes of the sentences.
         parse: tells what a sentence means.
 
     Returns:
-        The rival; None for a sentence without slots, if nothing else is like it, or if there is no
-        second ear: one alone does not tell them apart well enough.
+        The rival; None for a sentence without slots, or if nothing else is like it.
     """
-    opinion, said = evidence.opinion, parse(evidence.text)
-    if opinion is None or said is None or not said.slots:
+    said = parse(opinion.text)
+    if said is None or not said.slots:
         return None
     meant = _key(said)
-    best = {meant: (worth(evidence.command.score, opinion.fits[evidence.text]), evidence.text)}
-    for text, score in evidence.rivals.items():
-        key, found = _key(parse(text)), (worth(score, opinion.fits[text]), text)
-        best[key] = max(best.get(key, found), found)
+    best: dict[object, tuple[float, str]] = {}
+    for text, match in opinion.matches.items():
+        key = _key(parse(text))
+        best[key] = max(best.get(key, (match.score, text)), (match.score, text))
     highest, _ = best.pop(meant)
     if not best:
         return None
-    scale = SCALE * math.sqrt(opinion.fits[evidence.text].phones)
-    others = sum(math.exp((score - highest) / scale) for score, _ in best.values())
+    others = sum(math.exp((score - highest) / SCALE) for score, _ in best.values())
     return Rival(max(best.values())[1], 1 / (1 + others))
 
 

@@ -215,7 +215,7 @@ class Recognizer:
         after = [follow_closely(one, other) for one, other in pairwise(found)]
         for number, segment in enumerate(found):
             heard = self._interpreter.understand(segment)
-            if heard.evidence:
+            if heard.values:
                 among = segment.amid or any(after[max(0, number - 1) : number + 1])
                 around = Around.SPEECH if among else Around.QUIET
                 values, trust = dict(heard.values), heard.trust

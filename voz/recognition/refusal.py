@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -9,12 +11,14 @@ from voz.audio.denoise import energies
 from voz.events import Reason
 from voz.recognition.confidence import word_ratio
 from voz.recognition.evidence import Evidence
+from voz.recognition.hypothesis import Refusal
+from voz.recognition.second_ear import Opinion
 
 QUIET = 40.0
 """Speech below it, in dB over one unit of 16 bits, is 50 dB under full scale: a far microphone."""
 
-SHORT = 3 * SAMPLE_RATE
-"""What is longer and was not compared with any command was too long for it."""
+SHORT = 0.35
+"""Seconds with the margins of a segment: no command is said in less."""
 
 ALIKE = 0.3
 """Two commands this close, in nats for each frame, fit about as well."""
@@ -25,28 +29,34 @@ FITS = -2.0
 FITS_NOT = -3.0
 """A word below it was not said; 1 of 20 words of right commands is."""
 
+CLOSE = 3.0
+"""Two commands this close, in nats of the network, fit about as well."""
 
-def why_refused(
-    samples: Samples, evidence: Evidence | None, trust: float
-) -> tuple[Reason, tuple[str, str] | None]:
-    """Tell why an utterance that is not accepted was not understood.
+SAID, NOT_SAID = 1.0, 0.0
+"""By the network: what has so many nats for each phone was said, or was not; 2 are perfect."""
+
+
+def too_little(samples: Samples, trust: float) -> Reason | None:
+    """Tell whether there is too little to hear.
 
     Args:
         samples: the utterance, 16 kHz.
-        evidence: what was found for the command that fits best; None if it is too short or too
-            long for any.
         trust: how far it is to be trusted to be speech, 0 to 1.
-
-    Returns:
-        The reason, and for `unsure_between` the two commands.
     """
     loudness = energies(samples)
     if len(loudness) and np.percentile(loudness, 95) < QUIET:
-        return "too_quiet", None
-    if evidence is None:
-        return ("too_short" if len(samples) < SHORT else "not_a_command"), None
-    if trust == 0:
-        return "no_speech", None
+        return "too_quiet"
+    if len(samples) < SHORT * SAMPLE_RATE:
+        return "too_short"
+    return None if trust else "no_speech"
+
+
+def why_unlike(evidence: Evidence) -> Refusal:
+    """Tell why an utterance is no command, by pocketsphinx.
+
+    Args:
+        evidence: what was found for the command that fits best.
+    """
     ratios = [word_ratio(word, evidence.phones) for word in evidence.command.spans]
     if max(ratios) > FITS and min(ratios) < FITS_NOT:
         return "part_of_a_command", None
@@ -55,4 +65,20 @@ def why_refused(
         behind = (evidence.command.score - evidence.rivals[rival]) / evidence.phones.frames
         if abs(behind) < ALIKE:
             return "unsure_between", (evidence.text, rival)
+    return "not_a_command", None
+
+
+def why_unheard(opinion: Opinion, phones: int, words: Collection[float]) -> Refusal:
+    """Tell why an utterance is no command, by the network.
+
+    Args:
+        opinion: what it makes of the commands.
+        phones: of the command that fits best.
+        words: how well each word of that fits, nats for each phone.
+    """
+    best, other = opinion.matches[opinion.text], opinion.matches.get(opinion.next_best)
+    if max(words) > SAID and min(words) < NOT_SAID:
+        return "part_of_a_command", None
+    if other and best.score > SAID * phones and best.score - other.score < CLOSE:
+        return "unsure_between", (opinion.text, opinion.next_best)
     return "not_a_command", None

@@ -1,33 +1,30 @@
-"""A second opinion on which command was said, by a network that knows no words."""
+"""How well commands fit a stretch of sound, by a network that knows phones and no words.
+
+The score of a command is evidence in nats that adds up over its phones, as long as it is said
+somewhere in the stretch: a long command may be said badly and is still told from all else, a short
+one has to be said well.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import lru_cache
-from itertools import product
-from math import prod
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from voz.audio import Samples
+from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import ConfigError
 from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
-from voz.recognition.ctc import Floats, Lattice, lattice, log_likelihoods
+from voz.recognition.ctc import Floats, Lattice, best_matches, lattice
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import DEFAULT_NETWORK, UnknownNetworkError
-from voz.recognition.phoneme_network import BLANKS, PhonemeNetwork
+from voz.recognition.phoneme_network import BLANKS, MOMENT, PhonemeNetwork
 
 IPA = Path(__file__).with_name("ipa.tsv")
 """The symbols that each phone of the dictionary may sound like; their probabilities add up."""
-
-READINGS = Path(__file__).with_name("readings.tsv")
-"""Words that the network writes unlike any dictionary, as it learned some by heart.
-
-`python benchmarks/readings.py` measures and writes them.
-"""
 
 LEAST = 1e-10
 """A probability; the network is never surer than that of what it does not hear."""
@@ -35,76 +32,91 @@ LEAST = 1e-10
 LISTS = 4
 """Lists of commands that are laid out; most often it is asked about one of the last."""
 
-MOST_WAYS = 8
-"""Pronunciations of a command of which the best counts.
+PHONE = 2.0
+"""Nats that each phone of a command speaks for it, if it fits as well as the likeliest symbols."""
 
-All together count for one that has more: eight words that may each be said in three ways have
-thousands, most of them nearly as good as the best.
-"""
+LEAST_REWARD = 7.0
+"""Nats that a command of few phones, as `up` or `no`, has at least: what `PHONE` gives it is never
+enough. With 8 more than 2 in 100 other words by people are taken for one."""
 
+OTHER_PHONE = 2.5
+"""Nats against a command for each phone that is heard before or behind it; 4 are as good."""
 
-class Pronunciation(NamedTuple):
-    """One way to say a word.
+PROPOSED = 1.0
+"""Nats for the command that pocketsphinx finds, too."""
 
-    Attributes:
-        symbols: numbers of what the network hears.
-        phones: how many phones the word has; a reading counts as the dictionary's phones do.
-    """
-
-    symbols: Sequence[int]
-    phones: int
+MOST_MARGIN = 6.0
+"""Nats for a command that no other one comes near to."""
 
 
-class Fit(NamedTuple):
-    """How a command fits what was heard.
+class Match(NamedTuple):
+    """Where a command fits best.
 
     Attributes:
-        score: its log-likelihood, nats.
-        phones: how many it has.
+        score: the evidence for it, nats, whatever the other commands are.
+        begin: where it begins in the samples, s.
+        end: where it ends there, s.
     """
 
     score: float
-    phones: int
+    begin: float
+    end: float
 
 
-class Opinion(NamedTuple):
-    """What the second ear thinks of some commands.
+class Sounds(NamedTuple):
+    """The phones in a stretch of sound.
 
     Attributes:
-        fits: of each command.
-        best: the log-likelihood of whatever it hears, nats; no command is much better.
+        relative: moments x phones, log-probabilities less that of the likeliest symbol, nats.
+        before: the nats against a command that begins at each moment.
+        behind: the nats against one that ends there.
     """
 
-    fits: Mapping[str, Fit]
-    best: float
+    relative: Floats
+    before: Floats
+    behind: Floats
 
-    def fit(self, command: str) -> float:
-        """How well a command explains what is heard, nats for each phone; about 0 is perfect."""
-        score, phones = self.fits[command]
-        return (score - self.best) / phones
 
-    def margin(self, command: str) -> float:
-        """How much better a command fits than any other, nats for each phone of it."""
-        score, phones = self.fits[command]
-        others = (fit.score for other, fit in self.fits.items() if other != command)
-        return (score - max(others, default=-np.inf)) / phones
+class Opinion:
+    """What the network makes of some commands.
+
+    Attributes:
+        matches: where each of them fits best.
+    """
+
+    def __init__(self, matches: Mapping[str, Match]) -> None:
+        self.matches = matches
+
+    @cached_property
+    def text(self) -> str:
+        """The command that fits best."""
+        return max(self.matches, key=lambda command: self.matches[command].score)
+
+    @cached_property
+    def next_best(self) -> str:
+        """The command that fits next best; empty if there is no other."""
+        others = (command for command in self.matches if command != self.text)
+        return max(others, key=lambda command: self.matches[command].score, default="")
+
+    @cached_property
+    def score(self) -> float:
+        """The evidence for the best command in nats, with how far it is ahead of the next one."""
+        best = self.matches[self.text].score
+        if not self.next_best:
+            return best + MOST_MARGIN
+        return best + min(MOST_MARGIN, (best - self.matches[self.next_best].score) / 2)
 
 
 class SecondEar:
     """Knows how the words of a language are pronounced; made once, used for many."""
 
     def __init__(
-        self,
-        spellings: Mapping[str, Iterable[Sequence[str]]],
-        readings: Mapping[str, Sequence[str]] | None = None,
-        network: str | None = None,
+        self, spellings: Mapping[str, Iterable[Sequence[str]]], network: str | None = None
     ) -> None:
         """Load the network.
 
         Args:
             spellings: the phones of each word, in all the ways that it may be said.
-            readings: the symbols that the network writes for words that it learned by heart; those
-                that were measured with the network that comes with voz, if it is None.
             network: a file of weights in place of the one that comes with voz.
 
         Raises:
@@ -117,50 +129,54 @@ class SecondEar:
         unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
-        if readings is None:
-            readings = {} if network else read_readings()
-        own = {word: way for word, way in readings.items() if word in known}
-        sounds |= {symbol: [symbol] for way in own.values() for symbol in way}
         numbers = {sound: number for number, sound in enumerate(sounds)}
         self._pronunciations = {
-            word: _pronunciations(ways, own.get(word), numbers) for word, ways in known.items()
+            word: [[numbers[phone] for phone in way] for way in ways]
+            for word, ways in known.items()
         }
         self._blank = len(sounds)
         self._merged = _merged(self._network.symbols, sounds.values())
         self._laid_out = lru_cache(LISTS)(self._lay_out)
 
-    def opinion(self, samples: Samples, commands: Collection[str]) -> Opinion:
+    def listen(self, samples: Samples) -> Sounds:
+        """Find the phones in a stretch of sound, 16 kHz, as it was heard."""
+        heard = np.exp(self._network.log_probabilities(samples)).astype(np.float64)
+        blank = heard[:, -BLANKS:].sum(axis=1)
+        likeliest = heard[:, :-BLANKS].max(axis=1)
+        phones = np.where(blank < likeliest, heard[:, :-BLANKS].argmax(axis=1), -1)
+        begun = np.cumsum((phones >= 0) & (phones != np.concatenate([[-1], phones[:-1]])))
+        probabilities = np.maximum(heard @ self._merged, LEAST)
+        return Sounds(
+            np.log(probabilities / np.maximum(likeliest, blank)[:, np.newaxis]),
+            OTHER_PHONE * np.concatenate([[0], begun[:-1]]),
+            OTHER_PHONE * (begun[-1] - begun),
+        )
+
+    def opinion(self, sounds: Sounds, commands: Collection[str], proposed: str = "") -> Opinion:
         """Tell how commands fit.
 
         Args:
-            samples: an utterance, 16 kHz, as it was heard.
+            sounds: what was heard.
             commands: at least one; their words have pronunciations.
+            proposed: what pocketsphinx found, if anything.
         """
-        heard = np.exp(self._network.log_probabilities(samples))
-        blank = heard[:, -BLANKS:].sum(axis=1)
-        best = np.maximum(heard[:, :-BLANKS].max(axis=1), blank)
-        probabilities = np.maximum(heard.astype(np.float64) @ self._merged, LEAST)
-        said, sentences = self._laid_out(tuple(commands))
-        fits: dict[str, Fit] = {}
-        scores = log_likelihoods(probabilities, sentences)
-        for (command, phones), score in zip(said, scores, strict=True):
-            if command not in fits or score > fits[command].score:
-                fits[command] = Fit(float(score), phones)
-        return Opinion(fits, float(np.log(best).sum()))
+        rewards, sentences = self._laid_out(tuple(commands))
+        rewards = rewards + PROPOSED * np.array([command == proposed for command in commands])
+        found = best_matches(*sounds, sentences)
+        moment = MOMENT / SAMPLE_RATE
+        columns = (found.scores + rewards, found.begins * moment, (found.ends + 1) * moment)
+        matches = map(Match._make, zip(*(column.tolist() for column in columns), strict=True))
+        return Opinion(dict(zip(commands, matches, strict=True)))
 
-    def _lay_out(self, commands: tuple[str, ...]) -> tuple[list[tuple[str, int]], Lattice]:
-        """Lay out the commands, and tell of each line whose it is, and how many phones it has."""
-        lines = [(command, words) for command in commands for words in self._ways(command)]
-        said = [(command, sum(ways[0].phones for ways in words)) for command, words in lines]
-        symbols = [[[way.symbols for way in ways] for ways in words] for _, words in lines]
-        return said, lattice(symbols, self._blank)
+    def phones(self, text: str) -> int:
+        """Count the phones of a sentence, its words pronounced the first way."""
+        return sum(len(self._pronunciations[word][0]) for word in text.split())
 
-    def _ways(self, command: str) -> Iterable[Sequence[Sequence[Pronunciation]]]:
-        """Tell the ways of its words: each of its pronunciations alone, or all of them at once."""
-        words = [self._pronunciations[word] for word in command.split()]
-        if prod(map(len, words)) > MOST_WAYS:
-            return [words]
-        return ([[way] for way in ways] for ways in product(*words))
+    def _lay_out(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
+        """Lay out the commands, and count what their phones speak for them, nats."""
+        words = [[self._pronunciations[word] for word in text.split()] for text in commands]
+        phones = np.array([*map(self.phones, commands)])
+        return np.maximum(PHONE * phones, LEAST_REWARD), lattice(words, self._blank)
 
 
 def load_network(file: str | None = None) -> PhonemeNetwork:
@@ -200,24 +216,6 @@ def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
     except UnknownNetworkError as error:
         return str(error)
     return None
-
-
-def read_readings() -> dict[str, list[str]]:
-    """Read which symbols the network writes for the words that it learned by heart."""
-    lines = READINGS.read_text(encoding="utf-8").splitlines()
-    fields = (line.split("\t") for line in lines if not line.startswith("#"))
-    return {word: reading.split() for word, reading, *_ in fields}
-
-
-def _pronunciations(
-    ways: Sequence[Sequence[str]], reading: Sequence[str] | None, numbers: Mapping[str, int]
-) -> list[Pronunciation]:
-    """Number the ways to say a word, the network's own reading last."""
-    said = [Pronunciation([numbers[phone] for phone in way], len(way)) for way in ways]
-    if reading:
-        symbols = [numbers[symbol] for symbol in reading]
-        said.append(Pronunciation(symbols, min(map(len, ways))))
-    return said
 
 
 def read_sounds() -> dict[str, list[str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -10,8 +9,10 @@ from voz.audio.endpointing.levels import FRAME
 from voz.audio.endpointing.segment import Ongoing, Segment, Sound, follow_closely
 from voz.audio.endpointing.segmenter import Segmenter, Voices
 from voz.events import Partial, Utterance
-from voz.recognition.confidence import Around
-from voz.recognition.interpreter import Hypothesis, Interpreter
+from voz.recognition.confidence import Around, probability
+from voz.recognition.confidence_model import SCORE
+from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.interpreter import Interpreter
 
 SAME_END = 2 * FRAME / SAMPLE_RATE
 """By so much the ends of a segment may differ between its last pause and when it is over, s."""
@@ -84,7 +85,7 @@ class Stream:
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:
         """Tell of a command that must not be missed before the sound around it pauses."""
         if spotted := self._interpreter.spot(sound.samples):
-            sure = min(1.0, math.exp(spotted.fit))
+            sure = probability(self._interpreter.model, {SCORE: spotted.score})
             yield from self._perhaps(spotted.text, sure, sound.decided)
 
     def _perhaps(self, text: str, sure: float, decided: float) -> Iterator[Partial]:
@@ -105,14 +106,19 @@ class Stream:
 
     def _over(self, segment: Segment, around: Around) -> Iterator[Utterance]:
         paused, self._paused = self._paused, None
-        if paused and segment.end <= paused.segment.end + SAME_END:
+        is_same = paused is not None and segment.end <= paused.segment.end + SAME_END
+        if paused and is_same and not self._hangs_on_what_follows(paused, around):
             heard = paused
-        else:
+        else:  # of what was unsure the network may have heard more by now
             heard = self._interpreter.understand(segment)
-        if self._interpreter.accepts(heard, around) and not self._surely(heard, around):
+        if self._hangs_on_what_follows(heard, around):
             self._waiting = heard
         else:
             yield from self._tell(heard, around, segment.decided)
+
+    def _hangs_on_what_follows(self, heard: Hypothesis, around: Around) -> bool:
+        """Tell whether a command is obeyed only if nothing is said behind it."""
+        return self._interpreter.accepts(heard, around) and not self._surely(heard, around)
 
     def _surely(self, heard: Hypothesis, around: Around) -> bool:
         """Tell whether a command is obeyed whatever follows."""
@@ -122,7 +128,7 @@ class Stream:
     def _tell(self, heard: Hypothesis, around: Around, decided: float) -> Iterator[Utterance]:
         utterance = self._interpreter.judge(heard, around, decided, self._source)
         # What is too long for any command has not been asked about; it is hardly noise.
-        is_speech = heard.evidence is None or heard.trust > 0
+        is_speech = not heard.values or heard.trust > 0
         if utterance.accepted:
             self._segmenter.told()
         self._other = heard.segment if is_speech and not utterance.accepted else None

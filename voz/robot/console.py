@@ -17,7 +17,7 @@ from voz.events import (
     Twist,
     Utterance,
     Warning,
-    in_ears,
+    in_detail,
     why_not,
 )
 from voz.printable import printable
@@ -32,7 +32,7 @@ class ConsoleRobot(Robot):
 
         Args:
             stream: where it prints.
-            verbose: whether it tells what each ear made of an utterance.
+            verbose: whether it prints how good the evidence for an utterance is.
         """
         self._stream = stream
         self._verbose = verbose
@@ -46,8 +46,9 @@ class ConsoleRobot(Robot):
                 return
             self._velocity = velocity
         told = in_words(event)
-        if self._verbose and isinstance(event, Utterance) and event.ears:
-            told = f"{told} [{in_ears(event.ears)}]"
+        if self._verbose and isinstance(event, Utterance):
+            detail = in_detail(event.score, event.next_best)
+            told = f"{told} [{detail}]" if detail else told
         # In one piece: a signal ends the run between two calls, and zero velocity still follows.
         self._stream.write(f"{event.t:7.1f} s  {printable(told)}\n")
         self._stream.flush()

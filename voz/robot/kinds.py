@@ -26,7 +26,7 @@ class RobotSetup(NamedTuple):
         warn: takes the warnings of one that has some, on any thread.
         watchdog: whether the robots that are really there get a process besides this one, which
             stops them if this one cannot.
-        verbose: whether one that prints tells what each ear made of an utterance.
+        verbose: whether one that prints tells how good the evidence for an utterance is.
     """
 
     settings: Config

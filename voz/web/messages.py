@@ -41,7 +41,7 @@ class Alarms(msgspec.Struct, frozen=True):
     alarms: Annotated[float, msgspec.Meta(gt=0, le=1e4)]
 
 
-class Sounds(msgspec.Struct, frozen=True):
+class Playing(msgspec.Struct, frozen=True):
     """POST /api/sounding: for how long the page that drives plays something from now on, s."""
 
     page: Short

@@ -14,7 +14,7 @@ from voz.web.answers import decoded_body, refused
 from voz.web.desk import Desk
 from voz.web.dial import Dial
 from voz.web.marking import Marking
-from voz.web.messages import Alarms, Mark, Sounds
+from voz.web.messages import Alarms, Mark, Playing
 from voz.web.replies import spoken
 from voz.web.sounding import Sounding
 
@@ -105,7 +105,7 @@ class TuningApi:
 
     async def sounds(self, request: Request) -> Response:
         """POST /api/sounding: the page plays something; once this is answered it may begin."""
-        sounds = await decoded_body(request, Sounds)
+        sounds = await decoded_body(request, Playing)
         if sounds is None:
             return refused(HTTPStatus.BAD_REQUEST, "send JSON with page and seconds")
         if not self._desk.driven_by(sounds.page):

@@ -80,10 +80,10 @@ export class Marking {
     return row;
   }
 
-  // What may have been said instead: what the ears heard, then all that has a button.
+  // What may have been said instead: what was heard nearly as well, then all that has a button.
   choice(event) {
-    const heard = (event.ears || []).map((ear) => ear.text);
-    const texts = [...new Set([...heard, ...this.commands])].filter((text) => text !== event.text);
+    const heard = [event.next_best, ...this.commands];
+    const texts = [...new Set(heard)].filter((text) => text && text !== event.text);
     const select = element("select");
     select.setAttribute("aria-label", "what was said");
     select.append(...texts.map((text) => element("option", text)));

@@ -39,14 +39,13 @@ export function utterance(event) {
   const typed = event.source === "page" || event.source === "text";
   const sure = `${percent(event.confidence)} sure` + (event.needed ? `, needs ${percent(event.needed)}` : "");
   const from = event.source === "bag" ? "" : typed ? "tapped or typed" : sure; // a bag has texts alone
-  const details = [from, ears(event)].filter(Boolean).join(" · ");
+  const details = [from, score(event)].filter(Boolean).join(" · ");
   if (event.obeyed) return ["obeyed", event.text, details];
   const what = event.accepted || typed ? event.text : event.text ? `perhaps “${event.text}”` : "something else";
   return ["refused", what, [event.why, details].filter(Boolean).join(" · ")];
 }
 
-function ears(event) {
-  if (!event.ears) return "";
-  const [first, second] = event.ears.map((ear) => `“${ear.text}” (${ear.fit.toFixed(1)})`);
-  return `first ear ${first}, second ear ${second}`;
+function score(event) {
+  if (event.score === undefined || event.score === null) return "";
+  return `score ${event.score.toFixed(1)}` + (event.next_best ? `, next best “${event.next_best}”` : "");
 }

@@ -1,0 +1,207 @@
+"""What pocketsphinx proposes and the network decides, of real commands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import Recording
+from synthesis import phrase, with_floor
+
+from voz.audio import SAMPLE_RATE
+from voz.audio.capture.arrays import converted
+from voz.audio.endpointing.segment import NOTHING, Segment
+from voz.audio.endpointing.segmenter import segments
+from voz.language.build import build
+from voz.language.files import LanguageFiles
+from voz.recognition.confidence_model import SCORE, load_models
+from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.language import Language, load_language
+from voz.recognition.second_ear import PROPOSED, SecondEar, second_ear_for
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.profiles import Profile
+from voz.recognition.two_ears import MOST_COMPARED, TwoEars
+from voz.settings import Recognition
+
+
+def two_ears(
+    language: Language, settings: Recognition | None = None, network: SecondEar | None = None
+) -> TwoEars:
+    ear = network or second_ear_for(language)
+    return TwoEars(language, settings or Recognition(), Profile(), load_models().two_ears, ear)
+
+
+@pytest.fixture(scope="module")
+def ears(loaded: Language, ear: SecondEar) -> TwoEars:
+    return two_ears(loaded, network=ear)
+
+
+@pytest.fixture(scope="module")
+def cut(recordings: list[Recording]) -> dict[str, Segment]:
+    """The segment of each command."""
+    own = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
+    return {r.text: segment for r in own for segment in segments([r.samples()])}
+
+
+def understood(ears: TwoEars, segment: Segment) -> Hypothesis:
+    return ears.understand(segment, StartVector())
+
+
+def built(sentences: list[str], folder: Path) -> Language:
+    (folder / "list.txt").write_text("\n".join(sentences))
+    build(folder / "list.txt", folder)
+    return load_language(LanguageFiles(folder))
+
+
+def test_the_network_decides_whatever_pocketsphinx_proposes(
+    ears: TwoEars, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nearly: `stop speech` may be a nat behind `start speech`."""
+    proposed = {text: understood(ears, segment) for text, segment in cut.items()}
+    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "fold arm")
+    others = {text: understood(ears, segment) for text, segment in cut.items()}
+    right = [text for text, heard in others.items() if heard.text == text]
+    assert len(right) >= len(cut) - 1
+    for text in {*right} - {"fold arm"}:
+        less = proposed[text].values[SCORE] - others[text].values[SCORE]
+        # Its own nat, and at most as much of being ahead.
+        assert PROPOSED - 1e-6 <= less <= 2 * PROPOSED + 1e-6
+
+
+def test_where_pocketsphinx_finds_nothing_the_network_still_does(
+    ears: TwoEars, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
+    heard = understood(ears, cut["turn left"])
+    assert (heard.text, heard.next_best) == ("turn left", "turn right")
+
+
+def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
+    ears: TwoEars, cut: dict[str, Segment]
+) -> None:
+    """Half of `left` and the t of `turn` are around it, as where noise hides them."""
+    whole = cut["turn left"]
+    first, last = int(0.15 * SAMPLE_RATE), int(0.2 * SAMPLE_RATE)
+    inner = whole._replace(
+        samples=whole.samples[first:-last],
+        start=whole.start + first / SAMPLE_RATE,
+        end=whole.end - last / SAMPLE_RATE,
+        before=whole.samples[:first],
+        after=whole.samples[-last:],
+    )
+    bare = inner._replace(before=NOTHING, after=NOTHING)
+    score = understood(ears, inner).values[SCORE]
+    assert understood(ears, inner).text == "turn left"
+    assert score > understood(ears, bare).values[SCORE] + 1
+    # The same sound is the same evidence; only pocketsphinx heard less of it.
+    unchanged = whole._replace(before=NOTHING, after=NOTHING)
+    assert score == pytest.approx(understood(ears, unchanged).values[SCORE], abs=1.5 * PROPOSED)
+
+
+def test_it_ends_where_its_last_word_does_and_not_where_the_sound_does(
+    ears: TwoEars, cut: dict[str, Segment]
+) -> None:
+    for segment in cut.values():
+        heard = understood(ears, segment)
+        loud = np.flatnonzero(np.abs(segment.samples) > np.abs(segment.samples).max() / 30)
+        said_until = segment.start + loud[-1] / SAMPLE_RATE
+        assert said_until - 0.3 < heard.spoken_until < said_until + 0.2
+
+
+def test_no_word_ends_later_than_what_was_heard(ears: TwoEars, cut: dict[str, Segment]) -> None:
+    """Though the network goes on beyond that, with its last moment and what fills short sound."""
+    whole = cut["go back"]
+    for length in range(6000, len(whole.samples), 90):
+        end = whole.start + length / SAMPLE_RATE
+        heard = understood(ears, Segment(whole.start, end, end, whole.samples[:length]))
+        assert heard.spoken_until <= end
+
+
+def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
+    cut: dict[str, Segment], tmp_path: Path
+) -> None:
+    """Whichever of many values it has."""
+    template = "turn {side}"
+    sides = [*"abcdefghijklmnop", "left", "right"]
+    language = built([template, "go back", f"side = {' | '.join(sides)}"], tmp_path)
+    usual = two_ears(language, Recognition(never_missed=()))
+    careful = two_ears(language, Recognition(never_missed=(template,)))
+    for text in ("turn left", "turn right"):
+        assert text not in careful._never_missed  # the few that are always compared
+        assert understood(usual, cut[text]).against
+        heard = understood(careful, cut[text])
+        assert (heard.text, heard.against) == (text, None)
+
+
+def test_a_room_that_only_hums_is_no_speech(ears: TwoEars) -> None:
+    time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
+    hum = (4000 * np.sin(2 * np.pi * 110 * time)).astype(np.int16)
+    heard = understood(ears, Segment(0, 1, 1, hum))
+    assert (heard.trust, heard.sure) == (0, 0)
+    assert heard.why_refused() == ("no_speech", None)
+
+
+def test_a_part_of_a_command_is_told_from_what_is_none(
+    ears: TwoEars, recordings: list[Recording]
+) -> None:
+    def why(text: str) -> str:
+        clip = next(r for r in recordings if (r.kind, r.text) == ("near-miss", text))
+        (segment,) = segments([clip.samples()])
+        return understood(ears, segment).why_refused()[0]
+
+    assert [why(text) for text in ("turn", "point", "right")] == ["part_of_a_command"] * 3
+    assert why("good morning everyone") == "not_a_command"
+
+
+def test_of_a_long_list_what_sounds_like_what_was_found_is_compared(
+    cut: dict[str, Segment], tmp_path: Path
+) -> None:
+    colors = ["red", "green", "blue", "black", "white", "brown", "pink", "gray", "gold", "tan"]
+    words = [*colors, "yellow", "purple", "orange"]
+    language = built(
+        [*(f"{a} {b}" for a in words for b in words), "go back", "go forward", "stop"], tmp_path
+    )
+    assert len(language.commands) > MOST_COMPARED
+    careful = two_ears(language, Recognition(never_missed=("stop",)))
+    candidates = careful._candidates("go back")
+    assert 3 < len(candidates) == len(set(candidates)) <= MOST_COMPARED
+    assert candidates[:2] == ["go back", "stop"]
+    assert "gold black" in candidates
+    assert understood(careful, cut["go back"]).text == "go back"
+    assert careful._candidates("") == ["stop"]
+
+
+def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
+    words = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
+    ears = two_ears(built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path))
+    sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
+    (segment,) = segments([converted(sound, SAMPLE_RATE)])
+    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "tan tan tan")
+    assert "green white black" not in ears._candidates("tan tan tan")
+    assert understood(ears, segment).text == "green white black"
+    monkeypatch.setattr("voz.recognition.two_ears.MOST_MOVES", 0)
+    assert understood(ears, segment).text in ears._candidates("tan tan tan")
+
+
+def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
+    cut: dict[str, Segment], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = [*"abcdefghijklmn"]
+    language = built([f"{a} {b}" for a in words for b in words], tmp_path)
+    ears = two_ears(language, Recognition(never_missed=()))
+    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
+    heard = understood(ears, cut["stop"])
+    assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
+    assert heard.why_refused() == ("not_a_command", None)
+
+
+def test_a_sound_too_short_for_any_command_is_none(cut: dict[str, Segment], tmp_path: Path) -> None:
+    """Each of its 80 phones takes 20 ms at least."""
+    ears = two_ears(built(["bring the " + " ".join(["strawberries"] * 8)], tmp_path))
+    heard = understood(ears, Segment(0, 0.5, 0.5, cut["stop"].samples[: SAMPLE_RATE // 2]))
+    assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
+    assert heard.why_refused() == ("too_short", None)

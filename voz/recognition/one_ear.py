@@ -1,0 +1,96 @@
+"""The command in a stretch of speech, by pocketsphinx alone: other languages, other machines."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from voz.audio import SAMPLE_RATE
+from voz.audio.denoise import cleaned
+from voz.audio.endpointing.open_segment import MARGIN
+from voz.audio.endpointing.segment import Segment
+from voz.audio.endpointing.voice import RUN_UP, voice_detector
+from voz.recognition.confidence import features, probability, trust_in_speech, voices_around
+from voz.recognition.confidence_model import VOICES_AROUND, Model
+from voz.recognition.decoder import Decoder, mean_start
+from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.hypothesis import Hypothesis, Refusal
+from voz.recognition.language import Language
+from voz.recognition.refusal import too_little, why_unlike
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
+
+DECODER_FRAME = 160
+"""Samples in a frame of pocketsphinx, 10 ms."""
+
+LONG = 3.0
+"""What is longer, s, and was not compared with any command was too long for it."""
+
+
+class OneEar:
+    """Finds the command and how sure it is by pocketsphinx; made once, used for many."""
+
+    def __init__(
+        self, language: Language, settings: Recognition, profile: Profile, model: Model
+    ) -> None:
+        """Load pocketsphinx.
+
+        Args:
+            language: whose commands it finds.
+            settings: which search, and which commands must not be missed.
+            profile: what is known of the speaker.
+            model: what the confidence is computed by.
+
+        Raises:
+            LanguageError: pocketsphinx cannot use the language files.
+        """
+        self._commands = language.commands
+        self._comparison = Comparison(language, settings.never_missed, profile.mllr)
+        alone = settings.search == "grammar" and self._comparison.finds_alone
+        self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
+        self._phones_of = language.pronunciations
+        self._usual = language.spoken.frames
+        self._model = model
+        self._voice = voice_detector()
+
+    def understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
+        """Find the sentence of a segment, and how likely it is that it was said."""
+        spoken_until = segment.end - MARGIN / SAMPLE_RATE
+        sound = cleaned(segment.samples)
+        start = learnt.moved(mean_start(sound))
+        text = self._decoder.decode(sound, start) if self._decoder else ""
+        if text and text not in self._commands:  # words of the trigram model that are no command
+            return Hypothesis(segment, text, spoken_until)
+        evidence = self._comparison.compare(sound, text, start)
+        if evidence is None:
+            why = partial(_why_refused, segment, None, 1.0)
+            return Hypothesis(segment, text, spoken_until, why_refused=why)
+        values = features(evidence, self._phones_of, self._usual)
+        values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
+        trust = trust_in_speech(self._voice_in(segment, evidence))
+        last = evidence.command.spans[-1]
+        return Hypothesis(
+            segment,
+            evidence.text,
+            spoken_until=segment.start + (last.end + 1) * DECODER_FRAME / SAMPLE_RATE,
+            values=values,
+            trust=trust,
+            sure=trust * probability(self._model, values),
+            why_refused=partial(_why_refused, segment, evidence, trust),
+            next_best=max(evidence.rivals, key=evidence.rivals.__getitem__, default=""),
+        )
+
+    def _voice_in(self, segment: Segment, evidence: Evidence) -> float:
+        """How sure it is that what was taken for the words is speech."""
+        words = evidence.command.spans
+        begin = max(0, words[0].start * DECODER_FRAME - RUN_UP)
+        return self._voice.probability(segment.samples[begin : words[-1].end * DECODER_FRAME])
+
+
+def _why_refused(segment: Segment, evidence: Evidence | None, trust: float) -> Refusal:
+    if reason := too_little(segment.samples, trust):
+        return reason, None
+    if evidence is None:
+        is_long = segment.end - segment.start > LONG
+        return "not_a_command" if is_long else "too_short", None
+    return why_unlike(evidence)

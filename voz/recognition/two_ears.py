@@ -1,0 +1,150 @@
+"""The command in a stretch of speech, by both ears: pocketsphinx proposes, the network decides."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from voz.audio import SAMPLE_RATE
+from voz.audio.denoise import cleaned
+from voz.audio.endpointing.segment import Segment
+from voz.audio.endpointing.voice import RUN_UP, voice_detector
+from voz.language.templates.distances import WordDistances
+from voz.recognition.accents import spellings
+from voz.recognition.confidence import probability, trust_in_speech
+from voz.recognition.confidence_model import SCORE, Model
+from voz.recognition.decoder import Decoder, mean_start
+from voz.recognition.evidence import MOST_NEVER_MISSED
+from voz.recognition.hypothesis import Hypothesis, Refusal
+from voz.recognition.language import Language
+from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
+from voz.recognition.refusal import too_little, why_unheard
+from voz.recognition.second_ear import Opinion, SecondEar, Sounds
+from voz.recognition.speaker.adaptation import StartVector
+from voz.recognition.speaker.profiles import Profile
+from voz.settings import Recognition
+
+MOST_COMPARED = 160
+"""Commands that the network compares; of longer lists, those that sound most like what pocketsphinx
+found, and that."""
+
+MARGIN = 0.1
+"""Seconds around a command in which its voice is looked for: the network tells the midst of phones,
+and a whispered `stop` has hardly a voice between its first and its last."""
+
+MOST_MOVES = 3
+"""In a long list, if another command fits better than the one around which it searched, it searches
+around that one, so often at most."""
+
+
+class TwoEars:
+    """Compares the commands that pocketsphinx proposes by the network; made once, used for many."""
+
+    def __init__(
+        self,
+        language: Language,
+        settings: Recognition,
+        profile: Profile,
+        model: Model,
+        network: SecondEar,
+    ) -> None:
+        """Load pocketsphinx.
+
+        Args:
+            language: whose commands are compared.
+            settings: which search, and which commands must not be missed.
+            profile: what is known of the speaker.
+            model: what the confidence is computed by.
+            network: knows the words of the language.
+
+        Raises:
+            LanguageError: pocketsphinx cannot use the language files.
+        """
+        self._decoder = Decoder(language, settings.search, profile.mllr)
+        self._only_proposed = settings.search == "lm"
+        self._commands = language.commands
+        self._careful = frozenset(settings.never_missed)
+        self._never_missed = language.commands.named(settings.never_missed, MOST_NEVER_MISSED)
+        self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
+        self._network = network
+        self._model = model
+        self._voice = voice_detector()
+
+    def understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
+        """Find the sentence of a segment, and how likely it is that it was said."""
+        sound = cleaned(segment.samples)
+        proposed = self._decoder.decode(sound, learnt.moved(mean_start(sound)))
+        if self._only_proposed and proposed not in self._commands:
+            return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
+        sounds = self._network.listen(segment.with_surroundings)
+        opinion = self._opinion(sounds, proposed)
+        if opinion is None:
+            return Hypothesis(segment, "", segment.end)
+        match = opinion.matches[opinion.text]
+        if match.score == -math.inf:  # each command has more phones than there are moments
+            return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
+        heard_from = segment.start - len(segment.before) / SAMPLE_RATE
+        values = {SCORE: opinion.score}
+        likely = probability(self._model, values)
+        trust = trust_in_speech(self._voice_in(segment, match.begin, match.end), likely)
+        against = self._rival(opinion)
+        return Hypothesis(
+            segment,
+            opinion.text,
+            spoken_until=min(heard_from + match.end, segment.decided),  # a moment may end later
+            values=values,
+            trust=trust,
+            sure=min(likely * trust, most_sure(against)),
+            why_refused=partial(self._why_refused, segment, sounds, opinion, trust),
+            against=against,
+            next_best=opinion.next_best,
+        )
+
+    def _rival(self, opinion: Opinion) -> Rival | None:
+        """What else may have been meant; whatever that is, what must not be missed is obeyed."""
+        said = self._commands.parse(opinion.text)
+        is_careful = said is not None and not self._careful.isdisjoint({said.text, said.command})
+        return None if is_careful else rival(opinion, self._commands.parse)
+
+    def _opinion(self, sounds: Sounds, proposed: str) -> Opinion | None:
+        """Compare all commands of a short list; of a long one, those around what is found there."""
+        candidates = self._candidates(proposed)
+        if not candidates:
+            return None
+        opinion = self._network.opinion(sounds, candidates, proposed)
+        around = proposed
+        for _ in range(MOST_MOVES if len(candidates) < len(self._commands) else 0):
+            if opinion.text == around:
+                break
+            around = opinion.text
+            opinion = self._network.opinion(sounds, self._candidates(around), proposed)
+        return opinion
+
+    def _candidates(self, around: str) -> list[str]:
+        """The whole list if it is short; else a command, and what sounds most like it."""
+        if len(self._commands) <= MOST_COMPARED:
+            return self._commands.listed
+        if not around:
+            return self._never_missed
+        near = self._commands.neighbours(around, MOST_COMPARED, self._sound)
+        return list(dict.fromkeys([around, *self._never_missed, *near]))[:MOST_COMPARED]
+
+    def _voice_in(self, segment: Segment, begin: float, end: float) -> float:
+        """How sure it is that there is speech where a command fits best."""
+        first = max(0, math.floor((begin - MARGIN) * SAMPLE_RATE) - RUN_UP)
+        return self._voice.probability(
+            segment.with_surroundings[first : math.ceil((end + MARGIN) * SAMPLE_RATE)]
+        )
+
+    def _why_refused(
+        self, segment: Segment, sounds: Sounds, opinion: Opinion, trust: float
+    ) -> Refusal:
+        if reason := too_little(segment.samples, trust):
+            return reason, None
+        against = self._rival(opinion)
+        if stands_in_the_way(against):
+            return "unsure_between", (opinion.text, against.text)
+        words = list(dict.fromkeys(opinion.text.split()))
+        alone = self._network.opinion(sounds, words)
+        fits = {word: alone.matches[word].score / self._network.phones(word) for word in words}
+        return why_unheard(opinion, self._network.phones(opinion.text), fits.values())

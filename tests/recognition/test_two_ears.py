@@ -128,7 +128,7 @@ def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
     usual = two_ears(language, Recognition(never_missed=()))
     careful = two_ears(language, Recognition(never_missed=(template,)))
     for text in ("turn left", "turn right"):
-        assert text not in careful._never_missed  # the few that are always compared
+        assert text not in careful._shortlist.never_missed  # the few that are always compared
         assert understood(usual, cut[text]).against
         heard = understood(careful, cut[text])
         assert (heard.text, heard.against) == (text, None)
@@ -164,12 +164,12 @@ def test_of_a_long_list_what_sounds_like_what_was_found_is_compared(
     )
     assert len(language.commands) > MOST_COMPARED
     careful = two_ears(language, Recognition(never_missed=("stop",)))
-    candidates = careful._candidates("go back")
+    candidates = careful._shortlist.around("go back")
     assert 3 < len(candidates) == len(set(candidates)) <= MOST_COMPARED
     assert candidates[:2] == ["go back", "stop"]
     assert "gold black" in candidates
     assert understood(careful, cut["go back"]).text == "go back"
-    assert careful._candidates("") == ["stop"]
+    assert careful._shortlist.around("") == ["stop"]
 
 
 def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
@@ -181,10 +181,10 @@ def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
     sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
     (segment,) = segments([converted(sound, SAMPLE_RATE)])
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "tan tan tan")
-    assert "green white black" not in ears._candidates("tan tan tan")
+    assert "green white black" not in ears._shortlist.around("tan tan tan")
     assert understood(ears, segment).text == "green white black"
     monkeypatch.setattr("voz.recognition.two_ears.MOST_MOVES", 0)
-    assert understood(ears, segment).text in ears._candidates("tan tan tan")
+    assert understood(ears, segment).text in ears._shortlist.around("tan tan tan")
 
 
 def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(

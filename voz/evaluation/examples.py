@@ -108,19 +108,19 @@ def _examples(task: Task, lm: str | None) -> Collected:
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
     around = replace(first, kind="noise", speaker=first.file, condition="all")
-    examples, alone = (
-        [
+
+    def heard(second_ear: bool) -> list[Example]:
+        found = list(_recognizer(lm, second_ear).candidates(blocks))
+        parts, rest = shared_out(found, stretches)
+        return [
             Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
             for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
             for o in part
         ]
-        for parts, rest in (
-            shared_out(list(_recognizer(lm, second_ear).candidates(blocks)), stretches)
-            for second_ear in (True, False)
-        )
-    )
+
     talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
-    return Collected(examples, alone, talk, [clip for clip in task.clips if clip.kind == "command"])
+    commands = [clip for clip in task.clips if clip.kind == "command"]
+    return Collected(heard(second_ear=True), heard(second_ear=False), talk, commands)
 
 
 def _is_said(clip: Clip, text: str) -> bool:

@@ -7,12 +7,11 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from voz.audio import Samples
-from voz.language.templates.distances import WordDistances
-from voz.recognition.accents import spellings
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
 from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, search_graph
+from voz.recognition.shortlist import Shortlist
 
 UNPRUNED = 0.0
 """A beam without an end.
@@ -29,9 +28,6 @@ SCORE_UNIT = 1024 * math.log(1.0001)
 
 MOST_RIVALS = 60
 """Commands searched side by side; of longer lists, those that sound most like what was heard."""
-
-MOST_NEVER_MISSED = 8
-"""Sentences of a template that are searched always, if its command must not be missed."""
 
 IN_DOUBT = 1.1
 """A command that must not be missed is taken when it is worse by so little, nats for each frame."""
@@ -133,16 +129,14 @@ class Comparison:
                 pbeam=UNPRUNED,
                 wbeam=UNPRUNED,
             )
-        self._commands = language.commands
-        self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
-        self._never_missed = self._commands.named(never_missed, MOST_NEVER_MISSED)
+        self._shortlist = Shortlist(language, never_missed, MOST_RIVALS)
         if self.finds_alone:
-            self._search_for(self._commands.listed)
+            self._search_for(language.commands.listed)
 
     @property
     def finds_alone(self) -> bool:
         """Whether it can find the command too: the list is short enough to search all of it."""
-        return len(self._commands) <= MOST_RIVALS
+        return self._shortlist.is_whole
 
     def compare(self, samples: Samples, text: str, start: str) -> Evidence | None:
         """Collect the evidence for a command.
@@ -156,7 +150,7 @@ class Comparison:
             The evidence; None if the sound is too short for any command.
         """
         if not self.finds_alone:
-            self._search_for(self._rivals_of(text))
+            self._search_for(self._shortlist.around(text))
         process(self._decoder, samples, start)
         scores = {command: self._score(end) for command, end in self._graph.ends.items()}
         found = {command: score for command, score in scores.items() if score is not None}
@@ -171,20 +165,13 @@ class Comparison:
     def _in_doubt(self, best: str, scores: Mapping[str, float], phones: Alignment) -> str:
         """Rather a command that must not be missed than one that is hardly better."""
         least = scores[best] - IN_DOUBT * phones.frames
-        close = [c for c in self._never_missed if scores.get(c, -math.inf) > least]
+        close = [c for c in self._shortlist.never_missed if scores.get(c, -math.inf) > least]
         if best in close or not close:
             return best
         careful = max(close, key=scores.__getitem__)
         explained = covered(self._path(self._graph.ends[best]), phones)
         enough = covered(self._path(self._graph.ends[careful]), phones) >= EXPLAINS * explained
         return careful if enough else best
-
-    def _rivals_of(self, text: str) -> list[str]:
-        """What was heard, what must not be missed, and what sounds most like what was heard."""
-        if not text:
-            return self._never_missed
-        near = self._commands.neighbours(text, MOST_RIVALS, self._sound)
-        return list(dict.fromkeys([text, *self._never_missed, *near]))[:MOST_RIVALS]
 
     def _search_for(self, commands: list[str]) -> None:
         self._graph = search_graph(commands, self._phones)

@@ -12,12 +12,12 @@ from voz.language.templates.commands import Commands, Parse
 from voz.recognition.confidence import Around, in_company
 from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
 from voz.recognition.decoder import mean_start
-from voz.recognition.evidence import MOST_NEVER_MISSED
 from voz.recognition.hypothesis import CommandFinder, Hypothesis
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.one_ear import OneEar
 from voz.recognition.second_ear import SecondEar, second_ear_for
+from voz.recognition.shortlist import MOST_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
@@ -142,7 +142,7 @@ class Interpreter:
 
     def _is_careful(self, parse: Parse | None) -> bool:
         """Whether it is worse to miss a command than others."""
-        return parse is not None and bool(self._never_missed & {parse.text, parse.command})
+        return parse is not None and parse.is_one_of(self._never_missed)
 
     def _accepts(self, text: str, sure: float) -> bool:
         least = self.needed(text)

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from functools import partial
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.voice import RUN_UP, voice_detector
-from voz.language.templates.distances import WordDistances
-from voz.recognition.accents import spellings
 from voz.recognition.confidence import probability, trust_in_speech
 from voz.recognition.confidence_model import SCORE, Model
 from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import MOST_NEVER_MISSED
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
 from voz.recognition.refusal import too_little, why_unheard
 from voz.recognition.second_ear import Opinion, SecondEar, Sounds
+from voz.recognition.shortlist import Shortlist
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -64,8 +63,7 @@ class TwoEars:
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands
         self._careful = frozenset(settings.never_missed)
-        self._never_missed = language.commands.named(settings.never_missed, MOST_NEVER_MISSED)
-        self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
+        self._shortlist = Shortlist(language, settings.never_missed, MOST_COMPARED)
         self._network = network
         self._model = model
         self._voice = voice_detector()
@@ -76,10 +74,11 @@ class TwoEars:
         proposed = self._decoder.decode(sound, learnt.moved(mean_start(sound)))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
-        sounds = self._network.listen(segment.with_surroundings)
-        opinion = self._opinion(sounds, proposed)
-        if opinion is None:
+        candidates = self._shortlist.around(proposed)
+        if not candidates:
             return Hypothesis(segment, "", segment.end)
+        sounds = self._network.listen(segment.with_surroundings)
+        opinion = self._opinion(sounds, candidates, proposed)
         match = opinion.matches[opinion.text]
         if match.score == -math.inf:  # each command has more phones than there are moments
             return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
@@ -95,7 +94,7 @@ class TwoEars:
             values=values,
             trust=trust,
             sure=min(likely * trust, most_sure(against)),
-            why_refused=partial(self._why_refused, segment, sounds, opinion, trust),
+            why_refused=partial(self._why_refused, segment, sounds, opinion, trust, against),
             against=against,
             next_best=opinion.next_best,
         )
@@ -103,31 +102,19 @@ class TwoEars:
     def _rival(self, opinion: Opinion) -> Rival | None:
         """What else may have been meant; whatever that is, what must not be missed is obeyed."""
         said = self._commands.parse(opinion.text)
-        is_careful = said is not None and not self._careful.isdisjoint({said.text, said.command})
+        is_careful = said is not None and said.is_one_of(self._careful)
         return None if is_careful else rival(opinion, self._commands.parse)
 
-    def _opinion(self, sounds: Sounds, proposed: str) -> Opinion | None:
+    def _opinion(self, sounds: Sounds, candidates: Collection[str], proposed: str) -> Opinion:
         """Compare all commands of a short list; of a long one, those around what is found there."""
-        candidates = self._candidates(proposed)
-        if not candidates:
-            return None
         opinion = self._network.opinion(sounds, candidates, proposed)
         around = proposed
-        for _ in range(MOST_MOVES if len(candidates) < len(self._commands) else 0):
+        for _ in range(0 if self._shortlist.is_whole else MOST_MOVES):
             if opinion.text == around:
                 break
             around = opinion.text
-            opinion = self._network.opinion(sounds, self._candidates(around), proposed)
+            opinion = self._network.opinion(sounds, self._shortlist.around(around), proposed)
         return opinion
-
-    def _candidates(self, around: str) -> list[str]:
-        """The whole list if it is short; else a command, and what sounds most like it."""
-        if len(self._commands) <= MOST_COMPARED:
-            return self._commands.listed
-        if not around:
-            return self._never_missed
-        near = self._commands.neighbours(around, MOST_COMPARED, self._sound)
-        return list(dict.fromkeys([around, *self._never_missed, *near]))[:MOST_COMPARED]
 
     def _voice_in(self, segment: Segment, begin: float, end: float) -> float:
         """How sure it is that there is speech where a command fits best."""
@@ -137,11 +124,15 @@ class TwoEars:
         )
 
     def _why_refused(
-        self, segment: Segment, sounds: Sounds, opinion: Opinion, trust: float
+        self,
+        segment: Segment,
+        sounds: Sounds,
+        opinion: Opinion,
+        trust: float,
+        against: Rival | None,
     ) -> Refusal:
         if reason := too_little(segment.samples, trust):
             return reason, None
-        against = self._rival(opinion)
         if stands_in_the_way(against):
             return "unsure_between", (opinion.text, against.text)
         words = list(dict.fromkeys(opinion.text.split()))

@@ -55,6 +55,10 @@ class Parse(NamedTuple):
     command: str
     slots: Mapping[str, Value] = NO_SLOTS
 
+    def is_one_of(self, names: Collection[str]) -> bool:
+        """Tell whether it, or its command, is among some names."""
+        return self.text in names or self.command in names
+
 
 class Commands(Collection[str]):
     """All sentences of a language, however many, and what each means.

@@ -1,0 +1,47 @@
+"""Which commands are compared: all of a short list, and of a long one those that sound alike."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from voz.language.templates.distances import WordDistances
+from voz.recognition.accents import spellings
+from voz.recognition.language import Language
+
+MOST_NEVER_MISSED = 8
+"""Sentences of a template that are searched always, if its command must not be missed."""
+
+
+class Shortlist:
+    """Chooses the commands that are compared.
+
+    Attributes:
+        never_missed: sentences that are always among them.
+    """
+
+    def __init__(self, language: Language, never_missed: Collection[str], most: int) -> None:
+        """Count the commands.
+
+        Args:
+            language: whose commands they are.
+            never_missed: those that are compared whatever was heard.
+            most: how many are compared; a list of so many is compared whole.
+        """
+        self._commands = language.commands
+        self._most = most
+        self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
+        self.never_missed = self._commands.named(never_missed, MOST_NEVER_MISSED)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all commands are on it, whatever was heard."""
+        return len(self._commands) <= self._most
+
+    def around(self, text: str) -> list[str]:
+        """The whole list, or a command and what sounds most like it; empty text is no command."""
+        if self.is_whole:
+            return self._commands.listed
+        if not text:
+            return self.never_missed
+        near = self._commands.neighbours(text, self._most, self._sound)
+        return list(dict.fromkeys([text, *self.never_missed, *near]))[: self._most]

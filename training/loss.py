@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from itertools import groupby
 
 import torch
+from alignment import align, phones_within
+from noises import Random
 from torch import Tensor
 from torch.nn import functional
 
@@ -21,6 +23,25 @@ DOUBT = 2.0
 """Where the teacher's loss for a known phone is larger, nats, the label counts and not it."""
 
 LEAST = -30.0
+
+RIVALS = 4
+"""Sequences of phones near to the known one that the student must find less likely, of each clip."""
+
+RIVALRY = 0.1
+"""Weight of how likely it finds them, beside the known phones."""
+
+SCALE = 2.0
+"""Nats between two sequences that make one e times likelier: single moments are surer than right."""
+
+LIKE = (
+    "AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW",
+    "B D G K P T CH JH",
+    "F V TH DH S Z SH ZH HH",
+    "M N NG L R W Y",
+)
+"""Phones that are taken for one another."""
+
+_LIKE = {phone: group.split() for group in LIKE for phone in group.split()}
 
 
 class Phones:
@@ -48,24 +69,33 @@ class Phones:
         best = self.log_probabilities(symbols).argmax(dim=-1).tolist()
         return " ".join(self._names[number] for number, _ in groupby(best) if number in self._names)
 
-    def loss(self, symbols: Tensor, labels: Sequence[Sequence[str]]) -> Tensor:
-        """Connectionist temporal classification, nats for each phone of each clip."""
+    def loss(self, likely: Tensor, labels: Sequence[Sequence[str]]) -> Tensor:
+        """Connectionist temporal classification of what `log_probabilities` gives, nats a clip."""
         targets = [torch.tensor([self.numbers[phone] for phone in label]) for label in labels]
-        lengths = torch.tensor([len(target) for target in targets])
-        moments = torch.full((len(labels),), symbols.shape[1])
-        total = functional.ctc_loss(
-            self.log_probabilities(symbols).transpose(0, 1),
+        return functional.ctc_loss(
+            likely.transpose(0, 1),
             torch.cat(targets),
-            moments,
-            lengths,
+            torch.full((len(labels),), likely.shape[1]),
+            torch.tensor([len(target) for target in targets]),
             reduction="none",
             zero_infinity=True,
         )
-        return total / lengths.to(total.device)
+
+    def within(
+        self, symbols: Tensor, label: Sequence[str], begin: int, end: int
+    ) -> tuple[str, ...] | None:
+        """Those phones of a clip that are said between two moments; None if that is not clear."""
+        likely = self.log_probabilities(symbols).cpu().numpy()
+        spans = align(likely, [self.numbers[phone] for phone in label])
+        return phones_within(spans, label, begin, end) if spans else None
 
 
 def loss_of(
-    student: Tensor, teacher: Tensor, labels: Sequence[tuple[str, ...] | None], phones: Phones
+    student: Tensor,
+    teacher: Tensor,
+    labels: Sequence[tuple[str, ...] | None],
+    phones: Phones,
+    rng: Random,
 ) -> tuple[Tensor, Tensor]:
     """How far the student is from what it is taught.
 
@@ -74,6 +104,7 @@ def loss_of(
         teacher: the other network's without noise, of the same shape.
         labels: the phones of each clip where they are known.
         phones: of the network's symbols.
+        rng: chooses what else the known phones are compared with.
 
     Returns:
         The divergence from the teacher and the weighted loss of the known phones, nats; the sum of
@@ -87,8 +118,43 @@ def loss_of(
     labeled = student.new_zeros(())
     if known:
         wanted = [label for label in labels if label]
-        doubt = phones.loss(teacher[known], wanted)
+        lengths = torch.tensor([len(label) for label in wanted], device=student.device)
+        doubt = phones.loss(phones.log_probabilities(teacher[known]), wanted) / lengths
         trust[known] = torch.exp(-torch.clamp(doubt - DOUBT, min=0))
-        each = phones.loss(student[known], wanted)
-        labeled = ((LABELS + 1 - trust[known]) * each).sum() / len(labels)
+        likely = phones.log_probabilities(student[known])
+        each = phones.loss(likely, wanted)
+        rivals = rival_loss(likely, each, wanted, phones, rng)
+        weights = LABELS + 1 - trust[known]
+        labeled = (weights * each / lengths + RIVALRY * rivals).sum() / len(labels)
     return (divergence * weight * trust[:, None]).sum() / weight.sum(), labeled
+
+
+def rival_loss(
+    likely: Tensor, each: Tensor, labels: Sequence[tuple[str, ...]], phones: Phones, rng: Random
+) -> Tensor:
+    """How likely it is that each clip says something else that is nearly its phones, nats.
+
+    A recognizer chooses between the sentences of its list: so what is near must come out less likely
+    (maximum mutual information, Bahl et al. 1986, doi:10.1109/ICASSP.1986.1169179).
+    """
+    near = [nearly(label, rng) for label in labels for _ in range(RIVALS)]
+    others = phones.loss(likely.repeat_interleave(RIVALS, dim=0), near).view(-1, RIVALS)
+    scores = torch.cat([-each[:, None], -others], dim=1) / SCALE
+    return -functional.log_softmax(scores, dim=1)[:, 0]
+
+
+def nearly(label: Sequence[str], rng: Random) -> tuple[str, ...]:
+    """Phones with one or two of them changed, left out or added."""
+    phones = list(label)
+    while tuple(phones) == tuple(label):
+        for _ in range(1 + (len(label) > 3 and rng.random() < 0.5)):
+            place = int(rng.integers(len(phones)))
+            like = _LIKE[phones[place]]
+            change = rng.random()
+            if change < 0.6:
+                phones[place] = like[rng.integers(len(like))]
+            elif change < 0.8 and len(phones) > 1:
+                del phones[place]
+            else:
+                phones.insert(place, [*_LIKE][rng.integers(len(_LIKE))])
+    return tuple(phones)

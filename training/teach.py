@@ -36,7 +36,7 @@ from voz.recognition.network_file import (
     read_network,
     write_network,
 )
-from voz.recognition.phoneme_network import SHORTEST
+from voz.recognition.phoneme_network import MOMENT, SHORTEST
 
 WARM_UP = 50
 """Steps in which the rate of learning rises; then it falls by a cosine to a twentieth."""
@@ -62,11 +62,19 @@ Labels = list[tuple[str, ...] | None]
 
 @dataclass
 class Batch:
-    """Clips as the teacher and as the student hear them, batch x samples, and their phones."""
+    """Clips as the teacher and as the student hear them.
+
+    Attributes:
+        clean: batch x samples.
+        noisy: the same clips, or a stretch of each.
+        labels: the phones of each whole clip, where they are known.
+        starts: the moment at which the stretch of each clip begins.
+    """
 
     clean: Tensor
     noisy: Tensor
     labels: Labels
+    starts: Sequence[int]
 
 
 def teach(
@@ -173,9 +181,8 @@ class Run:
             losses: list[list[float]] = []
             while self.step < steps:
                 rng = np.random.default_rng([seed, self.step])
-                losses.append(
-                    self.learn(make_batch(self.pool, size, rng), rate_at(self.step, steps, rate))
-                )
+                batch = make_batch(self.pool, size, rng)
+                losses.append(self.learn(batch, rate_at(self.step, steps, rate), rng))
                 self.step += 1
                 mean = np.mean(losses[-50:], axis=0)
                 progress.update(shown, advance=1, loss=f"{mean[0]:.3f} + {mean[1]:.3f}")
@@ -183,18 +190,31 @@ class Run:
                     progress.update(shown, errors=self.check(held_back, np.mean(losses, axis=0)))
                     losses.clear()
 
-    def learn(self, batch: Batch, rate: float) -> list[float]:
+    def learn(self, batch: Batch, rate: float, rng: Random) -> list[float]:
         """Take one step; returns the two parts of the loss before it, nats."""
         for group in self.optimizer.param_groups:
             group["lr"] = rate
-        with torch.no_grad():
-            said = self.teacher(batch.clean.to(self.device))
-        parts = loss_of(self.student(batch.noisy.to(self.device)), said, batch.labels, self.phones)
+        heard = self.student(batch.noisy.to(self.device))
+        said, labels = self.taught(batch, heard.shape[1])
+        parts = loss_of(heard, said, labels, self.phones, rng)
         self.optimizer.zero_grad()
         (parts[0] + parts[1]).backward()
         torch.nn.utils.clip_grad_norm_(self.student.parameters(), LARGEST_GRADIENT)
         self.optimizer.step()
         return [part.item() for part in parts]
+
+    @torch.no_grad()
+    def taught(self, batch: Batch, moments: int) -> tuple[Tensor, Labels]:
+        """What the teacher hears in what the student hears, and the phones that are known of it."""
+        whole = self.teacher(batch.clean.to(self.device))
+        if whole.shape[1] == moments:
+            return whole, batch.labels
+        said, labels = [], []
+        for clip, label, start in zip(whole, batch.labels, batch.starts, strict=True):
+            said.append(clip[start : start + moments])
+            within = label and self.phones.within(clip, label, start, start + moments)
+            labels.append(within or None)
+        return torch.stack(said), labels
 
     def check(self, held_back: Sequence[Clip], losses: Sequence[float]) -> str:
         """Judge the network, keep it if it is the best, and keep what a later run goes on from."""
@@ -268,21 +288,15 @@ def make_batch(pool: Pool, size: int, rng: Random) -> Batch:
         clean.append(whole)
         noisy.append(heard(whole, pool, rng))
         labels.append(phones if is_speech else None)
+    starts, kept = [0] * len(noisy), length
     if rng.random() < CUT:
-        return cut(np.array(clean), np.array(noisy), rng)
-    return Batch(torch.tensor(np.array(clean)), torch.tensor(np.array(noisy)), labels)
-
-
-def cut(clean: Sound, noisy: Sound, rng: Random) -> Batch:
-    """A stretch of each clip, which may begin and end in the midst of speech."""
-    many, length = clean.shape
-    kept = int(rng.uniform(min(SHORTEST, length), length))
-    starts = rng.integers(length - kept + 1, size=many)
-    both = (
-        np.stack([clip[start : start + kept] for clip, start in zip(clips, starts, strict=True)])
-        for clips in (clean, noisy)
-    )
-    return Batch(*map(torch.tensor, both), [None] * many)
+        kept = int(rng.uniform(min(SHORTEST, length), length))
+        starts = rng.integers((length - kept) // MOMENT + 1, size=len(noisy)).tolist()
+    stretches = [
+        clip[start * MOMENT : start * MOMENT + kept]
+        for clip, start in zip(noisy, starts, strict=True)
+    ]
+    return Batch(torch.tensor(np.array(clean)), torch.tensor(np.array(stretches)), labels, starts)
 
 
 def with_silence(sound: Sound, rng: Random) -> Sound:

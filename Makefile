@@ -3,10 +3,10 @@
 .PHONY: help demo check install bags report ros1 ros2 web wyoming training docs test coverage fixtures constraints
 .PHONY: benchmark clean
 
-QUICK = tests/control tests/simulation tests/language tests/evaluation tests/robot/drawing tests/audio
+QUICK = tests/control tests/simulation tests/language tests/apps/evaluation tests/robot/drawing tests/audio
 QUICK += $(wildcard tests/test_*.py)
 # What the quick tests are there to test; to count all the others too takes them a fifth longer.
-COUNTED = voz/audio/*,voz/control/*,voz/evaluation/*,voz/language/*,voz/robot/drawing/*,voz/simulation/*
+COUNTED = voz/audio/*,voz/control/*,voz/apps/evaluation/*,voz/language/*,voz/robot/drawing/*,voz/simulation/*
 
 # The quick tests compute. The others wait for half of their time: for sound, for the beat, for other programs.
 CORES = $(shell getconf _NPROCESSORS_ONLN)

@@ -24,6 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.language.build import build
@@ -32,8 +34,6 @@ from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import FEWEST, Said, Score, calibrate, score
 from voz.recognition.speaker.profiles import Profile
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifests
 from voz.settings import Recognition
 
 DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")

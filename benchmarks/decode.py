@@ -17,7 +17,7 @@ from pathlib import Path
 
 from machine import machine, peak_megabytes
 
-from voz.recordings.rows import MANIFEST, records_in
+from voz.apps.recordings.rows import MANIFEST, records_in
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"

@@ -15,15 +15,15 @@ import numpy as np
 import numpy.typing as npt
 from machine import machine
 
+from voz.apps.evaluation.noise import room_response
+from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
 from voz.config import usual_commands
-from voz.evaluation.noise import room_response
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
-from voz.recordings.manifest import read_manifests
 from voz.settings import Recognition
 from voz.speech.rendered import cached
 
@@ -70,7 +70,7 @@ def power(samples: Floats) -> float:
 
 
 def heard(recognizer: Recognizer, sound: Floats, played: Played | None) -> list[str]:
-    """What is halted for or obeyed: with the half duplex, or by the plain recogniser."""
+    """What is halted for or obeyed: with the half duplex, or by the plain recognizer."""
     samples = np.clip(np.rint(sound), -32768, 32767).astype(np.int16)
     texts = []
     duplex = HalfDuplex(recognizer, played, ("stop",)) if played else None

@@ -120,9 +120,9 @@ def on_a_busy_computer(fault: Callable[[], Took]) -> Took:
 FAULTS: dict[str, Callable[[], Took]] = {
     "sound server killed, started again": server_killed,
     "sound server hangs, goes on": server_hangs,
-    "recogniser raises": lambda: recognizer_fails('raise RuntimeError("out of order")'),
-    "recogniser hangs for 3 s": lambda: recognizer_fails("time.sleep(3)"),
-    "recogniser takes twice the time": lambda: recognizer_fails("time.sleep(0.06)"),
+    "recognizer raises": lambda: recognizer_fails('raise RuntimeError("out of order")'),
+    "recognizer hangs for 3 s": lambda: recognizer_fails("time.sleep(3)"),
+    "recognizer takes twice the time": lambda: recognizer_fails("time.sleep(0.06)"),
     "both cores busy, server killed": lambda: on_a_busy_computer(server_killed),
     "both cores busy, server hangs": lambda: on_a_busy_computer(server_hangs),
     "Ctrl-C": lambda: ended(signal.SIGINT),

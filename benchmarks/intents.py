@@ -131,7 +131,7 @@ def recognizer(lm: str, settings: Recognition) -> Recognizer:
 
 
 def judge(clip: Clip, lm: str, settings: Recognition, run_in: float) -> Result:
-    """Recognise a clip."""
+    """Recognize a clip."""
     heard_by, sound = recognizer(lm, settings), mixed(clip, run_in)
     began = time.process_time()
     heard = list(heard_by.utterances([sound], clip.path.name))

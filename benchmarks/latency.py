@@ -35,11 +35,11 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from pulseaudio import playing_on, sound_server
 
+from voz.apps.evaluation.noise import speech_power
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks, to_int16
-from voz.evaluation.noise import speech_power
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifests
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

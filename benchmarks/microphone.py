@@ -17,14 +17,14 @@ import numpy as np
 import numpy.typing as npt
 from machine import machine
 
+from voz.apps.evaluation.noise import generator_for, mixed, stretch
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.audio.level import Fault, Level, faults, measure
-from voz.evaluation.noise import generator_for, mixed, stretch
 from voz.language.files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifests
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"

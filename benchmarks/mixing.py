@@ -16,6 +16,7 @@ import numpy as np
 import typer
 from machine import machine
 
+from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks, to_int16
 from voz.language.alike import mixed_up
@@ -24,7 +25,6 @@ from voz.language.files import LanguageFiles
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language, load_language
 from voz.recognition.second_ear import second_ear_for
-from voz.recordings.manifest import read_manifest
 
 NOISES = (None, 10, 5, 0)
 """Signal to noise, dB."""

@@ -3,7 +3,7 @@
 Run `python benchmarks/motors.py MANIFEST... --noise FILE [--snr DB]`. For each command of the
 manifests a simulated robot is told to drive by a typed `go forward`. From then on its motors
 sound, as loud as the ratio says beside the speaker, for as long as it moves, and stop when it does:
-what is recognised decides what the microphone hears. Some seconds later the command is said. It
+what is recognized decides what the microphone hears. Some seconds later the command is said. It
 counts as heard in time if it takes effect, or for `stop` if the robot has halted, no later than
 0.5 s after its last word; the ratio is that of the speech's active frames to the mean of the noise.
 """
@@ -21,18 +21,18 @@ import numpy as np
 import numpy.typing as npt
 from machine import machine
 
+from voz.apps.evaluation.noise import speech_power
+from voz.apps.evaluation.statistics import estimate
+from voz.apps.evaluation.tables import shown
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks, to_int16
-from voz.evaluation.noise import speech_power
-from voz.evaluation.statistics import estimate
-from voz.evaluation.tables import shown
 from voz.events import Event, Utterance
 from voz.language.files import find_language
 from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.stream import Stream
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifests
 from voz.robot.simulator import SimulatedRobot
 from voz.run.drive import Controller
 from voz.run.sources import typed

@@ -22,9 +22,9 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
+from voz.apps.recordings.rows import records_in
 from voz.recognition.phoneme_network import BLANKS
 from voz.recognition.second_ear import IPA, load_network
-from voz.recordings.rows import records_in
 
 ROUNDS = 4
 """The alignments have settled by then."""

@@ -1,4 +1,4 @@
-"""How well voz recognises, beside plain pocketsphinx that refuses by a phone loop.
+"""How well voz recognizes, beside plain pocketsphinx that refuses by a phone loop.
 
 Run `python benchmarks/recognition.py DEV_MANIFEST PEOPLE_MANIFEST`. The first lists synthetic
 voices in the conditions `us`, `gb` and `accent`, and noise, of which one recording is a kitchen;
@@ -23,18 +23,18 @@ from msgspec.structs import replace
 from rich.console import Console
 from rich.progress import Progress
 
+from voz.apps.evaluation.curves import curves
+from voz.apps.evaluation.engines import EngineChoice
+from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_for
+from voz.apps.evaluation.results import Result
+from voz.apps.evaluation.scores import alarms_in
+from voz.apps.evaluation.statistics import estimate
+from voz.apps.evaluation.tables import shown, shown_alarms
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifest
 from voz.errors import AudioError, ConfigError, VozError
-from voz.evaluation.curves import curves
-from voz.evaluation.engines import EngineChoice
-from voz.evaluation.recognise import Task, in_processes, recognise, tasks_for
-from voz.evaluation.results import Result
-from voz.evaluation.scores import alarms_in
-from voz.evaluation.statistics import estimate
-from voz.evaluation.tables import shown, shown_alarms
 from voz.language.build import build
 from voz.language.files import LanguageFiles
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifest
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"
@@ -111,8 +111,8 @@ def list_manifests(folder: Path | None) -> list[Path]:
 
 
 def hear(task: Task, choice: EngineChoice) -> Heard:
-    """Recognise a clip; this runs in processes of its own."""
-    return Heard(recognise(task, choice), peak_megabytes())
+    """Recognize a clip; this runs in processes of its own."""
+    return Heard(recognize(task, choice), peak_megabytes())
 
 
 def figures(engine: str, part: Part, heard: Sequence[Heard]) -> Figures:
@@ -266,7 +266,7 @@ def main(
         int | None, typer.Option(min=1, help="Processes; else one for each core.")
     ] = None,
 ) -> None:
-    """Print how well engines recognise, side by side.
+    """Print how well engines recognize, side by side.
 
     Example: python benchmarks/recognition.py dev/manifest.tsv people/manifest.tsv
     """

@@ -17,15 +17,15 @@ from machine import machine
 from rich.console import Console
 from rich.progress import Progress
 
+from voz.apps.evaluation.engines import EngineChoice
+from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_for
+from voz.apps.evaluation.results import OUT_OF_NOTHING, Result
+from voz.apps.evaluation.scores import alarms_in
+from voz.apps.evaluation.tables import shown_alarms
+from voz.apps.recordings.clips import Clip
 from voz.errors import AudioError, ConfigError, VozError
-from voz.evaluation.engines import EngineChoice
-from voz.evaluation.recognise import Task, in_processes, recognise, tasks_for
-from voz.evaluation.results import OUT_OF_NOTHING, Result
-from voz.evaluation.scores import alarms_in
-from voz.evaluation.tables import shown_alarms
 from voz.files import read_json
 from voz.language.files import LanguageFiles
-from voz.recordings.clips import Clip
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"
@@ -142,7 +142,7 @@ def main(
         tasks = streams(folder, names or [])
         choice = EngineChoice(engine, LanguageFiles(LM), Recognition())
         with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            outcomes = in_processes(partial(recognise, choice=choice), tasks, jobs)
+            outcomes = in_processes(partial(recognize, choice=choice), tasks, jobs)
             heard = list(progress.track(outcomes, len(tasks), description=engine))
         lines = table(heard)
     except VozError as error:

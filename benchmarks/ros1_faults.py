@@ -61,7 +61,7 @@ def beat() -> str:
 
 
 FAULTS: dict[str, Callable[[Ros, Program, Client], None]] = {
-    "kill -9 of the recogniser": lambda ros, node, speaking: speaking.kill(),
+    "kill -9 of the recognizer": lambda ros, node, speaking: speaking.kill(),
     "kill -9 of the master": lambda ros, node, speaking: ros.master.kill(),
     "SIGTERM to control_voz": lambda ros, node, speaking: node.process.terminate(),
 }

@@ -29,11 +29,11 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from live_robot import LiveRobot, live_robot, speak, velocity
 from pulseaudio import sound_server
 
+from voz.apps.evaluation.noise import mixed
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifest
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
-from voz.evaluation.noise import mixed
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifest
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -45,9 +45,9 @@ from operator_page import (
 from recordings import FIXTURES
 from websockets.sync.client import ClientConnection
 
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifests
 
 SAID = ("go_forward", "go_back")
 ASLEEP = 5

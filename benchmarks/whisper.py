@@ -11,11 +11,11 @@ from difflib import SequenceMatcher
 from importlib.util import find_spec
 from pathlib import Path
 
+from voz.apps.evaluation.engines import ENGINES, LONGEST_WHOLE, Engine, words
+from voz.apps.evaluation.results import Understood
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
 from voz.errors import ConfigError
-from voz.evaluation.engines import ENGINES, LONGEST_WHOLE, Engine, words
-from voz.evaluation.results import Understood
 from voz.language.files import LanguageFiles, read_sentences
 from voz.settings import Recognition
 
@@ -57,13 +57,13 @@ def whisper(language: LanguageFiles, _settings: Recognition) -> Engine:
         best = max(commands, key=alike.__getitem__)
         return Understood(best, alike[best], alike[best] >= ALIKE, start, end)
 
-    def recognise(samples: Samples) -> list[Understood]:
+    def recognize(samples: Samples) -> list[Understood]:
         seconds = len(samples) / SAMPLE_RATE
         if seconds <= LONGEST_WHOLE:
             return [nearest(samples, 0.0, seconds)]
         return [nearest(part.samples, part.start, part.end) for part in segments([samples])]
 
-    return recognise
+    return recognize
 
 
 def _model() -> str:

@@ -27,14 +27,14 @@ from machine import machine
 from rich.console import Console
 from rich.progress import track
 
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.rows import MANIFEST
 from voz.audio import SAMPLE_RATE
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.templates.number_words import SMALL, TENS
 from voz.recognition.recognizer import Recognizer
-from voz.recordings.clips import Clip
-from voz.recordings.manifest import read_manifest
-from voz.recordings.rows import MANIFEST
 from voz.settings import Recognition
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))

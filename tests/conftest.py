@@ -1,4 +1,4 @@
-"""What many tests need: the recordings, and a recogniser that is loaded once."""
+"""What many tests need: the recordings, and a recognizer that is loaded once."""
 
 from __future__ import annotations
 

@@ -165,5 +165,5 @@ def speak(environment: dict[str, str], path: Path) -> None:
 
 
 def broken_recognizer(file: Path, fault: str) -> str:
-    """Python that gives the recogniser a fault, a statement, for as long as a file is there."""
+    """Python that gives the recognizer a fault, a statement, for as long as a file is there."""
     return BROKEN_WHILE_THERE.format(file=str(file), fault=fault)

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from voz.apps.recordings.rows import MANIFEST, records_in
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
-from voz.recordings.rows import MANIFEST, records_in
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import ast
+import os
+import shutil
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
+from pathlib import Path
 
 from recordings import ROOT
 
@@ -28,6 +33,15 @@ def imported(module: ast.Module) -> Iterator[str]:
         yield from (name.split(".")[1] for name in names if name.startswith("voz."))
 
 
+def run_voz(folder: Path, *arguments: object) -> str:
+    """What a copy of voz in a folder prints; it must end well."""
+    command = [sys.executable, "-m", "voz", *map(str, arguments)]
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 def test_no_two_classes_have_one_name() -> None:
     parts = (part for module in MODULES.values() for part in ast.walk(module))
     names = Counter(part.name for part in parts if isinstance(part, ast.ClassDef))
@@ -44,3 +58,25 @@ def test_no_folder_imports_what_is_above_it() -> None:
     for above, folder in LATE:
         below[above].remove(folder)
     list(TopologicalSorter(below).static_order())  # raises CycleError where there is an arrow up
+
+
+def test_the_core_imports_nothing_that_stands_around_it() -> None:
+    around = {"apps", "cli"}
+    core = {path: module for path, module in MODULES.items() if around.isdisjoint(path)}
+    assert len(core) > 200
+    found = {"/".join(path) for path, module in core.items() if around & set(imported(module))}
+    assert found == {"voz/__main__"}
+
+
+def test_a_robot_obeys_without_what_stands_around_the_core(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "voz", tmp_path / "voz", ignore=shutil.ignore_patterns("apps"))
+    commands = ROOT / "audio_fixtures" / "commands"
+    printed = run_voz(tmp_path, "run", "--wav", commands / "festival_kal__start_speech.flac")
+    assert 'heard    "start speech"' in printed
+
+
+def test_recordings_are_decoded_without_page_doctor_and_services(tmp_path: Path) -> None:
+    others = shutil.ignore_patterns("web", "wyoming", "doctor", "service")
+    shutil.copytree(ROOT / "voz", tmp_path / "voz", ignore=others)
+    commands = ROOT / "audio_fixtures" / "commands"
+    assert "go back" in run_voz(tmp_path, "decode", commands / "festival_kal__go_back.flac")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from voz.recordings.rows import rows_in
+from voz.apps.recordings.rows import rows_in
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "audio_fixtures"

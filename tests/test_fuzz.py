@@ -17,10 +17,11 @@ from calls import VOZ
 from language.damage import damaged
 from recordings import FIXTURES, GO_BACK, ROOT
 
+from voz.apps.evaluation.report import evaluate, read_results
+from voz.apps.evaluation.results import Result, Understood
+from voz.apps.recordings.manifest import read_manifest
 from voz.config import load_config
 from voz.errors import VozError
-from voz.evaluation.report import evaluate, read_results
-from voz.evaluation.results import Result, Understood
 from voz.language.build import build
 from voz.language.files import PACKAGED, LanguageFiles
 from voz.recognition.decoder import Decoder
@@ -28,7 +29,6 @@ from voz.recognition.language import load_language
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.mllr import MeanTransform, as_text, is_transforms
 from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
-from voz.recordings.manifest import read_manifest
 
 SOURCE = FIXTURES / "formats" / "mono_8000.wav"
 FILES = 200

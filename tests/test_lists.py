@@ -12,13 +12,13 @@ from make_fixtures import LISTS, lines, list_clips, list_names
 from recordings import ROOT
 from synthesis import Fixture, speak, write
 
-from voz.batch.decoding import decode_recordings
-from voz.batch.rows import Decoded
+from voz.apps.batch.decoding import decode_recordings
+from voz.apps.batch.rows import Decoded
+from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
 from voz.language.files import LanguageFiles
 from voz.language.lexicon import GUESS
 from voz.recognition.recognizer import Recognizer
-from voz.recordings.manifest import read_manifest
 from voz.settings import Recognition
 
 CLEAR_VOICES = ("flite_slt", "flite_rms")

@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 import voz
+from voz.apps.web.answers import decoded
+from voz.apps.web.messages import Alarms
 from voz.config import Config, load_config, overridden
 from voz.control.motion import Motion, moved
 from voz.control.safety import secured
@@ -24,8 +26,6 @@ from voz.control.steps import Step
 from voz.errors import ConfigError, VozError
 from voz.records import CheckedRecord
 from voz.settings import Recognition, Safety, Section
-from voz.web.answers import decoded
-from voz.web.messages import Alarms
 
 ENTRIES = Path(voz.__file__).parent
 
@@ -126,7 +126,7 @@ def test_every_record_with_limits_is_among_them() -> None:
     public = {kind for kind in public if isinstance(kind, type)}
     assert {kind for kind in public if issubclass(kind, msgspec.Struct)} <= set(RECORDS)
     for name in modules_with_limits():
-        if name != "voz.web.messages":
+        if name != "voz.apps.web.messages":
             own = vars(importlib.import_module(name)).values()
             assert any(kind in RECORDS or kind is CheckedRecord for kind in own), name
 

@@ -23,6 +23,7 @@ import pocketsphinx
 import typer
 from rich.progress import track
 
+from voz.apps.recordings.rows import records_in
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
 from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
@@ -32,7 +33,6 @@ from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import UNPRUNED
 from voz.recognition.phone_loop import fillers
 from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT
-from voz.recordings.rows import records_in
 
 PHONES = PHONE_NAMES.split()
 MOST_PHONES = 12
@@ -60,7 +60,7 @@ CONSONANTS = {
     "L": ("glide", 0.4, 1), "R": ("glide", 0.5, 1), "W": ("glide", 0.0, 1), "Y": ("glide", 0.7, 1),
 }  # fmt: skip
 
-# Vowels: height and backness (0 low, front; 1 high, back), where the two move to, r-coloured.
+# Vowels: height and backness (0 low, front; 1 high, back), where the two move to, r-colored.
 VOWELS = {
     "IY": (1.0, 0.0, 1.0, 0.0, 0), "IH": (0.8, 0.2, 0.8, 0.2, 0), "EY": (0.6, 0.1, 0.9, 0.1, 0),
     "EH": (0.4, 0.2, 0.4, 0.2, 0), "AE": (0.1, 0.2, 0.1, 0.2, 0), "AA": (0.0, 0.8, 0.0, 0.8, 0),

@@ -115,7 +115,7 @@ install_node_modules() {
 
 if [ "${1:-}" = tests ]; then
     install_node_modules tests/ros1 @foxglove/ros1 "a client of ROS 1"
-    install_node_modules tests/web axe-core "what finds barriers in a page"
+    install_node_modules tests/apps/web axe-core "what finds barriers in a page"
 fi
 
 if [ -n "$ros1" ]; then

@@ -25,7 +25,7 @@ from synthesis import (
     clip,
     gain,
     low,
-    normalised,
+    normalized,
     phrase,
     power,
     shaped,
@@ -178,7 +178,7 @@ def kitchen(noise: np.random.Generator) -> Sound:
     background = kitchen_noise(len(speech), noise)
     said = speech[speech != 0]
     background *= power(said) / power(background) / gain(KITCHEN_SNR_DB)
-    return normalised(speech + background)
+    return normalized(speech + background)
 
 
 def left_channel(noise: np.random.Generator) -> Sound:

@@ -20,9 +20,9 @@ import numpy.typing as npt
 import soundfile
 import soxr
 
+from voz.apps.recordings.rows import MANIFEST, as_text, rows_in
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
-from voz.recordings.rows import MANIFEST, as_text, rows_in
 
 Sound = npt.NDArray[Any]
 """Samples between -1 and 1; more than one channel as columns."""
@@ -125,11 +125,11 @@ def speak(voice: str, text: str) -> Sound:
     """One phrase at 16 kHz and the usual level, without the engine's own silence."""
     words = [SPELLINGS.get(word, word) for word in text.split()]
     # The full stop makes a whole sentence of it, whose melody falls at the end.
-    sound, rate = synthesise(VOICES[voice], f"{' '.join(words)}.\n")
-    return normalised(trimmed(soxr.resample(sound, rate, SAMPLE_RATE)))
+    sound, rate = synthesize(VOICES[voice], f"{' '.join(words)}.\n")
+    return normalized(trimmed(soxr.resample(sound, rate, SAMPLE_RATE)))
 
 
-def synthesise(voice: Voice, text: str) -> tuple[Sound, int]:
+def synthesize(voice: Voice, text: str) -> tuple[Sound, int]:
     """Have an engine speak.
 
     Returns:
@@ -184,8 +184,8 @@ def with_floor(sound: Sound, noise: np.random.Generator) -> Sound:
 def shaped(length: int, noise: np.random.Generator, spectrum: Callable[[Sound], Sound]) -> Sound:
     """Noise of power 1 with a spectrum: a function from Hz to amplitude."""
     white = np.fft.rfft(noise.standard_normal(length))
-    coloured = np.fft.irfft(white * spectrum(np.fft.rfftfreq(length, 1 / SAMPLE_RATE)), n=length)
-    return coloured / power(coloured)
+    colored = np.fft.irfft(white * spectrum(np.fft.rfftfreq(length, 1 / SAMPLE_RATE)), n=length)
+    return colored / power(colored)
 
 
 def low(hertz: Sound) -> Sound:
@@ -198,7 +198,7 @@ def silence(seconds: float) -> Sound:
     return np.zeros(round(seconds * SAMPLE_RATE))
 
 
-def normalised(sound: Sound) -> Sound:
+def normalized(sound: Sound) -> Sound:
     """The same sound with its peak at the usual level."""
     return sound * gain(PEAK_DB) / np.abs(sound).max()
 

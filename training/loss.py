@@ -25,13 +25,13 @@ DOUBT = 2.0
 LEAST = -30.0
 
 RIVALS = 4
-"""Sequences of phones near to the known one that the student must find less likely, of each clip."""
+"""Sequences of phones near to that of a clip that the student must find less likely."""
 
 RIVALRY = 0.1
 """Weight of how likely it finds them, beside the known phones."""
 
 SCALE = 2.0
-"""Nats between two sequences that make one e times likelier: single moments are surer than right."""
+"""Nats by which a sequence must be ahead to count as e times likelier: moments are too sure."""
 
 LIKE = (
     "AA AE AH AO AW AY EH ER EY IH IY OW OY UH UW",
@@ -134,8 +134,8 @@ def rival_loss(
 ) -> Tensor:
     """How likely it is that each clip says something else that is nearly its phones, nats.
 
-    A recognizer chooses between the sentences of its list: so what is near must come out less likely
-    (maximum mutual information, Bahl et al. 1986, doi:10.1109/ICASSP.1986.1169179).
+    A recognizer chooses between sentences: what is near must come out less likely (maximum mutual
+    information, Bahl et al. 1986, doi:10.1109/ICASSP.1986.1169179).
     """
     near = [nearly(label, rng) for label in labels for _ in range(RIVALS)]
     others = phones.loss(likely.repeat_interleave(RIVALS, dim=0), near).view(-1, RIVALS)

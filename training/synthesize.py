@@ -27,7 +27,7 @@ from voz.language.lexicon import find_anywhere, look_up, read_cmudict
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 
-from synthesis import Voice, synthesise
+from synthesis import Voice, synthesize
 
 RESPELLING = Path(__file__).with_name("respelling.tsv")
 
@@ -70,7 +70,7 @@ SINGLE = 0.6
 """How many of the clips are one word; the others are two to four."""
 
 
-def synthesize(
+def main(
     out: Annotated[Path, typer.Argument(help="Folder of the recordings and their manifest.tsv.")],
     words: Annotated[int, typer.Option(min=1, help="Of how many of the commonest words.")] = 3000,
     clips: Annotated[int, typer.Option(min=1, help="How many recordings.")] = 8000,
@@ -137,12 +137,12 @@ def _speak(
 ) -> float:
     """Write a recording; returns its length, s."""
     if name in ENGLISH:
-        sound, rate = synthesise(ENGLISH[name], f"{' '.join(text)}.\n")
+        sound, rate = synthesize(ENGLISH[name], f"{' '.join(text)}.\n")
     else:
         language, voice = FOREIGN[name]
         letters = spellings[language]
         spelled = ["".join(letters[phone] for phone in known[word].split()) for word in text]
-        sound, rate = synthesise(voice, f"{' '.join(spelled)}.\n")
+        sound, rate = synthesize(voice, f"{' '.join(spelled)}.\n")
     mono = sound.reshape(len(sound), -1)[:, 0]
     peak = np.abs(mono).max()
     if peak == 0:
@@ -160,4 +160,4 @@ def _spellings() -> dict[str, dict[str, str]]:
 
 
 if __name__ == "__main__":
-    typer.run(synthesize)
+    typer.run(main)

@@ -39,7 +39,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         text: the sentence heard, lower case; empty if no command fits what was said.
         confidence: how sure it is that `text` was said, 0 to 1; 1 for a typed command, 0 for
             other typed text.
-        accepted: whether it was recognised surely enough; whether it took effect says `obeyed`.
+        accepted: whether it was recognized surely enough; whether it took effect says `obeyed`.
         start: where the speech begins in its source, s.
         end: where the speech ends in its source, s.
         source: the recording's path, "microphone" or "text".

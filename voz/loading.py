@@ -1,4 +1,4 @@
-"""A recogniser in one call, for programs of others."""
+"""A recognizer in one call, for programs of others."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def load(
     settings: Recognition | None = None,
     profile: str | None = None,
 ) -> Recognizer:
-    """Load a recogniser; it takes a third of a second, and serves any number of recordings.
+    """Load a recognizer; it takes a third of a second, and serves any number of recordings.
 
     Args:
         commands: the folder of the language files that `voz build-lm` made, or a list of English

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from recordings import Recording
 
+from voz.apps.evaluation.noise import room_response
 from voz.audio import SAMPLE_RATE
 from voz.audio.echo import EDGE, MOST_DELAY, without_echo
-from voz.evaluation.noise import room_response
 
 LENGTH = 3 * SAMPLE_RATE // 2
 

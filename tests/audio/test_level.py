@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from recordings import FIXTURES, Recording
 
+from voz.apps.evaluation.noise import mixed, stretch
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.audio.level import LOWEST, Fault, dbfs, faults, measure, obeyed_of_100
-from voz.evaluation.noise import mixed, stretch
 
 LENGTH = 3 * SAMPLE_RATE
 GO_FORWARD = FIXTURES / "commands" / "flite_rms__go_forward.flac"

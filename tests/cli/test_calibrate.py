@@ -15,14 +15,14 @@ import soundfile
 from calls import VOZ
 from recordings import FIXTURES, ROOT, Recording
 
+from voz.apps.recordings.enrollment import prompts, read_kept
+from voz.apps.recordings.rows import MANIFEST, as_text
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
-from voz.hearing.enrolment import prompts, read_kept
 from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import Said, calibrate
 from voz.recognition.speaker.profiles import Profile, load_profile, save_profile
-from voz.recordings.rows import MANIFEST, as_text
 from voz.settings import Recognition
 
 
@@ -97,7 +97,7 @@ def test_a_bad_microphone_is_calibrated_and_the_profile_is_used(
 def test_what_is_not_better_is_not_kept(
     voz, recordings: list[Recording], tmp_path: Path, language: LanguageFiles
 ) -> None:
-    """Half of the recordings are labelled wrongly: what is fitted to them helps nobody."""
+    """Half of the recordings are labeled wrongly: what is fitted to them helps nobody."""
     said = said_by(recordings, "festival_slt")[:8]
     swapped = [Said(other.text, s.samples) for s, other in zip(said, said[::-1], strict=True)]
     found = calibrate(swapped, language, Recognition(), tmp_path)
@@ -133,8 +133,8 @@ def test_recordings_that_are_heard_wrongly_are_named(
     voz, recordings: list[Recording], tmp_path: Path
 ) -> None:
     first, second, *others = said_by(recordings, "festival_slt")[:6]
-    mislabelled = [Said(first.text, second.samples), second, *others]
-    folder = write(tmp_path / "wav", mislabelled)
+    mislabeled = [Said(first.text, second.samples), second, *others]
+    folder = write(tmp_path / "wav", mislabeled)
     result = voz("calibrate", "ana", "--wav", folder)
     assert result.code == 0
     (line,) = result.err.splitlines()

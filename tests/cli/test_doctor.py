@@ -87,13 +87,13 @@ def test_language_files_that_are_damaged_or_stale_are_told_of(
     assert not found["language files"]["well"]
     assert said in found["language files"]["told"]
     assert "build-lm" in found["language files"]["told"] + found["language files"]["to_do"]
-    assert "recogniser" not in found or file.endswith(".txt")  # the old list is heard all the same
+    assert "recognizer" not in found or file.endswith(".txt")  # the old list is heard all the same
 
 
 def test_an_extra_that_is_missing_is_told_with_how_to_install_it() -> None:
     code = (
         "import sys, json; sys.modules['rosbags'] = None\n"
-        "from voz.doctor.optional import extras\n"
+        "from voz.apps.doctor.optional import extras\n"
         "from voz.events import to_json\n"
         "print(to_json(next(extras())))"
     )

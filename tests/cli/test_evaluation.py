@@ -239,7 +239,7 @@ def test_a_model_is_written_where_it_is_said_alone(tmp_path: Path) -> None:
     assert "--out" in in_process("fit-confidence", lists).complaint
 
 
-def test_that_there_is_no_talk_is_told_before_anything_is_recognised(tmp_path: Path) -> None:
+def test_that_there_is_no_talk_is_told_before_anything_is_recognized(tmp_path: Path) -> None:
     lists = tmp_path / "list.tsv"
     lists.write_text(f"path\ttext\tspeaker\tkind\n{GO_BACK}\tgo back\tme\tcommand\n")
     result = in_process("fit-confidence", lists, "--out", tmp_path / "mine.json")

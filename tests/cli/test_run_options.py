@@ -69,6 +69,6 @@ def test_events_may_go_where_nothing_is_kept(voz: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("played", [["--wav", GO_BACK], ["--text", "-"], ["--replay", "in.bag"]])
-def test_another_recogniser_is_not_left_out_without_a_word(played: list[Any], voz: Any) -> None:
+def test_another_recognizer_is_not_left_out_without_a_word(played: list[Any], voz: Any) -> None:
     complaint = voz("run", "--no-sound", "--listen-ros", *played).complaint
     assert complaint.startswith("voz: --listen-ros is for live runs: leave out ")

@@ -15,7 +15,7 @@ from loudspeaker import at_16_khz, best, is_silent, likeness, recording
 
 from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixing import RATE
-from voz.speech.builtin_sounds import BuiltinSound, synthesised
+from voz.speech.builtin_sounds import BuiltinSound, synthesized
 
 NO_LOUDSPEAKER = "there is no loudspeaker; connect one"
 
@@ -58,7 +58,7 @@ def test_sound_lists_the_built_in_sounds(voz: Any) -> None:
 
 @pytest.mark.slow
 def test_a_built_in_sound_and_a_file_are_heard(pulse: dict[str, str], tmp_path: Path) -> None:
-    wave = synthesised(BuiltinSound.NEEDS_PLUGGING_BADLY)
+    wave = synthesized(BuiltinSound.NEEDS_PLUGGING_BADLY)
     soundfile.write(tmp_path / "own.ogg", wave, RATE)
 
     with recording(pulse) as recorder:

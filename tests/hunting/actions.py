@@ -112,11 +112,11 @@ def flood_of_lines(turn: Turn) -> None:
 
 
 def flood_of_strings(turn: Turn) -> None:
-    """Let a recogniser publish without end what is no command."""
+    """Let a recognizer publish without end what is no command."""
     rate = turn.chance.choice([1000, 2000, 5000])
     turn.note(f"at {rate} Hz")
     parts = turn.undo.enter_context(ExitStack())
-    source, line = turn.it.another_recogniser(parts)
+    source, line = turn.it.another_recognizer(parts)
 
     def work() -> None:
         begun, sent = time.monotonic(), 0
@@ -167,7 +167,7 @@ def hang_server(turn: Turn) -> None:
 
 
 def hearing(statement: str) -> Callable[[Turn], object]:
-    """Run a statement with each block that the recogniser gets."""
+    """Run a statement with each block that the recognizer gets."""
 
     def do(turn: Turn) -> None:
         turn.undo.callback(turn.it.demand("hearing", statement).unlink)
@@ -264,10 +264,10 @@ LOSSES = [
     Action("muted", "mic", mute, bound=2 * BOUND, heals=1),  # zeros are a loss after 0.5 s
     Action("sound server killed", "mic", kill_server, heals=4),
     Action("sound server hangs", "mic", hang_server, heals=4),
-    Action("recogniser raises", "mic", hearing("raise RuntimeError('broken')"), heals=5),
-    Action("recogniser exits", "mic", hearing("raise SystemExit(0)"), last=True),
-    Action("recogniser hangs", "mic", hearing("time.sleep(3)"), heals=5),
-    Action("recogniser is slow", "mic", hearing("time.sleep(0.06)"), bound=1.5, heals=5),
+    Action("recognizer raises", "mic", hearing("raise RuntimeError('broken')"), heals=5),
+    Action("recognizer exits", "mic", hearing("raise SystemExit(0)"), last=True),
+    Action("recognizer hangs", "mic", hearing("time.sleep(3)"), heals=5),
+    Action("recognizer is slow", "mic", hearing("time.sleep(0.06)"), bound=1.5, heals=5),
     Action("hearing's thread dies", "mic", raise_in_thread("voz-hearing"), last=True),
     Action("any thread dies, stop", "run", raise_in_thread("", "stop"), last=True),
     Action("watchdog killed, stop", "watchdog strings", kill_watchdog, last=True),
@@ -289,9 +289,9 @@ LOSSES = [
         last=True,
     ),
     Action(
-        "recogniser killed",
+        "recognizer killed",
         "ros1",
-        lambda turn: turn.it.recogniser.kill(),
+        lambda turn: turn.it.recognizer.kill(),
         last=True,
         not_with="flood of strings",  # which comes from another one
     ),

@@ -88,7 +88,7 @@ class Run(Quarry):
     def restart_server(self) -> None:
         self.server = self._parts.enter_context(running_server(self.environment))
 
-    def another_recogniser(self, parts: ExitStack) -> tuple[subprocess.Popen[bytes], bytes]:
+    def another_recognizer(self, parts: ExitStack) -> tuple[subprocess.Popen[bytes], bytes]:
         """Start what publishes strings; gives the line that lets it publish no command."""
         command = [sys.executable, str(ROS2_PEER)]
         return started(command, self.environment, parts), b"nonsense\n"
@@ -151,18 +151,18 @@ class Run(Quarry):
 
 
 class Node(Quarry):
-    """The node `control_voz`, a recogniser and a base, which share no code with rospy.
+    """The node `control_voz`, a recognizer and a base, which share no code with rospy.
 
     Attributes:
         ros: its master.
-        recogniser: commands it.
+        recognizer: commands it.
     """
 
     def __init__(self, chance: Random, folder: Path, parts: ExitStack, observer: Observer) -> None:
         self.ros = Ros(folder, parts)
         environment = self.ros.environment | {"PYTHONPATH": str(ROOT), "TERM": "xterm"}
         super().__init__(folder, environment, chance.random() < 0.4, one=chance.random() < 0.5)
-        self.recogniser = self.ros.client()
+        self.recognizer = self.ros.client()
         base = started(["node", str(ROS1_CLIENT), "/cmd_vel"], environment, parts)
         threading.Thread(target=watch, args=(base, observer), daemon=True).start()
         self.setup.append("control_voz")
@@ -171,11 +171,11 @@ class Node(Quarry):
         self.command_line = [script, "_sound:=none", "_listening:=true"]
 
     def command(self, text: str) -> None:
-        """Publish a command, if the recogniser was not killed."""
+        """Publish a command, if the recognizer was not killed."""
         with suppress(BrokenPipeError):
-            self.recogniser.say(text)
+            self.recognizer.say(text)
 
-    def another_recogniser(self, parts: ExitStack) -> tuple[subprocess.Popen[bytes], bytes]:
+    def another_recognizer(self, parts: ExitStack) -> tuple[subprocess.Popen[bytes], bytes]:
         """Start what publishes strings; gives the line that lets it publish no command."""
         nonsense = {"topic": "/recognizer/output", "data": {"data": "nonsense"}, **STRING}
         process = started(["node", str(ROS1_CLIENT)], self.environment, parts)

@@ -91,7 +91,7 @@ def test_the_same_pairs_in_a_list_of_ones_own_are_warned_of(tmp_path: Path):
     assert len(build(tmp_path / "list.txt", tmp_path).warnings) == 4
 
 
-def test_of_a_long_list_some_are_compared_with_their_neighbours(tmp_path: Path):
+def test_of_a_long_list_some_are_compared_with_their_neighbors(tmp_path: Path):
     words = [line.split()[0].decode() for line in read_cmudict().split(b"\n")[20_000:60_000:50]]
     usable = [word for word in words if word.isalpha()][:120]
     path = tmp_path / "list.txt"

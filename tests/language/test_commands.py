@@ -8,11 +8,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from voz import CommandsError
-from voz.language.commands import MAX_BYTES, normalise, parse_commands
+from voz.language.commands import MAX_BYTES, normalize, parse_commands
 
 
-def test_normalise_lowers_case_and_leaves_single_spaces():
-    assert normalise("  Go \t BACK ") == "go back"
+def test_normalize_lowers_case_and_leaves_single_spaces():
+    assert normalize("  Go \t BACK ") == "go back"
 
 
 def test_comments_blank_lines_bom_crlf_and_case_do_not_matter():
@@ -98,6 +98,6 @@ def outcome(data: bytes) -> tuple[tuple[str, ...], str]:
 
 
 @given(st.text())
-def test_normalising_twice_changes_nothing_for_what_can_be_a_command(text: str):
+def test_normalizing_twice_changes_nothing_for_what_can_be_a_command(text: str):
     plain = "".join(char for char in text if char.isascii())
-    assert normalise(normalise(plain)) == normalise(plain)
+    assert normalize(normalize(plain)) == normalize(plain)

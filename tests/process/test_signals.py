@@ -169,7 +169,7 @@ sys.meta_path.insert(0, Finder())
 """
 
 
-def signalled_at_import(
+def signaled_at_import(
     module: str, number: int, raised: str = ""
 ) -> subprocess.CompletedProcess[str]:
     """Drive by a recording; a signal comes as a module is imported, which may raise another."""
@@ -187,13 +187,13 @@ def signalled_at_import(
 )
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_among_the_imports_is_a_quiet_end(module: str, number: int) -> None:
-    done = signalled_at_import(module, number)
+    done = signaled_at_import(module, number)
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
 
 
 @pytest.mark.parametrize("raised", ["ImportError('numpy')", "SystemError('odd')", "SystemExit(7)"])
 def test_whatever_an_import_makes_of_a_signal_the_exit_code_says_it(raised: str) -> None:
-    done = signalled_at_import("typer", signal.SIGTERM, raised)
+    done = signaled_at_import("typer", signal.SIGTERM, raised)
     assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
 
 

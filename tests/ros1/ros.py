@@ -146,7 +146,7 @@ class Client(Program):
         self.type(json.dumps({"topic": topic, **message}))
 
     def say(self, text: str, topic: str = "/recognizer/output") -> None:
-        """Publish what a recogniser does; before somebody subscribed nobody gets it."""
+        """Publish what a recognizer does; before somebody subscribed nobody gets it."""
         self.publish(topic, data={"data": text}, **STRING)
 
 

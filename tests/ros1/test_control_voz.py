@@ -1,4 +1,4 @@
-"""The node `control_voz`: any recogniser's strings drive the robot, and nothing drives it on."""
+"""The node `control_voz`: any recognizer's strings drive the robot, and nothing drives it on."""
 
 from __future__ import annotations
 
@@ -176,14 +176,14 @@ def test_s7_rosnode_kill_ends_with_zero_velocity(ros: Ros) -> None:
 
 
 @pytest.mark.slow
-def test_s5_the_robot_stops_when_the_recogniser_is_killed(ros: Ros) -> None:
+def test_s5_the_robot_stops_when_the_recognizer_is_killed(ros: Ros) -> None:
     node, client = driving(ros)
     watching = ros.client("/cmd_vel")
     client.say("go forward")
     watching.wait_for_velocity(0.1, 0)
     client.kill()
     watching.wait_for_velocity(0, 0)
-    node.wait_for("no recogniser publishes on /recognizer/output: the robot stops")
+    node.wait_for("no recognizer publishes on /recognizer/output: the robot stops")
     another = ros.client()
     connect(another, node)
     another.say("go back")

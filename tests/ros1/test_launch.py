@@ -33,7 +33,7 @@ def hearing(
 
 
 def hears(client: Client, control: Program) -> bool:
-    """Whether the control runs, and has found the recogniser if it did not at once."""
+    """Whether the control runs, and has found the recognizer if it did not at once."""
     lost, found = (control.text.count(t) for t in ("the robot stops", "listening again"))
     return bool(client.velocities()) and lost == found
 
@@ -60,7 +60,7 @@ def test_roslaunch_calls_no_argument_required_that_is_not(file: str, ros: Ros) -
 
 
 @pytest.mark.slow
-def test_comandos_voz_is_the_recogniser_alone(ros_with_sound: Ros) -> None:
+def test_comandos_voz_is_the_recognizer_alone(ros_with_sound: Ros) -> None:
     ros = ros_with_sound
     ros.launch("comandos_voz.launch", "device:=pulse")
     client = ros.client("/recognizer/output", "/recognizer/trouble")
@@ -100,28 +100,28 @@ def test_control_voz_drives_the_simulator(ros_with_sound: Ros, one_process: str)
 
 
 @pytest.mark.slow
-def test_the_recogniser_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> None:
+def test_the_recognizer_is_killed_and_the_robot_stops(ros_with_sound: Ros) -> None:
     ros = ros_with_sound
-    recogniser = ros.node("recognizer")
+    recognizer = ros.node("recognizer")
     control = ros.node("control_voz", "_listening:=true", "_sound:=none")
     client = ros.client("/cmd_vel", "/recognizer/trouble")
     eventually(lambda: hears(client, control))
     speak_until(ros, lambda: client.velocities()[-1] == (0.1, 0), FORWARD)
-    recogniser.process.send_signal(signal.SIGSTOP)  # hangs, but its connections are there
+    recognizer.process.send_signal(signal.SIGSTOP)  # hangs, but its connections are there
     client.wait_for_velocity(0, 0)
-    control.wait_for("the recogniser does not answer: the robot stops")
-    recogniser.process.send_signal(signal.SIGCONT)
+    control.wait_for("the recognizer does not answer: the robot stops")
+    recognizer.process.send_signal(signal.SIGCONT)
     control.wait_for("waits for a command")
     speak_until(ros, lambda: client.velocities()[-1] == (0.1, 0), FORWARD)
-    recogniser.kill()
+    recognizer.kill()
     client.wait_for_velocity(0, 0)
-    control.wait_for("no recogniser publishes")
+    control.wait_for("no recognizer publishes")
 
 
 @pytest.mark.slow
 def test_each_command_is_logged_once_by_the_node_that_obeys_it(ros_with_sound: Ros) -> None:
     ros = ros_with_sound
-    recogniser = ros.node("recognizer")
+    recognizer = ros.node("recognizer")
     control = ros.node("control_voz", "_listening:=true", "_sound:=none")
     client = ros.client("/cmd_vel", "/recognizer/output", "/selected_object")
     eventually(lambda: hears(client, control))
@@ -131,7 +131,7 @@ def test_each_command_is_logged_once_by_the_node_that_obeys_it(ros_with_sound: R
         lambda: control.text.count("point beer") == client.of("/recognizer/output").count(published)
     )
     assert 'heard "point beer"' in control.text
-    assert "point beer" not in recogniser.text
+    assert "point beer" not in recognizer.text
 
 
 @pytest.mark.slow

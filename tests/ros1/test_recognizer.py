@@ -71,7 +71,7 @@ def test_start_and_stop_are_services_and_start_reads_the_parameters_again(
     node, client = heard_well(ros)
     assert ros.call("rosservice", "type", "/recognizer/stop").stdout.strip() == "std_srvs/Empty"
     assert ros.call("rosservice", "call", "/recognizer/stop").returncode == 0
-    stopped = {"data": "the recogniser was stopped by its service"}
+    stopped = {"data": "the recognizer was stopped by its service"}
     eventually(lambda: client.of("/recognizer/trouble")[-1] == stopped)
     speak(ros.environment, FORWARD)
     own = tmp_path / "own.txt"

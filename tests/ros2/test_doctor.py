@@ -16,7 +16,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 from programs import Program, wait_until
 
-from voz.doctor.ros2_base import Ros2Base
+from voz.apps.doctor.ros2_base import Ros2Base
 from voz.ros2 import messages
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2

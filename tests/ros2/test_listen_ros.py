@@ -1,4 +1,4 @@
-"""`voz run --listen-ros`: two recognisers for one robot, a microphone's and another program's."""
+"""`voz run --listen-ros`: two recognizers for one robot, a microphone's and another program's."""
 
 from __future__ import annotations
 

@@ -277,7 +277,7 @@ def test_a_base_finds_a_voz_that_starts_again(base: Base) -> None:
             node.wait_for(is_twist(velocity))
 
 
-def test_what_an_rclpy_node_recognises_is_heard(base: Base) -> None:
+def test_what_an_rclpy_node_recognizes_is_heard(base: Base) -> None:
     node, heard = base(), list[str]()
     with heard_on_ros(Ros2(), heard.append, heard.append):
 

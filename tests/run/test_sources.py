@@ -68,7 +68,7 @@ def test_a_command_comes_before_the_velocity_it_causes() -> None:
     ]
 
 
-def test_typed_text_is_normalised_and_unknown_text_is_not_accepted() -> None:
+def test_typed_text_is_normalized_and_unknown_text_is_not_accepted() -> None:
     events = of_type(typed(["  START   Speech\n", "open the door"]), Utterance)
     assert [(e.text, e.accepted, e.confidence) for e in events] == [
         ("start speech", True, 1.0),

@@ -23,7 +23,7 @@ from voz.audio.capture.files import read_sound
 from voz.audio.playback.mixing import RATE
 from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import festival
-from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesized
 from voz.speech.rendered import cached, is_cached
 from voz.speech.sound_client import MOST_RENDERED, SoundClient
 
@@ -74,7 +74,7 @@ def test_each_built_in_sound_is_heard(
     def alike() -> float:
         client.play(sound, blocking=True)
         loudspeaker.pass_by(0.2)
-        return likeness(at_16_khz(synthesised(sound)), loudspeaker.heard())
+        return likeness(at_16_khz(synthesized(sound)), loudspeaker.heard())
 
     assert best(alike, 0.95) > 0.95
 
@@ -111,7 +111,7 @@ def test_playing_a_sound_again_begins_it_anew_and_does_not_double_it(client: Sou
     client.wait()
     time.sleep(0.1)
     samples, _ = client.mixer.recent(3)
-    once = np.abs(at_16_khz(synthesised(BuiltinSound.NEEDS_PLUGGING)))
+    once = np.abs(at_16_khz(synthesized(BuiltinSound.NEEDS_PLUGGING)))
     assert np.abs(samples).max() < 1.2 * once.max()
     # Three attacks, one end: 0.2 s longer than one.
     sounding = np.flatnonzero(np.abs(samples) > 0.02)

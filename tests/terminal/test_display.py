@@ -12,10 +12,10 @@ from voz.events import Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.terminal.display import SHOWN, Display
 
 
-def shown(display: Display, colours: bool = False) -> str:
+def shown(display: Display, colors: bool = False) -> str:
     text = io.StringIO()
-    system = "standard" if colours else None
-    console = Console(file=text, width=90, force_terminal=colours, color_system=system)
+    system = "standard" if colors else None
+    console = Console(file=text, width=90, force_terminal=colors, color_system=system)
     console.print(display)
     return text.getvalue()
 
@@ -56,7 +56,7 @@ def test_it_shows_how_loud_the_room_is_and_how_far_the_speaker_stands_out_of_it(
     assert "-52 dB, the last speech 25 dB above it" in line_with("room", display)
     display.receive(heard("", accepted=False, above=9.0))
     assert "9 dB above it" in line_with("room", display)
-    assert "\x1b[33m, the last speech 9 dB" in shown(display, colours=True)
+    assert "\x1b[33m, the last speech 9 dB" in shown(display, colors=True)
 
 
 def test_what_is_refused_is_dimmed_and_says_what_it_may_have_been_and_why() -> None:
@@ -66,14 +66,14 @@ def test_what_is_refused_is_dimmed_and_says_what_it_may_have_been_and_why() -> N
     display.receive(refused)
     assert '(perhaps "turn left" 87%, unsure between "turn left" and' in shown(display)
     assert '"rotate left")' in shown(display)
-    assert "\x1b[2m(perhaps" in shown(display, colours=True)
+    assert "\x1b[2m(perhaps" in shown(display, colors=True)
 
 
 def test_what_was_understood_and_not_obeyed_is_dimmed_and_says_why() -> None:
     display = a_display()
     display.receive(heard("go back", obeyed=False, ignored="not_listening"))
     assert 'go back  not obeyed: say "start speech" first' in shown(display)
-    assert "\x1b[2mgo back" in shown(display, colours=True)
+    assert "\x1b[2mgo back" in shown(display, colors=True)
     display.receive(heard("go back", obeyed=False, ignored="robot_speaking"))
     assert "go back  not obeyed: the robot was speaking" in shown(display)
 
@@ -108,7 +108,7 @@ def test_only_what_is_wrong_stands_out() -> None:
     display = a_display()
     display.receive(Warning(1, "the microphone is gone"))
     display.receive(Warning(2, "listening again", good=True))
-    lines = shown(display, colours=True).splitlines()
+    lines = shown(display, colors=True).splitlines()
     yellow = [line for line in lines if "\x1b[33m" in line]
     assert [text in "".join(yellow) for text in ("microphone is gone", "again")] == [True, False]
     assert "listening again" in shown(display)
@@ -138,8 +138,8 @@ def test_the_bar_shows_the_level(peak: float, full: int, words: str) -> None:
 
 
 def test_the_bar_turns_red_before_the_microphone_clips() -> None:
-    assert "\x1b[31m█" in shown(a_display(0.9), colours=True)
-    assert "\x1b[32m█" in shown(a_display(0.5), colours=True)
+    assert "\x1b[31m█" in shown(a_display(0.9), colors=True)
+    assert "\x1b[32m█" in shown(a_display(0.5), colors=True)
 
 
 def test_it_says_whether_it_listens_to_which_microphone_and_what_stops_the_robot() -> None:

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import OverwriteOption, ProfileOption, Recognising, finite
+from voz.cli.options import OverwriteOption, ProfileOption, Recognizing, finite
 from voz.config import Config, overridden
 from voz.errors import ConfigError
 
 
 @dataclass
-class Decoding(Recognising):
+class Decoding(Recognizing):
     """The options of `voz decode`."""
 
     as_json: Annotated[
@@ -91,7 +91,7 @@ class Decoding(Recognising):
         return self.resume or self.retry_failed
 
     def settings(self, **others: Any) -> Config:
-        """As for all that recognise, with how many ears there are."""
+        """As for all that recognize, with how many ears there are."""
         settings = super().settings(**others)
         ears = None if self.ears is None else self.ears == 2
         return overridden(settings, {"recognition": {"second_ear": ears}})

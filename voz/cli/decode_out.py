@@ -9,17 +9,17 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from voz.batch.summary import Totals, results_of
+from voz.apps.batch.summary import Totals, results_of
 from voz.cli.progress import progress
 from voz.cli.terminal import tell
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
-    from voz.batch.fingerprint import Header
-    from voz.batch.inputs import Inputs
-    from voz.batch.many import Many
-    from voz.batch.places import Place
-    from voz.batch.rows import Outcome
+    from voz.apps.batch.fingerprint import Header
+    from voz.apps.batch.inputs import Inputs
+    from voz.apps.batch.many import Many
+    from voz.apps.batch.places import Place
+    from voz.apps.batch.rows import Outcome
     from voz.cli.decode_options import Decoding
 
 
@@ -72,11 +72,11 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
     """
     from msgspec.structs import replace
 
-    from voz.batch.fingerprint import digest_of
-    from voz.batch.inputs import shard_of
-    from voz.batch.output import Going, decode_into
-    from voz.batch.places import check_place, place_for
-    from voz.batch.remote import shown_name
+    from voz.apps.batch.fingerprint import digest_of
+    from voz.apps.batch.inputs import shard_of
+    from voz.apps.batch.output import Going, decode_into
+    from voz.apps.batch.places import check_place, place_for
+    from voz.apps.batch.remote import shown_name
 
     names = inputs.names
     if options.shard:
@@ -102,7 +102,7 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
 @contextmanager
 def _telling_how_to_go_on(output: Place) -> Iterator[None]:
     """Say, if a signal ends a `with` block, that nothing is lost."""
-    from voz.batch.places import journal_path
+    from voz.apps.batch.places import journal_path
 
     try:
         yield
@@ -117,15 +117,15 @@ def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
     results = list(results_of(inputs.clips, heard))
     if not results:
         return
-    from voz.evaluation.report import require_libraries
+    from voz.apps.evaluation.report import require_libraries
 
     try:
         require_libraries(pictures=False)
     except ConfigError as error:
         tell(f"no scores: {error}")
         return
-    from voz.evaluation.scores import score
-    from voz.evaluation.tables import as_text, main_tables
+    from voz.apps.evaluation.scores import score
+    from voz.apps.evaluation.tables import as_text, main_tables
 
     for table in main_tables(score(results), []):
         for line in ("", *as_text(table).split("\n")):

@@ -14,7 +14,7 @@ from voz.cli.terminal import put, show
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
-    from voz.doctor.finding import Finding
+    from voz.apps.doctor.finding import Finding
 
 REALLY = (
     "The base will turn on the spot at 0.2 rad/s, for up to 2.5 s. "
@@ -54,7 +54,7 @@ def doctor(
     driven = _driven(robots, yes) if base else None
     well = True
     with quiet_libraries():
-        from voz.doctor.everything import findings, stopping
+        from voz.apps.doctor.everything import findings, stopping
 
         for finding in findings(settings, robots, device):
             well = _told(finding, json) and well

@@ -17,15 +17,15 @@ from voz.cli.terminal import show, tell, with_bar
 from voz.files import check_new, check_not_read, check_writable
 
 if TYPE_CHECKING:
-    from voz.evaluation.engines import EngineChoice
-    from voz.evaluation.operating_points import OperatingPoint
-    from voz.evaluation.recognise import Task
-    from voz.evaluation.results import Result
+    from voz.apps.evaluation.engines import EngineChoice
+    from voz.apps.evaluation.operating_points import OperatingPoint
+    from voz.apps.evaluation.recognize import Task
+    from voz.apps.evaluation.results import Result
 
 ManifestsArgument = Annotated[
     list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
 ]
-RECOGNISING = "Recognising"
+RECOGNIZING = "Recognizing"
 """What the bar says while it goes on."""
 
 
@@ -49,12 +49,12 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
 
     Example: voz eval audio_fixtures/manifest.tsv --html report.html
     """
-    from voz.evaluation import report
-    from voz.evaluation.engines import EngineChoice
-    from voz.evaluation.noise import noise_options
-    from voz.evaluation.recognise import tasks_for
+    from voz.apps.evaluation import report
+    from voz.apps.evaluation.engines import EngineChoice
+    from voz.apps.evaluation.noise import noise_options
+    from voz.apps.evaluation.recognize import tasks_for
+    from voz.apps.recordings.manifest import read_manifests
     from voz.machine import machine
-    from voz.recordings.manifest import read_manifests
 
     report.require_libraries(pictures=options.html is not None)
     settings = options.settings()
@@ -65,13 +65,13 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     clips = read_manifests(manifests, streams=True)
     options.check([*manifests, *(clip.path for clip in clips), *noises])
     tasks = tasks_for(clips, noises, ratios, options.reverb)
-    recognised = _recognised(tasks, choice, options.jobs)
-    results = [result for _, result in recognised]
+    recognized = _recognized(tasks, choice, options.jobs)
+    results = [result for _, result in recognized]
     points = _operating_points(results, choice) if options.engine == "voz" else []
     asked = options.described(manifests, settings.recognition)
     made = datetime.now().astimezone().isoformat(timespec="seconds"), machine()
     evaluation = report.evaluate(results, asked, others, points, made)
-    put(evaluation, [task for task, _ in recognised], options)
+    put(evaluation, [task for task, _ in recognized], options)
     _tell_errors(results)
 
 
@@ -91,12 +91,12 @@ def fit_confidence(
 
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
-    from voz.evaluation import fit_confidence as fitting
-    from voz.evaluation.examples import check_talk, collect, description
-    from voz.evaluation.recognise import tasks_for
+    from voz.apps.evaluation import fit_confidence as fitting
+    from voz.apps.evaluation.examples import check_talk, collect, description
+    from voz.apps.evaluation.recognize import tasks_for
+    from voz.apps.recordings.manifest import read_manifests
     from voz.recognition.confidence_model import save_models
     from voz.recognition.thresholds import threshold_for
-    from voz.recordings.manifest import read_manifests
 
     clips = read_manifests(manifests, streams=True)
     check_writable(out)
@@ -104,7 +104,7 @@ def fit_confidence(
     check_new(out, overwrite)
     check_talk(clips)
     recordings = len(tasks_for(clips, [], [], room=False))
-    found = list(with_bar(collect(clips, lm, jobs), RECOGNISING, recordings))
+    found = list(with_bar(collect(clips, lm, jobs), RECOGNIZING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
     alone = [example for of_recording in found for example in of_recording.alone]
     fitted_on = [description(clips, name) for name in sorted({c.set for c in clips})]
@@ -122,13 +122,13 @@ def fit_confidence(
     show(f"written: {out}")
 
 
-def _recognised(
+def _recognized(
     tasks: Sequence[Task], choice: EngineChoice, jobs: int | None
 ) -> list[tuple[Task, Result]]:
-    """Recognise all recordings, with a bar that shows how far it is; gives each with its task."""
-    from voz.evaluation.recognise import recognise_all
+    """Recognize all recordings, with a bar that shows how far it is; gives each with its task."""
+    from voz.apps.evaluation.recognize import recognize_all
 
-    heard_in = with_bar(recognise_all(tasks, choice, jobs), RECOGNISING, len(tasks))
+    heard_in = with_bar(recognize_all(tasks, choice, jobs), RECOGNIZING, len(tasks))
     return [(task, one) for task, found in zip(tasks, heard_in, strict=True) for one in found]
 
 
@@ -142,7 +142,7 @@ def _tell_errors(results: Iterable[Result]) -> None:
 
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
-    from voz.evaluation.operating_points import operating_points
+    from voz.apps.evaluation.operating_points import operating_points
     from voz.language.files import read_commands
     from voz.recognition.recognizer import Recognizer
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import OverwriteOption, Recognising
+from voz.cli.options import OverwriteOption, Recognizing
 from voz.files import check_new, check_writable, shown_path
 from voz.printable import printable
 from voz.settings import Recognition
@@ -24,7 +24,7 @@ JobsOption = Annotated[
 
 
 @dataclass
-class Evaluating(Recognising):
+class Evaluating(Recognizing):
     """The options of `voz eval`."""
 
     html: Annotated[

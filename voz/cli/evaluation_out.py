@@ -11,10 +11,10 @@ from voz.cli.terminal import show, tell, write_text
 from voz.files import replaced, shown_path, told
 
 if TYPE_CHECKING:
+    from voz.apps.evaluation.plots import Plot
+    from voz.apps.evaluation.recognize import Task
+    from voz.apps.evaluation.report import Evaluation
     from voz.cli.evaluation_options import Evaluating
-    from voz.evaluation.plots import Plot
-    from voz.evaluation.recognise import Task
-    from voz.evaluation.report import Evaluation
 
 
 def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:
@@ -25,7 +25,7 @@ def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> N
         tasks: for each result the one that it is of.
         options: where it is wanted.
     """
-    from voz.evaluation import report
+    from voz.apps.evaluation import report
 
     if "-" not in (options.html, options.as_json):
         show(*report.to_text(evaluation).split("\n"))
@@ -46,10 +46,10 @@ def pictures_folder(page: Path) -> Path:
 
 def _put_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
     """Write the page, and its pictures beside it; gives what was written."""
-    from voz.evaluation.failures import failures
-    from voz.evaluation.page import to_html
-    from voz.evaluation.plots import pictures
-    from voz.evaluation.sounds import sounds_of
+    from voz.apps.evaluation.failures import failures
+    from voz.apps.evaluation.page import to_html
+    from voz.apps.evaluation.plots import pictures
+    from voz.apps.evaluation.sounds import sounds_of
 
     drawn = pictures(evaluation.curves, evaluation.scores.commands)
     sounds = sounds_of(failures(evaluation.results), tasks)

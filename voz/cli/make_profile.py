@@ -9,15 +9,22 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from voz.apps.recordings.enrollment import (
+    hear,
+    missing,
+    prompts,
+    read_kept,
+    read_recordings,
+    record,
+)
+from voz.apps.recordings.rows import MANIFEST
 from voz.audio.capture.microphone import open_microphone
 from voz.cli.terminal import show, warn
 from voz.errors import ConfigError
-from voz.hearing.enrolment import hear, missing, prompts, read_kept, read_recordings, record
 from voz.language.files import LanguageFiles, read_sentences
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
 from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile
-from voz.recordings.rows import MANIFEST
 from voz.settings import Recognition
 
 RECORDINGS = "recordings"
@@ -38,7 +45,7 @@ def make_profile(
         wav: a folder with recordings and their manifest; None records.
         device: the microphone, by its number or a part of its name; None is the default one.
         language: the language files.
-        settings: how the speaker is recognised.
+        settings: how the speaker is recognized.
 
     Raises:
         VozError: the name, the recordings or the microphone cannot be used.

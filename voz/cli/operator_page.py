@@ -14,12 +14,12 @@ from voz.errors import AudioError, ConfigError
 from voz.files import data_folder
 
 if TYPE_CHECKING:
+    from voz.apps.web.site import Site
     from voz.inbox import Inbox
     from voz.language.templates.commands import Commands
     from voz.robot.drawing.view import RoomView
     from voz.run.clocks import Clock
     from voz.run.live import Page
-    from voz.web.site import Site
 
 WITHOUT = (
     ", or use `--web` to speak into a browser, `--text -` to type commands, "
@@ -72,8 +72,8 @@ def page_site(options: Running) -> Iterator[Site]:
         ConfigError: it cannot be had, or a part of voz is not installed.
     """
     check_installed()
-    from voz.web.addresses import qr_code
-    from voz.web.site import open_site
+    from voz.apps.web.addresses import qr_code
+    from voz.apps.web.site import open_site
 
     authority = data_folder("certificates") if options.https else None
     with open_site(options.web_host, options.web_port, authority) as site:
@@ -97,8 +97,8 @@ def page_of(
         view: the simulated room, if there is one.
         microphone: the robot's own; None if the browser is one.
     """
-    from voz.web.operator_page import OperatorPage
-    from voz.web.picture import ReckonedPicture, RoomPicture
+    from voz.apps.web.operator_page import OperatorPage
+    from voz.apps.web.picture import ReckonedPicture, RoomPicture
 
     picture = RoomPicture(view.settings, view.state) if view else ReckonedPicture()
     return lambda inbox, clock: OperatorPage(

@@ -122,8 +122,8 @@ def _second_ear(settings: Config, language: LanguageFiles) -> str:
 
 
 @dataclass
-class Recognising(Common):
-    """The options of all subcommands that recognise speech."""
+class Recognizing(Common):
+    """The options of all subcommands that recognize speech."""
 
     search: Annotated[
         str | None,
@@ -142,7 +142,7 @@ class Recognising(Common):
     ] = None
 
     def settings(self, **others: Any) -> Config:
-        """As for all, with how speech is recognised."""
+        """As for all, with how speech is recognized."""
         recognition = {
             "search": self.search,
             "false_alarms_per_hour": self.false_alarms,

@@ -19,10 +19,10 @@ from voz.cli.terminal import LONGEST_LINE, tell
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
-    from voz.batch.fingerprint import Header
-    from voz.batch.inputs import Inputs
-    from voz.batch.many import Many
-    from voz.batch.tasks import Driving
+    from voz.apps.batch.fingerprint import Header
+    from voz.apps.batch.inputs import Inputs
+    from voz.apps.batch.many import Many
+    from voz.apps.batch.tasks import Driving
     from voz.language.files import LanguageFiles
 
 MEGABYTE = 1_000_000
@@ -74,8 +74,8 @@ def merge(
 
     Example: voz merge heard-*.jsonl --out heard.jsonl
     """
-    from voz.batch.merging import merge as merge_shards
-    from voz.batch.places import check_place, place_for
+    from voz.apps.batch.merging import merge as merge_shards
+    from voz.apps.batch.places import check_place, place_for
     from voz.files import check_not_read
 
     check_not_read([out], shards)
@@ -86,9 +86,9 @@ def merge(
 
 def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
     """Decode the sound that comes on standard input, and show it as it comes."""
-    from voz.batch.decoding import decode_blocks
-    from voz.batch.piped import piped_blocks
-    from voz.batch.rows import Nothing
+    from voz.apps.batch.decoding import decode_blocks
+    from voz.apps.batch.piped import piped_blocks
+    from voz.apps.batch.rows import Nothing
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile
 
@@ -105,14 +105,14 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
 
 def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
     """Decode recordings on all cores; tells whether some could not be read."""
-    from voz.batch.inputs import find_inputs
-    from voz.batch.places import place_for
-    from voz.batch.remote import shown_name
+    from voz.apps.batch.inputs import find_inputs
+    from voz.apps.batch.places import place_for
+    from voz.apps.batch.remote import shown_name
     from voz.cli.decode_out import keep
 
     inputs = find_inputs(paths, options.glob, _listed())
     if options.drive and not (options.resumes or options.overwrite):
-        from voz.batch.driving import check_undriven
+        from voz.apps.batch.driving import check_undriven
 
         check_undriven(options.drive, map(shown_name, inputs.names))
     header, many = _how(options, language)
@@ -125,9 +125,9 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
     """What the results hang on, and who decodes."""
     from msgspec.structs import replace
 
-    from voz.batch.fingerprint import digest_of, header_for
-    from voz.batch.many import Many
-    from voz.batch.tasks import Setup
+    from voz.apps.batch.fingerprint import digest_of, header_for
+    from voz.apps.batch.many import Many
+    from voz.apps.batch.tasks import Setup
     from voz.recognition.speaker.profiles import load_profile
 
     settings = options.settings().recognition
@@ -147,7 +147,7 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
 
 def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> Driving:
     """By which rules recordings drive; refuses a list that drives and cannot stop."""
-    from voz.batch.driving import driving
+    from voz.apps.batch.driving import driving
     from voz.language.files import name_of_list, read_commands
     from voz.run.commands import begins_listening, check_list
 
@@ -159,8 +159,8 @@ def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> Drivin
 
 def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
     """Decode recordings and show them in order."""
-    from voz.batch.inputs import shard_of
-    from voz.batch.output import in_order
+    from voz.apps.batch.inputs import shard_of
+    from voz.apps.batch.output import in_order
     from voz.cli.progress import progress
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
@@ -191,6 +191,6 @@ def _stdin() -> BufferedReader:
 
 def _is_sound() -> bool:
     """Whether a WAV comes on standard input, and no list."""
-    from voz.batch.piped import is_wav
+    from voz.apps.batch.piped import is_wav
 
     return is_wav(_stdin())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from voz.cli.terminal import put, show
 
 if TYPE_CHECKING:
-    from voz.batch.rows import Decoded, Row
+    from voz.apps.batch.rows import Decoded, Row
     from voz.cli.decode_options import Decoding
 
 
@@ -28,7 +28,7 @@ def _show_json(row: Row) -> None:
 
 
 def _show_row(row: Row, detailed: bool) -> None:
-    from voz.batch.rows import Nothing, Unreadable
+    from voz.apps.batch.rows import Nothing, Unreadable
 
     if isinstance(row, Unreadable):
         show(f"{'':>26} error {row.error}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -18,6 +19,7 @@ from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, tell, warn
 
 if TYPE_CHECKING:
+    from voz.apps.recordings.recorder import Recorder
     from voz.config import Config
     from voz.events import Receiver
     from voz.language.files import LanguageFiles
@@ -119,7 +121,6 @@ def _has_a_clock(options: Running, settings: Config) -> bool:
 
 def _plan(options: Running, settings: Config) -> RobotPlan:
     """Which robots there are; refuses, before the run, what cannot be written after it."""
-    from voz.recordings.bags import check_bag
     from voz.robot.robots import robot_names
 
     stream = sys.stderr if options.events == "-" else sys.stdout
@@ -136,6 +137,8 @@ def _plan(options: Running, settings: Config) -> RobotPlan:
     )
     plan.check()
     if options.bag:
+        from voz.apps.recordings.bags import check_bag
+
         check_bag(options.bag)
     return plan
 
@@ -159,9 +162,9 @@ def _run_live(
         plan.terminal,
         tell,
         robots.show,
-        options.record,
+        partial(_recorder, options.record, settings) if options.record else None,
         robots.view,
-        _other_recogniser(settings.ros2) if options.listen_ros else None,
+        _other_recognizer(settings.ros2) if options.listen_ros else None,
         robots.odometry,
         page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
     )
@@ -196,7 +199,7 @@ def _played(
         lines = open_text(options.text, parts)
         return lambda now: sources.lines_typed(lines, commands, now)
     if options.replay:
-        from voz.recordings.bags import read_sayings
+        from voz.apps.recordings.bags import read_sayings
 
         bag, sayings = options.replay, read_sayings(options.replay)
         return lambda _: sources.bag_replayed(bag, sayings, commands)
@@ -210,7 +213,6 @@ def _receivers(
 ) -> Iterator[Robots]:
     """Open the robots, and what else gets the events; by the clock they do not wait for that."""
     from voz.cli.event_log import event_log
-    from voz.recordings.bags import bag_of
     from voz.run.queued import Queued
 
     def written(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
@@ -219,12 +221,24 @@ def _receivers(
     with ExitStack() as parts:
         log = [written(options.events, event_log(options.events))] if options.events else []
         robots = parts.enter_context(robots_of(plan, settings, tell))
-        bag = [written(str(options.bag), bag_of(options.bag))] if options.bag else []
+        bag = [written(str(options.bag), _bag(options.bag))] if options.bag else []
         yield robots._replace(receivers=[*robots.receivers, *log, *bag])
 
 
-def _other_recogniser(settings: Ros2) -> Other:
-    """What lets the commands that another recogniser publishes on ROS 2 be obeyed."""
+def _bag(path: Path) -> AbstractContextManager[Receiver]:
+    from voz.apps.recordings.bags import bag_of
+
+    return bag_of(path)
+
+
+def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Recorder:
+    from voz.apps.recordings.recorder import Recorder
+
+    return Recorder(folder, settings.recording.gigabytes, warn)
+
+
+def _other_recognizer(settings: Ros2) -> Other:
+    """What lets the commands that another recognizer publishes on ROS 2 be obeyed."""
     from voz.ros2 import HEARD_ON_ROS, heard_on_ros
 
     return lambda typist, failed: heard_on_ros(
@@ -247,7 +261,7 @@ def _terminal(stream: TextIO) -> DrawnTerminal | None:
 def _recognizer(
     options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
-    """Load the recogniser; if it adapts, what it learns at this place is kept for later runs."""
+    """Load the recognizer; if it adapts, what it learns at this place is kept for later runs."""
     from voz.language.files import read_spoken
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import (

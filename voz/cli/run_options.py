@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import DeviceOption, ProfileOption, Recognising
+from voz.cli.options import DeviceOption, ProfileOption, Recognizing
 from voz.config import Config
 from voz.errors import ConfigError
 from voz.robot.kinds import ROBOTS
@@ -20,7 +20,7 @@ WebPortOption = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help=
 
 
 @dataclass
-class Running(Recognising):
+class Running(Recognizing):
     """The options of `voz run`."""
 
     wav: Annotated[
@@ -94,7 +94,7 @@ class Running(Recognising):
         bool, typer.Option("--https", help="Encrypt the page: for a phone's microphone.")
     ] = False
     listen_ros: Annotated[
-        bool, typer.Option("--listen-ros", help="Obey another recogniser on ROS 2, too.")
+        bool, typer.Option("--listen-ros", help="Obey another recognizer on ROS 2, too.")
     ] = False
     profile: ProfileOption = None
     adapt: Annotated[

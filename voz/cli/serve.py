@@ -9,13 +9,13 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import ProfileOption, Recognising, with_options
+from voz.cli.options import ProfileOption, Recognizing, with_options
 from voz.cli.terminal import tell
 from voz.errors import ConfigError
 
 
 @dataclass
-class Serving(Recognising):
+class Serving(Recognizing):
     """The options of `voz serve`."""
 
     wyoming: Annotated[
@@ -38,9 +38,9 @@ def serve(options: Serving) -> None:
         from voz.extras import how_to_install
 
         raise ConfigError(f"wyoming is not installed; {how_to_install('wyoming')}")
+    from voz.apps.wyoming.server import serve as serve_wyoming
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile
-    from voz.wyoming.server import serve as serve_wyoming
 
     settings = options.settings()
     language = options.language(settings)

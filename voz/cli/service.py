@@ -35,7 +35,7 @@ def install(
 
     Example: voz service install -- --robot console,ros2 --listening
     """
-    from voz.service import systemd
+    from voz.apps.service import systemd
 
     _check(options or [])
     if shown:
@@ -51,7 +51,7 @@ def uninstall() -> None:
 
     Example: voz service uninstall
     """
-    from voz.service import systemd
+    from voz.apps.service import systemd
 
     for done in systemd.uninstall():
         show(done)
@@ -63,7 +63,7 @@ def status() -> None:
 
     Example: voz service status
     """
-    from voz.service import systemd
+    from voz.apps.service import systemd
 
     told, runs = systemd.status()
     show(*told.splitlines())

@@ -28,11 +28,11 @@ def view(
     Example: voz view drive.jsonl
     """
     check_installed()
+    from voz.apps.recordings.sessions import read_session
+    from voz.apps.web.kept_page import show_session
+    from voz.apps.web.session import session_record
+    from voz.apps.web.site import open_site
     from voz.files import shown_path
-    from voz.recordings.sessions import read_session
-    from voz.web.kept_page import show_session
-    from voz.web.session import session_record
-    from voz.web.site import open_site
 
     record = session_record(str(shown_path(session)), read_session(session))
     with open_site(LOCAL, web_port, None) as site:

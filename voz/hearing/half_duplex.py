@@ -36,7 +36,7 @@ class PlayedSound(Protocol):
 
 
 class HalfDuplex:
-    """Stands between the microphone and the recogniser.
+    """Stands between the microphone and the recognizer.
 
     What is heard while the loudspeaker sounds is cleaned of its echo and given to a stream of its
     own, of which only the commands count that must not be missed; the others are told as ignored.

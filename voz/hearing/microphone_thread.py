@@ -21,7 +21,6 @@ from voz.hearing.sound_watch import MUTED_IN_MOTION, Silence, SoundWatch
 from voz.inbox import Inbox
 from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
-from voz.recordings.recorder import Recorder
 
 NO_BLOCK = 0.35
 """Without a block for so long nothing is heard any more, s: with the beat, half a second."""
@@ -77,6 +76,23 @@ class SoundFrom(NamedTuple):
     source: str = MICROPHONE
 
 
+class SoundRecorder(Protocol):
+    """Keeps what a microphone gave and what was understood of it."""
+
+    @property
+    def note(self) -> str:
+        """What the user is to see all the time; empty if nothing is recorded any more."""
+
+    def feed(self, block: Samples) -> None:
+        """Take the next samples, 16 kHz; it never waits."""
+
+    def mark(self, utterance: Utterance, begun: float) -> None:
+        """Keep an utterance of a stream that began at that time of the run, s."""
+
+    def end_stream(self) -> None:
+        """What follows is another stream."""
+
+
 def sound_card(device: str | None) -> SoundFrom:
     """A microphone of this computer: its number or a part of its name; None is the default one."""
     return SoundFrom(partial(open_microphone, device))
@@ -103,7 +119,7 @@ class Hearing:
         clock: Callable[[], float],
         loudspeaker: PlayedSound | None = None,
         never_missed: Collection[str] = (),
-        recorder: Recorder | None = None,
+        recorder: SoundRecorder | None = None,
     ) -> None:
         """Prepare to listen.
 
@@ -182,7 +198,7 @@ class Hearing:
             except VozError as error:
                 self._lose(str(error))
             except BaseException as error:  # whatever it is, the robot must not drive on unheard
-                self._lose(f"the recogniser fails ({error!r})")
+                self._lose(f"the recognizer fails ({error!r})")
             if self._recorder:
                 self._recorder.end_stream()
             self._opened.set()

@@ -29,7 +29,7 @@ def draw(
     """Draw how alike all commands sound, as a matrix.
 
     Args:
-        commands: normalised sentences, each once.
+        commands: normalized sentences, each once.
         pronunciations: the pronunciations of each of their words.
         path: the picture; its ending decides between PNG and SVG.
         distances: how far apart the phones are; None for those of English.
@@ -59,7 +59,7 @@ def draw(
 
 def _draw_matrix(figure: Figure, commands: Sequence[str], cells: list[list[float]]) -> None:
     axes = figure.add_subplot()
-    # Two commands are rarely under 0.4: with colours from 0 on all would be the same red.
+    # Two commands are rarely under 0.4: with colors from 0 on all would be the same red.
     image = axes.imshow(cells, cmap="YlOrRd", vmin=0.4, vmax=1.0)
     figure.colorbar(image, shrink=0.8)
     places = range(len(commands))
@@ -67,10 +67,10 @@ def _draw_matrix(figure: Figure, commands: Sequence[str], cells: list[list[float
     axes.set_yticks(places, commands)
     for row, column in permutations(places, 2):
         alike = cells[row][column]
-        colour, weight = ("white", "bold") if alike >= RISKY else ("black", "normal")
+        color, weight = ("white", "bold") if alike >= RISKY else ("black", "normal")
         axes.text(
             column, row, f"{alike:.2f}", ha="center", va="center", fontsize=8,
-            color=colour, weight=weight,
+            color=color, weight=weight,
         )  # fmt: skip
     axes.set_title("How alike the commands sound; bold: worth a warning")
 

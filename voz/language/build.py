@@ -107,7 +107,7 @@ def generate(
     """Generate the contents of all language files. Does no I/O.
 
     Args:
-        sentences: normalised sentences, each once: all, or of very many some.
+        sentences: normalized sentences, each once: all, or of very many some.
         entries: the pronunciations of all their words, sorted by word.
         grammar: that of all sentences, where only some are given.
         templates: what templates were compiled to; None for a plain list.

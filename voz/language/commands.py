@@ -1,4 +1,4 @@
-"""The command list: parse it, normalise it, refuse what cannot be spoken. Does no I/O."""
+"""The command list: parse it, normalize it, refuse what cannot be spoken. Does no I/O."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class CommandList:
 
     Attributes:
         name: what messages call the list, mostly its path.
-        sentences: the commands, normalised, each once, in the order of the list.
+        sentences: the commands, normalized, each once, in the order of the list.
         lines: the line in which each sentence stands, counted from 1.
         warnings: what the user should know, one line each.
     """
@@ -53,7 +53,7 @@ class CommandList:
         return places
 
 
-def normalise(text: str) -> str:
+def normalize(text: str) -> str:
     """Bring a command, from a list or typed, into the one form that all parts compare.
 
     Returns:
@@ -88,7 +88,7 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     repeats: list[str] = []
     for number, text in text_lines(data, name):
         _check_sentence(text, f"{name}:{number}")
-        sentence = normalise(text)
+        sentence = normalize(text)
         first = lines.setdefault(sentence, number)
         if first != number:
             repeats.append(

@@ -1,6 +1,6 @@
 """Which commands sound alike to the acoustic model; pure.
 
-The distance of two commands is what the recogniser would lose, in log-likelihood for each frame,
+The distance of two commands is what the recognizer would lose, in log-likelihood for each frame,
 by taking one for the other: each phone that is said is explained by the phones of the other
 command, in order, and lasts as long as it does. So it is no plain edit distance: a hidden Markov
 model stretches a phone over as many frames as it likes for nothing but the mismatch, and skips
@@ -65,7 +65,7 @@ def sound_alike(
     """Find the pairs of commands that sound alike.
 
     Args:
-        commands: normalised sentences, each once.
+        commands: normalized sentences, each once.
         pronunciations: the pronunciations of each of their words, such as "K OW L AH".
         at_least: how alike a pair must be, 0 to 1; the higher, the faster.
         distances: how far apart the phones are; None for those of English.
@@ -146,7 +146,7 @@ def _loss(said: _Spoken, taken: _Spoken, distances: Distances, farthest: float) 
 
     Dynamic programming: `losses[n]` is the least loss if, of what was said so far, n phones of
     `taken` are the explanation. A phone that was said is explained by the next phone of `taken`
-    or by a neighbour of that place; a phone of `taken` that nobody said takes its least frames
+    or by a neighbor of that place; a phone of `taken` that nobody said takes its least frames
     from what was said around it. A loss above `farthest` is not computed to its end.
     """
     costs = [[distances.apart[phone][other] for other in taken.phones] for phone in said.phones]

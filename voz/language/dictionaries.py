@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_text, shown_path
-from voz.language.commands import normalise
+from voz.language.commands import normalize
 from voz.language.lexicon import PRONUNCIATIONS, LexiconEntry
 
 ADVICE = "give a dictionary in CMUSphinx's format: a word and its phones a line"
@@ -62,7 +62,7 @@ def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str,
         if strange or not said:
             what = f'the acoustic model has no phone "{strange[0]}"' if strange else "has no phones"
             raise LanguageError(f"{shown_path(path)}:{number}: {what}; {ADVICE}")
-        match = _NAME.fullmatch(normalise(word))
+        match = _NAME.fullmatch(normalize(word))
         assert match  # it is not empty
         found.setdefault(match[1], {})[" ".join(said)] = None
     if not found:
@@ -92,7 +92,7 @@ def read_rules(path: Path, phones: Collection[str]) -> Rules:
             raise LanguageError(f'{where}: "{letters}" is no letter, or there twice')
         if strange := [phone for phone in said if phone not in phones]:
             raise LanguageError(f'{where}: the acoustic model has no phone "{strange[0]}"')
-        found[normalise(letters)] = tuple(said)
+        found[normalize(letters)] = tuple(said)
     if not found:
         raise LanguageError(f"{shown_path(path)}: holds no rule; {RULES_ADVICE}")
     return Rules(found, max(map(len, found)))

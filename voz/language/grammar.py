@@ -24,7 +24,7 @@ def jsgf(sentences: Iterable[str]) -> str:
     """Write the grammar that accepts some sentences and no other.
 
     Args:
-        sentences: normalised sentences, one word or more in each.
+        sentences: normalized sentences, one word or more in each.
 
     Returns:
         The text of a JSGF file with one public rule, `<command>`.

@@ -13,7 +13,7 @@ from itertools import combinations, pairwise, product
 from pathlib import Path
 
 from voz.errors import CommandsError
-from voz.language.commands import LETTER, normalise, text_lines
+from voz.language.commands import LETTER, normalize, text_lines
 from voz.language.letter_to_sound import FestivalError
 
 # What the acoustic model knows.
@@ -117,7 +117,7 @@ def parse_pronunciations(
         where = f"{name}:{number}"
         word, *phones = text.split()
         pattern = _ENGLISH_WORD if phones_known is None else _USER_WORD
-        match = pattern.fullmatch(normalise(word))
+        match = pattern.fullmatch(normalize(word))
         if not match:
             raise CommandsError(
                 f"{where}: {word!a} is no word; write a word of the letters a to z, "

@@ -15,12 +15,12 @@ from voz.language.confusion import UNLIKE, AlikePair
 from voz.language.phone_distances import Distances
 from voz.language.templates.commands import Commands
 from voz.language.templates.distances import WordDistances
-from voz.language.templates.neighbours import Near, nearest
+from voz.language.templates.neighbors import Near, nearest
 
 LOOKED_AT = 60
-"""Sentences of a long list that are compared with their neighbours; it takes a second or two."""
+"""Sentences of a long list that are compared with their neighbors; it takes a second or two."""
 
-NEIGHBOURS = 50
+NEIGHBORS = 50
 """Of each: most of them may be the same sentence with another number in it."""
 
 USUAL_FRAMES = 85.0
@@ -47,7 +47,7 @@ def pairs_of_many(
     sound = WordDistances(spellings, distances)
     found: dict[frozenset[str], AlikePair] = {}
     for sentence in _drawn(commands):
-        for near in nearest(commands.network, sentence.split(), sound, NEIGHBOURS):
+        for near in nearest(commands.network, sentence.split(), sound, NEIGHBORS):
             pair = _pair(sentence, near, sound)
             words = words_that_differ(pair)
             if words not in found or pair.alike > found[words].alike:

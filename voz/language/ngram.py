@@ -37,7 +37,7 @@ def arpa(sentences: Sequence[str]) -> str:
     """Compute the trigram model of some sentences.
 
     Args:
-        sentences: normalised sentences, one word or more in each.
+        sentences: normalized sentences, one word or more in each.
 
     Returns:
         The model as the text of an ARPA file.

@@ -66,7 +66,7 @@ class Linear(NamedTuple):
 
 
 class ConformerBlock(NamedTuple):
-    """A Conformer block: its layers, and the scale and shift of the normalisations before them."""
+    """A Conformer block: its layers, and the scale and shift of the normalizations before them."""
 
     norms: Mapping[str, Linear]
     layers: Mapping[str, Linear]
@@ -112,7 +112,7 @@ class PhonemeNetwork:
         """
         missing = max(0, SHORTEST - len(samples))
         bands = self._spectra(np.pad(samples, (0, missing)))
-        x = _gelu(_neighbours(bands) @ self._first.weight + self._first.bias)
+        x = _gelu(_neighbors(bands) @ self._first.weight + self._first.bias)
         for block in self._blocks:
             x = _through(block, x)
         x = x @ self._last.weight + self._last.bias
@@ -136,11 +136,11 @@ def _through(block: ConformerBlock, x: Floats) -> Floats:
     x = x + _attention(block, x)
     x = x + _convolution(block, x)
     x = x + half * _feed_forward(block, "ffn2", x)
-    return _normalised(x, block.norms["last.norm"])
+    return _normalized(x, block.norms["last.norm"])
 
 
 def _feed_forward(block: ConformerBlock, name: str, x: Floats) -> Floats:
-    inner = _applied(block.layers[f"{name}.fc1"], _normalised(x, block.norms[f"{name}.norm"]))
+    inner = _applied(block.layers[f"{name}.fc1"], _normalized(x, block.norms[f"{name}.norm"]))
     return _applied(block.layers[f"{name}.fc2"], inner * _sigmoid(inner))
 
 
@@ -148,7 +148,7 @@ def _attention(block: ConformerBlock, x: Floats) -> Floats:
     """Every moment asks all the others, in each head; there is no notion of their places."""
     moments, width = x.shape
     size = width // HEADS
-    found = _applied(block.layers["attn.in_proj"], _normalised(x, block.norms["attn.norm"]))
+    found = _applied(block.layers["attn.in_proj"], _normalized(x, block.norms["attn.norm"]))
     asked, keys, values = found.reshape(moments, 3, HEADS, size).transpose(1, 2, 0, 3)
     alike = asked @ keys.transpose(0, 2, 1) / np.float32(math.sqrt(size))
     shares = np.exp(alike - alike.max(axis=2, keepdims=True))
@@ -160,7 +160,7 @@ def _attention(block: ConformerBlock, x: Floats) -> Floats:
 def _convolution(block: ConformerBlock, x: Floats) -> Floats:
     """Channels one by one over time, between two that mix them; half of the first are gates."""
     moments, width = x.shape
-    found = _applied(block.layers["conv.pointwise1"], _normalised(x, block.norms["conv.norm"]))
+    found = _applied(block.layers["conv.pointwise1"], _normalized(x, block.norms["conv.norm"]))
     gated = found[:, :width] * _sigmoid(found[:, width:])
     padded = np.pad(gated, ((DEPTHWISE // 2, DEPTHWISE // 2), (0, 0)))
     deep = block.layers["conv.depthwise"]
@@ -171,7 +171,7 @@ def _convolution(block: ConformerBlock, x: Floats) -> Floats:
     return _applied(block.layers["conv.pointwise2"], total * _sigmoid(total))
 
 
-def _neighbours(bands: Floats) -> Floats:
+def _neighbors(bands: Floats) -> Floats:
     """Put every other spectrum beside the ones before and after it."""
     padded = np.pad(bands, ((1, 1), (0, 0)))
     return np.concatenate([padded[place : place + len(bands) : 2] for place in range(3)], axis=1)
@@ -183,12 +183,12 @@ def _applied(layer: Linear, x: Floats) -> Floats:
     return found
 
 
-def _normalised(x: Floats, scale: Linear) -> Floats:
-    centred: Floats = x - x.mean(axis=1, keepdims=True)
-    variance = np.einsum("ij,ij->i", centred, centred) / x.shape[1]
-    centred /= np.sqrt(variance + np.float32(TINY))[:, np.newaxis]
-    normalised: Floats = centred * scale.weight + scale.bias
-    return normalised
+def _normalized(x: Floats, scale: Linear) -> Floats:
+    centered: Floats = x - x.mean(axis=1, keepdims=True)
+    variance = np.einsum("ij,ij->i", centered, centered) / x.shape[1]
+    centered /= np.sqrt(variance + np.float32(TINY))[:, np.newaxis]
+    normalized: Floats = centered * scale.weight + scale.bias
+    return normalized
 
 
 def _sigmoid(x: Floats) -> Floats:

@@ -167,7 +167,7 @@ class Recognizer:
         return Listener(self.stream(ARRAY), rate)
 
     def decode(self, array: npt.ArrayLike, rate: float | None = None) -> list[Utterance]:
-        """Recognise a whole recording in an array.
+        """Recognize a whole recording in an array.
 
         Args:
             array: samples, or samples x channels: int16, or floats from -1 to 1.
@@ -182,7 +182,7 @@ class Recognizer:
         return list(self.utterances([converted(array, rate)], ARRAY))
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
-        """Recognise one recording; unless it is learning, as if there were no other.
+        """Recognize one recording; unless it is learning, as if there were no other.
 
         Args:
             blocks: its samples, 16 kHz, in blocks of any size.

@@ -43,5 +43,5 @@ class Shortlist:
             return self._commands.listed
         if not text:
             return self.never_missed
-        near = self._commands.neighbours(text, self._most, self._sound)
+        near = self._commands.neighbors(text, self._most, self._sound)
         return list(dict.fromkeys([text, *self.never_missed, *near]))[: self._most]

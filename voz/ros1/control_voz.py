@@ -1,4 +1,4 @@
-"""The node `control_voz`: drives by what any recogniser publishes as strings."""
+"""The node `control_voz`: drives by what any recognizer publishes as strings."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from voz.run.commands import check_list
 from voz.run.text_commands import TextCommands
 
 STALE = 0.35
-"""Without a word from a recogniser that tells how it is, s; with the beat, half a second."""
+"""Without a word from a recognizer that tells how it is, s; with the beat, half a second."""
 
 
 class RemoteEars:
-    """What a recogniser publishes, as messages in an inbox, and whether there is one.
+    """What a recognizer publishes, as messages in an inbox, and whether there is one.
 
     Attributes:
         source: the topic, with its namespace.
@@ -62,9 +62,9 @@ class RemoteEars:
         # no socket then.
         if not any(connection.socket for connection in self._words.impl.connections):
             self._told = None  # the next one may be another
-            return f"no recogniser publishes on {self.source}"
+            return f"no recognizer publishes on {self.source}"
         if self._told is not None and time.monotonic() - self._told > STALE:
-            return "the recogniser does not answer"
+            return "the recognizer does not answer"
         silent = self._silence.trouble(self._problem == SILENT, moving)
         return silent or (self._problem if self._problem != SILENT else None) or None
 
@@ -77,7 +77,7 @@ class RemoteEars:
 
 
 def plain(table: CommandTable) -> Commands:
-    """All commands of the table, as a list: any recogniser may publish them."""
+    """All commands of the table, as a list: any recognizer may publish them."""
     return plain_commands(sorted({name for names in table.sets.values() for name in names}))
 
 

@@ -25,10 +25,10 @@ def make_hearing(
     clock: Callable[[], float],
     loudspeaker: Mixer | None = None,
 ) -> Hearing:
-    """Read the node's parameters and load the recogniser; its `with` block listens.
+    """Read the node's parameters and load the recognizer; its `with` block listens.
 
     Args:
-        settings: how it is recognised, and whether while the robot speaks.
+        settings: how it is recognized, and whether while the robot speaks.
         inbox: where what is heard goes.
         clock: the time of the run, s.
         loudspeaker: what this process lets the robot say, which the microphone hears too.

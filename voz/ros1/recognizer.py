@@ -24,7 +24,7 @@ from voz.run.clocks import WallClock
 BEAT = 0.1
 """How often `~trouble` says that all is well, s."""
 
-STOPPED = "the recogniser was stopped by its service"
+STOPPED = "the recognizer was stopped by its service"
 
 
 class _Ears:
@@ -60,7 +60,7 @@ class _Ears:
         return hearing.trouble(moving=True) or "" if hearing else STOPPED
 
 
-def recognise(node: Ros1Node) -> None:
+def recognize(node: Ros1Node) -> None:
     """Publish what is understood until the node is ended."""
     import rospy
     from std_msgs.msg import String
@@ -130,7 +130,7 @@ def _service(act: Callable[[], None]) -> Callable[[Any], Any]:
 
 def main() -> NoReturn:
     """Run the node."""
-    run_node("recognizer", recognise)
+    run_node("recognizer", recognize)
 
 
 if __name__ == "__main__":

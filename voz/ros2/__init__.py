@@ -8,7 +8,7 @@ try:
 except ImportError as error:
     raise RobotError(f"ROS 2 needs cyclonedds ({error}); {how_to_install('ros2')}") from error
 
-from voz.ros2.other_recogniser import HEARD_ON_ROS, heard_on_ros
+from voz.ros2.other_recognizer import HEARD_ON_ROS, heard_on_ros
 from voz.ros2.robot import Ros2Robot
 
 __all__ = ["HEARD_ON_ROS", "Ros2Robot", "heard_on_ros"]

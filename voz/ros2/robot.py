@@ -18,7 +18,7 @@ from voz.ros2.goals import Goals
 from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 from voz.ros2.odometry import Ros2OdometryListener, Ros2OdometryPublisher
-from voz.ros2.other_recogniser import HEARD_ON_ROS
+from voz.ros2.other_recognizer import HEARD_ON_ROS
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple, Protocol, TypeAlias
 
 from rich.console import RenderableType
@@ -14,10 +13,9 @@ from voz.config import Config
 from voz.control.bound import Place
 from voz.events import Event, Receiver
 from voz.hearing.half_duplex import PlayedSound
-from voz.hearing.microphone_thread import Hearing, SoundFrom, sound_card
+from voz.hearing.microphone_thread import Hearing, SoundFrom, SoundRecorder, sound_card
 from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
-from voz.recordings.recorder import Recorder
 from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
 from voz.run.clocks import Clock, WallClock
 from voz.run.drive import Controller
@@ -33,7 +31,7 @@ Typist: TypeAlias = Callable[[str, str], None]
 """Obeys a sentence; the second is its source."""
 
 Other: TypeAlias = Callable[[Typist, Callable[[str], None]], AbstractContextManager[None]]
-"""Another recogniser, given what obeys it, and what to tell why it is heard no more."""
+"""Another recognizer, given what obeys it, and what to tell why it is heard no more."""
 
 
 class Page(Protocol):
@@ -73,7 +71,7 @@ class Shown(NamedTuple):
     mixer: PlayedSound | None
     recognizer: Recognizer
     settings: Config
-    recorder: Recorder | None
+    recorder: SoundRecorder | None
 
 
 class Seat(NamedTuple):
@@ -85,9 +83,9 @@ class Seat(NamedTuple):
         terminal: draws the display, if there is somebody to see it.
         tell: where there is no display, takes the line that it listens.
         show: takes each line that a program of a command prints, on any thread.
-        record: the folder in which what is heard is kept.
+        record: opens what keeps what is heard; given what to tell if it cannot.
         extra: what the terminal shows besides.
-        also: another recogniser, whose sentences are obeyed.
+        also: another recognizer, whose sentences are obeyed.
         odometry: tells where the robot is at a time of the run, s, without waiting.
         page: makes a page that shows the run, from where its commands go and the time.
     """
@@ -97,7 +95,7 @@ class Seat(NamedTuple):
     terminal: DrawnTerminal | None = None
     tell: Callable[[str], None] = lambda _: None
     show: Callable[[str], None] = lambda _: None
-    record: Path | None = None
+    record: Callable[[Callable[[str], None]], AbstractContextManager[SoundRecorder]] | None = None
     extra: RenderableType | None = None
     also: Other | None = None
     odometry: Callable[[float], Place | None] = lambda _: None
@@ -131,7 +129,7 @@ def run_live(
     texts = TextCommands(lambda: recognizer.commands, inbox, clock.now)
     with ExitStack() as parts:
         page = seat.page(inbox, clock) if seat.page else None
-        recorder = parts.enter_context(_recorder(seat, settings, warn))
+        recorder = parts.enter_context(seat.record(warn) if seat.record else nullcontext())
         speaker = parts.enter_context(speaking(settings.speech, table.replies, warn))
         mixer = speaker.mixer if speaker else None
         own = mixer if settings.speech.half_duplex else None
@@ -172,20 +170,8 @@ def _unheard(inbox: Inbox, clock: Clock, why: str) -> None:
     warner(inbox, clock)(f"{why}: the robot stops")
 
 
-@contextmanager
-def _recorder(
-    seat: Seat, settings: Config, warn: Callable[[str], None]
-) -> Iterator[Recorder | None]:
-    """What keeps what is heard, for a `with` block; None if nobody wants it kept."""
-    if seat.record is None:
-        yield None
-        return
-    with Recorder(seat.record, settings.recording.gigabytes, warn) as recorder:
-        yield recorder
-
-
 def _display(
-    seat: Seat, drive: Controller, hearing: Hearing, line: Line, recorder: Recorder | None
+    seat: Seat, drive: Controller, hearing: Hearing, line: Line, recorder: SoundRecorder | None
 ) -> Display:
     return Display(
         hearing,
@@ -216,6 +202,6 @@ def _ready(microphone: str, seat: Seat) -> str:
     """Say that it listens, to whom, and what to do first."""
     sources = [f"the microphone {microphone}"]
     sources += ["typed commands"] if somebody_types() else []
-    sources += ["another recogniser"] if seat.also else []
+    sources += ["another recognizer"] if seat.also else []
     first = "" if seat.listening else '; say "start speech" first'
     return f"listening to {' and '.join(sources)}{first}"

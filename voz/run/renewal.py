@@ -24,7 +24,7 @@ State: TypeAlias = tuple[int, int] | None
 def renewing(
     recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]
 ) -> Iterator[None]:
-    """Let a recogniser have the newest commands of its folder, for a `with` block.
+    """Let a recognizer have the newest commands of its folder, for a `with` block.
 
     It is loaded on a thread of its own while the old one goes on hearing.
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError
 from voz.events import Utterance, Warning, later
 from voz.files import shown_path
-from voz.language.commands import normalise
+from voz.language.commands import normalize
 from voz.language.templates.commands import Commands
 from voz.recognition.recognizer import Recognizer
-from voz.recordings.bags import Sayings
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item
 
@@ -29,6 +29,20 @@ LONGEST = 200
 
 NO_COMMAND = ("", "-")
 """Typed lines that only let a beat pass."""
+
+
+class Saying(NamedTuple):
+    """A sentence that a recognizer published: when, s after the bag begins, and what."""
+
+    t: float
+    text: str
+
+
+class Sayings(NamedTuple):
+    """All sentences in a bag, in order, and how long the bag is, s."""
+
+    said: list[Saying]
+    seconds: float
 
 
 def lines_typed(
@@ -44,7 +58,7 @@ def lines_typed(
     beats = 0
     for line in lines:
         beats = max(beats, beats_before(now()))
-        text = normalise(line[:LONGEST])
+        text = normalize(line[:LONGEST])
         if text not in NO_COMMAND:
             yield typed(text, commands, beats / BEATS_PER_SECOND)
         beats += 1
@@ -92,7 +106,7 @@ def bag_replayed(path: Path, sayings: Sayings, commands: Commands) -> Iterator[I
     """
     end = sayings.seconds
     for t, said in sayings.said:
-        text = normalise(said[:LONGEST])
+        text = normalize(said[:LONGEST])
         yield typed(text, commands, t, shown_path(path))
         end = max(end, t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end
@@ -102,7 +116,7 @@ def typed(text: str, commands: Commands, now: float, source: str = TYPED) -> Utt
     """Make an utterance of a sentence that comes as text.
 
     Args:
-        text: the sentence, normalised; it may have digits and a full stop.
+        text: the sentence, normalized; it may have digits and a full stop.
         commands: what may be said; else it is not accepted, and told what was meant perhaps.
         now: the time, s.
         source: where it comes from.

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 
 from voz.inbox import Inbox
-from voz.language.commands import normalise
+from voz.language.commands import normalize
 from voz.language.templates.commands import Commands
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 
@@ -40,7 +40,7 @@ class TextCommands:
             text: with capitals, digits and a full stop if it likes.
             source: where it comes from.
         """
-        text = normalise(text[:LONGEST])
+        text = normalize(text[:LONGEST])
         if text in NO_COMMAND:
             return
         commands, now = self._commands(), self._now()

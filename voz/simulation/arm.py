@@ -1,4 +1,4 @@
-"""An arm of two links on the robot's centre: which angles point at a place, and where it then is.
+"""An arm of two links on the robot's center: which angles point at a place, and where it then is.
 
 The shoulder pans (rad, to the left of the robot's front) and tilts (rad, up from the horizontal);
 the elbow bends the forearm further up (rad, 0 is straight).

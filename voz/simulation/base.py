@@ -10,7 +10,7 @@ SETTLED = 0.001
 
 
 class Pose2D(NamedTuple):
-    """Where the robot's centre is (m) and where it looks (rad, to the left of the x axis)."""
+    """Where the robot's center is (m) and where it looks (rad, to the left of the x axis)."""
 
     x: float
     y: float

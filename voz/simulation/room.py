@@ -23,7 +23,7 @@ def gap_to_walls(x: float, y: float, radius: float, room: tuple[float, float]) -
     """Free way from a circle to the nearest wall, m; below 0 it is in the wall.
 
     Args:
-        x: centre of the circle, m.
+        x: center of the circle, m.
         y: the same.
         radius: of the circle, m.
         room: where the far corner is, m; the near one is the origin.

@@ -79,7 +79,7 @@ MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
 
 
 @functools.cache
-def synthesised(sound: BuiltinSound) -> Wave:
+def synthesized(sound: BuiltinSound) -> Wave:
     """Make the samples of a sound, at `RATE`; it begins and ends with silence."""
     return np.concatenate([_tone(note) for note in MELODIES[sound]])
 

@@ -19,7 +19,7 @@ from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.mixing import RATE, from_first_audible
 from voz.errors import AudioError, SpeechError, VozError
 from voz.records import check_is_a
-from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesised
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesized
 from voz.speech.espeak import PREFIX
 from voz.speech.festival import check_known, speakable
 from voz.speech.orders import Key, Order, Orders
@@ -223,7 +223,7 @@ class SoundClient:
     def _play_builtin(self, sound: int, volume: float, repeats: bool) -> Order:
         known = BuiltinSound(sound)
         order = self._orders.place(("builtin", known.name), volume, repeats)
-        self._orders.begin(order, synthesised(known))
+        self._orders.begin(order, synthesized(known))
         return order
 
     def _play_wave(self, sound: str | os.PathLike[str], volume: float, repeats: bool) -> Order:

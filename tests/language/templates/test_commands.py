@@ -15,7 +15,7 @@ from voz.language.templates.commands import Commands, plain_commands
 from voz.language.templates.distances import Letters, WordDistances
 from voz.language.templates.fsg import as_fsg
 from voz.language.templates.grammar import structured_jsgf
-from voz.language.templates.neighbours import nearest
+from voz.language.templates.neighbors import nearest
 from voz.language.templates.network import tree
 
 WORD = st.sampled_from(["go", "stop", "back", "left", "up"])
@@ -92,12 +92,12 @@ def test_what_is_no_sentence_has_no_parse(text: str) -> None:
 
 @settings(max_examples=30)
 @given(FILE, st.integers(0, 5))
-def test_neighbours_are_other_sentences(text: str, number: int) -> None:
+def test_neighbors_are_other_sentences(text: str, number: int) -> None:
     commands = commands_or_none(text)
     if commands:
         sound = WordDistances({word: [["S", "T", "AA", "P"]] for word in commands.vocabulary})
         sentence = commands.sample(1)[0]
-        near = commands.neighbours(sentence, number, sound)
+        near = commands.neighbors(sentence, number, sound)
         assert len(set(near)) == len(near) <= number
         assert sentence not in near
         assert set(near) <= set(commands)
@@ -229,7 +229,7 @@ def test_the_nearest_in_sound_come_first() -> None:
             "green": [["G", "R", "IY", "N"]],
         }
     )
-    assert commands.neighbours("bring the red cup", 2, sound) == [
+    assert commands.neighbors("bring the red cup", 2, sound) == [
         "bring the bed cup",
         "bring the green cup",
     ]
@@ -242,7 +242,7 @@ def test_the_sentences_of_a_command_are_found_the_shortest_first() -> None:
 
 
 @given(st.sets(st.lists(WORD, min_size=1, max_size=4).map(" ".join), min_size=2))
-def test_all_that_differ_in_one_word_are_neighbours(sentences: set[str]) -> None:
+def test_all_that_differ_in_one_word_are_neighbors(sentences: set[str]) -> None:
     listed = sorted(sentences)
     said, *others = listed
     near = {found.sentence for found in nearest(tree(listed), said.split(), Letters(), 100, 1)}

@@ -121,13 +121,13 @@ def test_a_microphone_that_is_muted_while_the_robot_stands_is_a_warning(own_puls
     [
         (
             'raise RuntimeError("out of order")',
-            "the recogniser fails (RuntimeError('out of order')",
+            "the recognizer fails (RuntimeError('out of order')",
         ),
         ("time.sleep(2)", "the computer is too slow to follow: the robot stops"),
         ("time.sleep(0.06)", "the computer is too slow to follow: the robot stops"),
     ],
 )
-def test_a_recogniser_that_fails(
+def test_a_recognizer_that_fails(
     fault: str, warning: str, pulse: dict[str, str], tmp_path: Path
 ) -> None:
     broken = tmp_path / "broken"

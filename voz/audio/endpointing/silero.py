@@ -94,7 +94,7 @@ class Silero:
         real, imaginary = np.split(windows @ self._basis, 2, axis=2)
         values: Floats = np.hypot(real, imaginary)
         for (weight, bias), stride in zip(self._encoder, STRIDES, strict=True):
-            values = np.maximum(_neighbours(values, stride) @ weight + bias, 0)
+            values = np.maximum(_neighbors(values, stride) @ weight + bias, 0)
         return values[:, 0]
 
     def _remembered(self, gates: Floats) -> Floats:
@@ -166,13 +166,13 @@ def _after_header(content: bytes) -> int:
 def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
     """A layer's weights, turned so that a row of inputs can be multiplied from the left."""
     weight = found[f"{name}.weight{suffix}"]
-    # Of a convolution the inputs are channels x time; `_neighbours` has the time first.
+    # Of a convolution the inputs are channels x time; `_neighbors` has the time first.
     turned = weight.transpose(2, 1, 0) if weight.ndim == 3 else np.atleast_2d(weight).T
     bias = np.atleast_1d(found[f"{name}.bias{suffix}"])
     return Layer(np.ascontiguousarray(turned.reshape(-1, turned.shape[-1])), bias)
 
 
-def _neighbours(values: Floats, stride: int) -> Floats:
+def _neighbors(values: Floats, stride: int) -> Floats:
     """Put each moment of (blocks, time, channels) beside the ones before and after it."""
     padded = np.pad(values, ((0, 0), (1, 1), (0, 0)))
     count = values.shape[1]

@@ -87,7 +87,7 @@ class History:
 
 
 def to_heard(cut: Wave) -> Wave:
-    """Bring what `History.last` cut out to the rate of the recogniser, 16 kHz."""
+    """Bring what `History.last` cut out to the rate of the recognizer, 16 kHz."""
     import soxr  # 20 ms that who never asks need not wait for
 
     margin = MARGIN // STEP

@@ -14,7 +14,7 @@ from voz.errors import LanguageError
 from voz.language.commands import without_accents
 from voz.language.templates.distances import Letters, WordDistances
 from voz.language.templates.expression import Value
-from voz.language.templates.neighbours import nearest
+from voz.language.templates.neighbors import nearest
 from voz.language.templates.network import NONE, Network, tree
 from voz.language.templates.reader import Reader
 from voz.language.templates.typed import tokens
@@ -190,7 +190,7 @@ class Commands(Collection[str]):
         found = [text for label in labels for text in self.network.with_label(label, most)]
         return list(dict.fromkeys([*found, *(text for text in names if text in self)]))
 
-    def neighbours(self, text: str, most: int, sound: WordDistances) -> list[str]:
+    def neighbors(self, text: str, most: int, sound: WordDistances) -> list[str]:
         """Find the sentences that sound most like one: a word or two are another, or one too many.
 
         Args:

@@ -12,7 +12,7 @@ from voz.language.phone_distances import Distances, read_distances
 ALONE = 22.0
 """Nats for each phone of a word that is too many or too few.
 
-Where it was said its eight frames or so are explained by its neighbours, where it was not three of
+Where it was said its eight frames or so are explained by its neighbors, where it was not three of
 theirs by it: on average so much, at about 4 nats for each.
 """
 
@@ -21,7 +21,7 @@ MOST_SPELLINGS = 2
 
 
 class WordDistances:
-    """How far apart words sound, in nats that the recogniser would lose."""
+    """How far apart words sound, in nats that the recognizer would lose."""
 
     def __init__(
         self,

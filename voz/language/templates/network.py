@@ -93,7 +93,7 @@ class Network:
 
     def sentences(self) -> list[str]:
         """All sentences in the order of their labels; there must not be too many."""
-        return [text for _, text in sorted(self._labelled(0, []), key=lambda pair: pair[0])]
+        return [text for _, text in sorted(self._labeled(0, []), key=lambda pair: pair[0])]
 
     def with_words(self, words: Collection[str]) -> list[str]:
         """For each of some words a sentence with it, in the order in which they are found."""
@@ -114,11 +114,11 @@ class Network:
             words.append(word)
         return " ".join(words)
 
-    def _labelled(self, state: int, before: list[str]) -> Iterator[tuple[int, str]]:
+    def _labeled(self, state: int, before: list[str]) -> Iterator[tuple[int, str]]:
         if self.labels[state] != NONE:
             yield self.labels[state], " ".join(before)
         for word, to in self.arcs[state].items():
-            yield from self._labelled(to, [*before, word])
+            yield from self._labeled(to, [*before, word])
 
     def with_label(self, label: int, most: int) -> list[str]:
         """The shortest sentences with a label; with as many words those that come first."""

@@ -10,7 +10,7 @@ import re
 from fractions import Fraction
 from itertools import product
 
-from voz.language.commands import MAX_LETTERS, normalise
+from voz.language.commands import MAX_LETTERS, normalize
 from voz.language.templates.expression import (
     Expression,
     Location,
@@ -98,7 +98,7 @@ class Notation(Parser):
         one, other = spellings(first), spellings(second)
         if one is None or other is None or len(one) * len(other) > MOST_SPELLINGS:
             self.fail("only letters can touch a word, as in light[s]; write a space", token.at)
-        words = dict.fromkeys(normalise(a + b) for a, b in product(one, other))
+        words = dict.fromkeys(normalize(a + b) for a, b in product(one, other))
         if any(len(word) > MAX_LETTERS or not word for word in words):
             self.fail("this makes no word; write a space", token.at)
         return choice([Word(word) for word in words])

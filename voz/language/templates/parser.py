@@ -10,7 +10,7 @@ from functools import cached_property
 from itertools import accumulate
 from typing import ClassVar, NamedTuple, NoReturn
 
-from voz.language.commands import normalise, too_long, what_cannot_be_spoken
+from voz.language.commands import normalize, too_long, what_cannot_be_spoken
 from voz.language.templates.expression import (
     Choice,
     Expression,
@@ -205,7 +205,7 @@ class Parser:
             self.fail(found[1], token.at + found[0])
         if advice := too_long(token.text):
             self.fail(advice, token.at)
-        return Word(normalise(token.text))
+        return Word(normalize(token.text))
 
     def _split(self) -> list[Token]:
         text, end = self.passage.text, 0

@@ -112,7 +112,7 @@ def calibrate(
     Args:
         said: recordings of sentences of the language, at least `FEWEST` different ones.
         language: the language files.
-        settings: how they are recognised.
+        settings: how they are recognized.
         folder: an existing one, where the profile finds the file of its transform.
         advance: called after each of `STEPS`.
 

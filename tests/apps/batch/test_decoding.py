@@ -1,0 +1,39 @@
+"""Many recordings: each as if it were alone, and the bad ones are one line each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import soundfile
+from recordings import Recording
+
+from voz.apps.batch.decoding import decode_recordings
+from voz.apps.batch.rows import Decoded, Nothing, Unreadable
+from voz.recognition.recognizer import Recognizer
+
+
+def test_an_unreadable_recording_does_not_end_the_rest(
+    recognizer: Recognizer, recordings: list[Recording], tmp_path: Path
+) -> None:
+    good = [r.path for r in recordings if r.kind == "command"][:2]
+    bad = tmp_path / "bad.wav"
+    bad.write_text("no recording")
+    outcomes = list(decode_recordings(recognizer, [good[0], bad, good[1]]))
+    assert [type(o.rows[0]) for o in outcomes] == [Decoded, Unreadable, Decoded]
+    assert [o.failed for o in outcomes] == [False, True, False]
+    assert outcomes[1].rows[0].file == str(bad)
+
+
+def test_a_recording_with_nothing_in_it_has_a_row(recognizer: Recognizer, tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "silence.wav", [0.0] * 24000, 16000)
+    (outcome,) = decode_recordings(recognizer, [tmp_path / "silence.wav"])
+    assert outcome.rows == (Nothing(str(tmp_path / "silence.wav"), 1.5),)
+
+
+def test_results_do_not_hang_on_the_order(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    paths = [r.path for r in recordings if r.kind != "long"][::7]
+    there = [outcome.rows for outcome in decode_recordings(recognizer, paths)]
+    back = [outcome.rows for outcome in decode_recordings(recognizer, paths[::-1])]
+    assert there == back[::-1]

@@ -1,0 +1,184 @@
+"""Outputs that are elsewhere: in fsspec's memory, and on a web server."""
+
+from __future__ import annotations
+
+import http.server
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import fsspec
+import pytest
+from calls import in_process
+from recordings import FIXTURES, GO_BACK
+
+from voz.apps.batch.fingerprint import Header
+from voz.apps.batch.many import Many
+from voz.apps.batch.merging import merge
+from voz.apps.batch.output import Going, decode_into
+from voz.apps.batch.places import Place, exists, journal_path, place_for
+from voz.apps.batch.tasks import Setup
+from voz.config import Recognition
+from voz.errors import ConfigError
+from voz.language.files import PACKAGED
+
+HEADER = Header("0.1.0", "print", "commands", "models", Recognition())
+NAMES = [str(GO_BACK), str(FIXTURES / "none.wav")]
+
+
+class Store(http.server.BaseHTTPRequestHandler):
+    """Keeps what is put there, as stores of objects do."""
+
+    objects: dict[str, bytes]
+    closed = False
+
+    def do_PUT(self) -> None:
+        data = b""
+        while size := int(self.rfile.readline(), 16):
+            data += self.rfile.read(size)
+            self.rfile.readline()
+        self.rfile.readline()
+        if not self.closed:
+            self.objects[self.path] = data
+        self.send_response(403 if self.closed else 201)
+        self.send_header("Content-Length", "0")
+        self.end_headers()
+
+    def do_GET(self) -> None:
+        data = self.objects.get(self.path)
+        self.send_response(404 if data is None else 200)
+        self.send_header("Content-Length", str(len(data or b"")))
+        self.end_headers()
+        if self.command == "GET":
+            self.wfile.write(data or b"")
+
+    do_HEAD = do_GET  # noqa: N815
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def store() -> Iterator[tuple[str, type[Store]]]:
+    handler = type("_", (Store,), {"objects": {}})
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}", handler
+        server.shutdown()
+        thread.join()
+
+
+@pytest.fixture(autouse=True)
+def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def decode(output: Place, resume: bool = False) -> list[int]:
+    """Decode two recordings, of which one is not there; tells which it did not know yet."""
+    many = Many(Setup(str(PACKAGED), Recognition(second_ear=False)), jobs=1)
+    asked: list[int] = []
+
+    def some(numbers: object) -> Iterator[object]:
+        asked.extend(numbers)
+        return many.decode(NAMES, numbers)
+
+    going = Going(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
+    decode_into(output, HEADER, NAMES, some, going, lambda _: None)
+    return asked
+
+
+@pytest.fixture
+def on_the_disk(tmp_path: Path) -> bytes:
+    decode(tmp_path / "disk.jsonl")
+    return (tmp_path / "disk.jsonl").read_bytes()
+
+
+def test_memory_gets_what_the_disk_gets(on_the_disk: bytes) -> None:
+    output = place_for("memory://heard/all.jsonl")
+    assert not exists(output)
+    assert decode(output) == [0, 1]
+    assert exists(output)
+    with fsspec.open(output, "rb") as file:
+        assert file.read() == on_the_disk
+    assert decode(output, resume=True) == []
+    assert not journal_path(output).exists()
+
+
+def test_what_cannot_be_written_loses_nothing(
+    store: tuple[str, type[Store]], on_the_disk: bytes, tmp_path: Path
+) -> None:
+    address, handler = store
+    output = place_for(f"{address}/heard.jsonl")
+    handler.closed = True
+    with pytest.raises(ConfigError, match=r"heard.jsonl: cannot be written \(403.*by --resume"):
+        decode(output)
+    assert journal_path(output).resolve().parent == tmp_path
+    handler.closed = False
+    assert decode(output, resume=True) == []
+    assert handler.objects == {"/heard.jsonl": on_the_disk}
+    assert not journal_path(output).exists()
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_what_another_run_wrote_meanwhile_is_not_written_over(
+    there: bool, on_the_disk: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = place_for((tmp_path / "bucket" / "heard.jsonl").as_uri())
+    path = tmp_path / "bucket" / "heard.jsonl"
+    path.parent.mkdir()
+    if there:
+        decode(output)
+    known = Many.decode
+
+    def while_another_runs(self: Many, *arguments: Any) -> Iterator[object]:
+        yield from known(self, *arguments)
+        path.write_text("of another run")
+
+    monkeypatch.setattr(Many, "decode", while_another_runs)
+    with pytest.raises(ConfigError, match=r"was written by another run meanwhile; .* by --resume"):
+        decode(output)
+    assert path.read_text() == "of another run"
+    path.unlink()
+    assert decode(output, resume=True) == []
+    assert path.read_bytes() == on_the_disk
+
+
+def test_an_unknown_address_is_refused_before_the_work() -> None:
+    result = in_process("decode", GO_BACK, "--out", "nonesuch://bucket/heard.jsonl")
+    assert "nonesuch://bucket/heard.jsonl: cannot be opened" in result.complaint
+    result = in_process("decode", GO_BACK, "--out", "memory://bucket/heard.txt")
+    assert "memory://bucket/heard.txt: end it with .jsonl, .csv, .parquet" in result.complaint
+
+
+def test_an_object_is_replaced_only_if_asked(store: tuple[str, type[Store]]) -> None:
+    address, handler = store
+    output = f"{address}/heard.jsonl"
+    handler.objects["/heard.jsonl"] = b"mine"
+    given = ("decode", GO_BACK, "--ears", "1", "--jobs", "1", "--out", output)
+    assert f"{output}: is there already; go on with it" in in_process(*given).complaint
+    assert handler.objects == {"/heard.jsonl": b"mine"}
+    assert in_process(*given, "--overwrite").code == 0
+    assert handler.objects["/heard.jsonl"] != b"mine"
+
+
+@pytest.mark.slow
+def test_shards_elsewhere_are_merged_to_elsewhere(
+    store: tuple[str, type[Store]], tmp_path: Path
+) -> None:
+    address, handler = store
+    given = ("decode", GO_BACK.parent, "--glob", "festival_ked*", "--ears", "1", "--jobs", "1")
+    places = [f"{address}/shards/1.parquet", f"{address}/shards/2.csv"]
+    for number, place in enumerate(places, start=1):
+        assert in_process(*given, "--shard", f"{number}/2", "--out", place).code == 0
+    assert in_process(*given, "--out", "whole.jsonl").code == 0
+    missing = in_process("merge", places[0], f"{address}/none.csv", "--out", "merged.jsonl")
+    assert missing.complaint.startswith(f"voz: {address}/none.csv: cannot be fetched")
+    result = in_process("merge", *places, "--out", f"{address}/heard.jsonl")
+    assert (result.code, result.err) == (0, f"written: {address}/heard.jsonl, 14 recordings\n")
+    whole = (tmp_path / "whole.jsonl").read_bytes()
+    assert handler.objects["/heard.jsonl"] == whole
+    assert merge(places, "memory://merged/heard.jsonl") == 14
+    with fsspec.open("memory://merged/heard.jsonl", "rb") as file:
+        assert file.read() == whole

@@ -1,0 +1,78 @@
+"""What a worker dies of costs no other recording, whoever else its death is blamed on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from queue import Empty, SimpleQueue
+from threading import Thread
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.apps.batch.rows import Nothing, Outcome
+from voz.apps.batch.scheduler import Scheduler
+from voz.apps.batch.tasks import Files, Result, Task
+from voz.process.pool import Died
+
+Given = tuple[Future[Result], Files]
+
+
+class Blaming:
+    """A pool in which a recording that is called poison costs all that is under way."""
+
+    batch = 10_000_000
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.given: SimpleQueue[Given | None] = SimpleQueue()
+
+    def submit(self, task: Task, limit: float | None) -> Future[Result]:
+        assert isinstance(task, Files)
+        future: Future[Result] = Future()
+        self.given.put((future, task))
+        return future
+
+    def result(self, future: Future[Result]) -> Result:
+        return future.result()
+
+    def work(self) -> None:
+        while (first := self.given.get()) is not None:
+            under_way = [first, *self._others()]
+            fatal = any("poison" in name for _, task in under_way for name in task.names)
+            for future, task in under_way:
+                if fatal:
+                    future.set_exception(Died("by poison"))
+                else:
+                    future.set_result(tuple(Outcome((Nothing(n, 1.0),)) for n in task.names))
+
+    def _others(self) -> Iterator[Given]:
+        while True:
+            try:
+                other = self.given.get(timeout=0.002)
+            except Empty:
+                return
+            assert other
+            yield other
+
+
+@contextmanager
+def blaming(size: int) -> Iterator[Blaming]:
+    pool = Blaming(size)
+    thread = Thread(target=pool.work)
+    thread.start()
+    yield pool
+    pool.given.put(None)
+    thread.join()
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=30), st.integers(1, 3))
+def test_only_what_kills_has_failed_and_each_is_told_of_once(poison: list[bool], size: int) -> None:
+    names = [f"{number} {'poison' if bad else 'good'}" for number, bad in enumerate(poison)]
+    with blaming(size) as pool:
+        known = list(Scheduler(pool, names, range(len(names))).run())
+    assert sorted(number for number, _ in known) == list(range(len(names)))
+    assert {number for number, outcome in known if outcome.failed} == {
+        number for number, bad in enumerate(poison) if bad
+    }

@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from recordings import FIXTURES, GO_BACK
+
+from voz.apps.batch import worker
+from voz.apps.batch.rows import Outcome
+from voz.apps.batch.stamps import look_again
+from voz.apps.batch.tasks import Files, Setup
+from voz.apps.batch.worker import work
+from voz.language.files import PACKAGED
+from voz.settings import Recognition
+
+OTHER = FIXTURES / "commands" / "festival_slt__stop.flac"
+
+
+@pytest.mark.parametrize("changes", [False, True])
+def test_what_changes_while_it_is_decoded_has_the_stamp_of_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: bool
+) -> None:
+    path = tmp_path / "a.flac"
+    shutil.copy(GO_BACK, path)
+    heard = worker._heard
+
+    def meanwhile(*given: object) -> Outcome:
+        outcome: Outcome = heard(*given)  # type: ignore[arg-type]
+        if changes:
+            shutil.copy(OTHER, path)
+        return outcome
+
+    monkeypatch.setattr(worker, "_heard", meanwhile)
+    setup = Setup(str(PACKAGED), Recognition(second_ear=False))
+    (outcome,) = work(setup, Files((str(path),)))  # type: ignore[misc]
+    looked = list(look_again([str(path)], [(0, outcome.stamp)]))
+    assert [each.changed for each in looked] == ([True] if changes else [])

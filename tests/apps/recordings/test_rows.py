@@ -1,0 +1,41 @@
+"""A manifest is text that people edit: what was written is read again, whatever they leave."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.apps.recordings.rows import Row, as_text, records_in, rows_in
+
+FIELD = st.text(st.characters(exclude_characters="\t\n\r", exclude_categories=["Cs"]))
+ROWS = st.lists(st.lists(FIELD, min_size=1).filter(lambda fields: "".join(fields).strip()))
+
+
+@given(ROWS)
+def test_what_is_written_is_read_again(rows: list[list[str]]) -> None:
+    assert [row.fields for row in rows_in(as_text(rows))] == rows
+
+
+@given(ROWS)
+def test_ends_of_lines_may_be_others_and_the_last_be_missing(rows: list[list[str]]) -> None:
+    text = as_text(rows)
+    assert rows_in(text.replace("\n", "\r\n")) == rows_in(text)
+    assert rows_in(text.removesuffix("\n")) == rows_in(text)
+
+
+def test_empty_lines_are_left_out_and_counted() -> None:
+    assert rows_in("a\tb\n\n  \n\t\nc\n") == [Row(1, ["a", "b"]), Row(5, ["c"])]
+    assert rows_in("") == []
+
+
+def test_an_empty_field_stays_one() -> None:
+    assert rows_in("a\t\tb\t\n") == [Row(1, ["a", "", "b", ""])]
+
+
+def test_a_quote_is_a_character_like_others() -> None:
+    assert rows_in('"a\tb"\n') == [Row(1, ['"a', 'b"'])]
+
+
+def test_records_have_the_names_of_the_columns() -> None:
+    records = records_in("file\ttext\na.wav\tgo back\nb.wav\t\n")
+    assert records == [{"file": "a.wav", "text": "go back"}, {"file": "b.wav", "text": ""}]

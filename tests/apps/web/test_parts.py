@@ -1,0 +1,235 @@
+"""The pure parts of the operator page, each by itself."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from voz.apps.web.board import REMEMBERED, Board, encoded
+from voz.apps.web.doors import MOST_SESSIONS, Doors, new_token
+from voz.apps.web.limits import Limit, LimitOfEach
+from voz.apps.web.picture import ReckonedPicture
+from voz.apps.web.sound import HEADER, MOST_SAMPLES, PageClock, read_block
+from voz.apps.web.watcher import MOST_WAITING, Watcher
+from voz.apps.web.wheel import NO_SIGN, VACANT, Wheel
+from voz.events import Twist, Utterance, Warning
+
+# Limits
+
+
+@given(st.lists(st.floats(0, 10), max_size=200))
+def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
+    limit, now, through = Limit(2.0, 5.0), 0.0, 0
+    for pause in pauses:
+        now += pause
+        through += limit.allows(now)
+        assert through <= 5 + 2 * now + 1e-6
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 10)), max_size=200))
+def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None:
+    limits, now = LimitOfEach(2.0, 5.0), 0.0
+    own = {one: Limit(2.0, 5.0) for one in "abc"}
+    for one, pause in asked:
+        now += pause
+        assert limits.allows(one, now) == own[one].allows(now)
+
+
+# Who drives
+
+
+def test_the_first_page_that_asks_drives_until_another_takes_over() -> None:
+    wheel = Wheel()
+    assert wheel.take(1, False, 0.0)
+    assert not wheel.take(2, False, 0.0)
+    assert wheel.driver == 1
+    assert wheel.take(2, True, 0.0)
+    assert wheel.driver == 2
+    assert not wheel.leave(1)
+
+
+def test_a_page_that_gives_no_sign_is_missed_only_by_a_robot_that_moves() -> None:
+    wheel = Wheel()
+    wheel.take(1, False, 0.0)
+    assert wheel.trouble(NO_SIGN + 0.01, moving=False) is None
+    assert wheel.trouble(NO_SIGN + 0.01, moving=True)
+    assert wheel.trouble(NO_SIGN + 0.02, moving=False)  # until it is back
+    wheel.seen(1, 1.0)
+    assert wheel.trouble(1.0, moving=True) is None
+
+
+def test_a_page_that_closes_is_missed_until_somebody_drives_again() -> None:
+    wheel = Wheel()
+    wheel.take(1, False, 0.0)
+    assert wheel.leave(1)
+    assert wheel.just_left
+    assert wheel.trouble(0.1, moving=True)
+    assert not wheel.just_left
+    assert wheel.trouble(9.0, moving=False)
+    assert wheel.take(2, False, 10.0)
+    assert wheel.trouble(10.0, moving=True) is None
+
+
+def test_a_page_that_closes_beside_a_robot_at_rest_is_forgotten() -> None:
+    wheel = Wheel()
+    wheel.take(1, False, 0.0)
+    wheel.leave(1)
+    assert wheel.trouble(0.1, moving=False) is None
+    assert wheel.left_at_rest
+    assert wheel.trouble(0.2, moving=True) is None  # somebody else drives by voice
+    assert not wheel.left_at_rest
+
+
+def test_the_place_of_a_silent_page_is_free_after_a_while() -> None:
+    wheel = Wheel()
+    wheel.take(1, False, 0.0)
+    assert not wheel.vacated(VACANT)
+    assert wheel.vacated(VACANT + 0.1)
+    assert wheel.driver is None
+    assert not wheel.vacated(99.0)
+
+
+# Sound
+
+
+def block(number: int, heard: float, samples: list[int]) -> bytes:
+    return struct.pack("<IId", number, 0, heard) + np.array(samples, "<i2").tobytes()
+
+
+def test_a_block_is_read_as_it_was_sent() -> None:
+    read = read_block(block(7, 1234.5, [0, 16384, -32768]))
+    assert read
+    assert (read.number, read.heard) == (7, 1234.5)
+    assert read.sound.tolist() == [0.0, 0.5, -1.0]
+    assert read.sound.dtype == np.float32
+
+
+@given(st.binary(max_size=64))
+def test_whatever_comes_in_place_of_a_block_raises_nothing(data: bytes) -> None:
+    read = read_block(data)
+    assert read is None or len(read.sound) == (len(data) - HEADER.size) // 2
+
+
+def test_a_block_has_bounds() -> None:
+    assert read_block(block(0, 0.0, [])) is None
+    assert read_block(block(0, 0.0, [0] * (MOST_SAMPLES + 1))) is None
+    assert read_block(block(0, float("nan"), [0])) is None
+
+
+@given(
+    ahead=st.floats(-1e6, 1e9),
+    ways=st.lists(st.tuples(st.floats(0, 2), st.floats(0, 2)), min_size=1, max_size=20),
+    age=st.floats(0, 10),
+)
+def test_the_age_of_sound_is_known_to_half_of_the_shortest_way(
+    ahead: float, ways: list[tuple[float, float]], age: float
+) -> None:
+    clock, now = PageClock(), 100.0
+    for there, back in ways:
+        clock.answered(now, now + there + back, now + there + ahead)
+        now += there + back + 1
+    shortest = min(there + back for there, back in ways[-8:])
+    assert abs(clock.age(now - age + ahead, now) - age) <= shortest / 2 + 1e-5
+
+
+# Pages
+
+
+def test_a_page_that_takes_nothing_is_too_slow_and_keeps_only_the_newest_state() -> None:
+    async def watch() -> tuple[list[str], bool]:
+        watcher = Watcher(1, "secret", "127.0.0.1")
+        for number in range(MOST_WAITING):
+            watcher.put(str(number))
+            watcher.put_state(f"state {number}")
+        assert not watcher.too_slow
+        watcher.put("one more")
+        return await watcher.take(), watcher.too_slow
+
+    records, too_slow = asyncio.run(watch())
+    assert too_slow
+    assert records[-1] == f"state {MOST_WAITING - 1}"
+    assert len(records) == MOST_WAITING + 1
+
+
+def test_the_board_tells_why_and_remembers_what_matters() -> None:
+    board = Board({"stop": 0.5}.get)
+    refused = Utterance(1.0, "stop", 0.4, False, 0.0, 1.0, "browser", reason="too_short")
+    record = board.take(refused)
+    assert (record["needed"], record["why"]) == (0.5, "too short")
+    board.take(Twist(1.0, 0.0, 0.0))
+    for number in range(2 * REMEMBERED):
+        board.take(Warning(2.0, str(number)))
+    assert len(board.remembered) == REMEMBERED
+    assert board.remembered[-1]["text"] == str(2 * REMEMBERED - 1)
+
+
+def test_what_is_no_text_can_be_sent() -> None:
+    assert encoded({"text": "\ud800"}) == '{"text":"\\ud800"}'
+
+
+def test_a_robot_that_nobody_sees_is_where_its_velocities_bring_it() -> None:
+    picture = ReckonedPicture()
+    for beat in range(11):
+        picture.receive(Twist(beat / 10, 0.1, 0.0))
+    assert picture.look()["pose"] == [0.1, 0.0, 0.0]
+    picture.receive(Twist(99.0, 0.0, 0.0))  # a base stops by itself
+    assert picture.look()["pose"] == [0.15, 0.0, 0.0]
+
+
+# Who may come in
+
+
+HERE = [(b"host", b"robot.local:8737")]
+
+
+@pytest.mark.parametrize(
+    ("headers", "allowed"),
+    [
+        (HERE, True),
+        ([], False),
+        ([*HERE, *HERE], False),
+        ([(b"host", b"ROBOT.local")], True),
+        ([(b"host", b"robot.local.example.org")], False),
+        ([(b"host", b"[::1")], False),
+        ([(b"host", b"[::1]:80")], True),
+        ([(b"host", b"192.168.1.7:8737")], True),
+        ([(b"host", b"192.168.1.7.example.org")], False),
+        ([*HERE, (b"origin", b"http://robot.local:8737")], True),
+        ([*HERE, (b"origin", b"http://robot.local")], False),
+        ([*HERE, (b"origin", b"null")], False),
+        ([*HERE, (b"sec-fetch-site", b"same-origin")], True),
+        ([*HERE, (b"sec-fetch-site", b"cross-site")], False),
+    ],
+)
+def test_the_doors(headers: list[tuple[bytes, bytes]], allowed: bool) -> None:
+    refusal = Doors(["robot.local"]).refusal(headers)
+    assert (refusal is None) == allowed
+
+
+@given(st.lists(st.tuples(st.sampled_from([b"host", b"origin", b"cookie"]), st.binary())))
+def test_strange_headers_raise_nothing(headers: list[tuple[bytes, bytes]]) -> None:
+    doors = Doors(["robot.local"], "token")
+    doors.refusal(headers)
+    assert not doors.knows(headers)
+
+
+def test_the_token_is_changed_for_a_session() -> None:
+    token = new_token()
+    doors = Doors(["robot.local"], token, "voz-1")
+    assert doors.enter("") is None
+    assert doors.enter("\udcff") is None
+    session = doors.enter(token)
+    assert session
+    assert doors.knows([(b"cookie", f"a=b; voz-1={session}".encode())])
+    assert not doors.knows([(b"cookie", f"voz-2={session}".encode())])
+    assert not doors.knows([(b"cookie", f"voz-1={token}".encode())])
+    assert not doors.knows([(b"cookie", f"voz-1=a; voz-1={session}".encode())])
+    assert doors.knows([(b"authorization", f"Bearer {token}".encode())])
+    for _ in range(MOST_SESSIONS):
+        doors.enter(token)
+    assert not doors.knows([(b"cookie", f"voz-1={session}".encode())])

@@ -1,0 +1,1 @@
+"""What stands around the robot that obeys: it imports the core, and the core imports none of it."""

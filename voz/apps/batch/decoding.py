@@ -1,0 +1,77 @@
+"""One recording after the other through a recognizer, each as if it were alone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from voz.apps.batch.rows import Outcome, Row, Unreadable, in_file, outcome
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import read_blocks
+from voz.errors import AudioError
+from voz.files import shown_path
+from voz.recognition.recognizer import Recognizer
+
+
+def decode_recordings(recognizer: Recognizer, paths: Iterable[Path]) -> Iterator[Outcome]:
+    """Decode recordings, each as if it were alone.
+
+    Args:
+        recognizer: what understands them.
+        paths: the recordings.
+
+    Yields:
+        The utterances of each recording in order; where reading fails, what was heard before it
+        and then the error; if nothing was said, one row that says so.
+    """
+    for path in paths:
+        yield decode_recording(recognizer, path)
+
+
+def decode_recording(recognizer: Recognizer, path: Path, file: str | None = None) -> Outcome:
+    """Decode one recording; see `decode_recordings`.
+
+    Args:
+        recognizer: what understands it.
+        path: the recording.
+        file: its name for the rows; None for its path.
+    """
+    return decode_blocks(recognizer, read_blocks(path), file or shown_path(path))
+
+
+def decode_blocks(
+    recognizer: Recognizer,
+    blocks: Iterable[Samples],
+    file: str,
+    also: Callable[[Row], None] = lambda _: None,
+) -> Outcome:
+    """Decode the samples of one recording.
+
+    Args:
+        recognizer: what understands them.
+        blocks: 16 kHz; they may end in an AudioError.
+        file: the name for its rows.
+        also: is told of each row as soon as it is known.
+    """
+    before = time.process_time()
+    heard = 0
+
+    def counted() -> Iterator[Samples]:
+        nonlocal heard
+        for block in blocks:
+            heard += len(block)
+            yield block
+
+    rows: list[Row] = []
+
+    def add(row: Row) -> None:
+        rows.append(row)
+        also(row)
+
+    try:
+        for utterance in recognizer.utterances(counted(), file):
+            add(in_file(utterance, file))
+    except AudioError as error:
+        add(Unreadable(file, str(error)))
+    return outcome(file, tuple(rows), heard / SAMPLE_RATE, time.process_time() - before)

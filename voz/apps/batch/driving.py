@@ -1,0 +1,117 @@
+"""What the robot would have done, had each recording been said to it: its events and its way.
+
+No program is started, nothing is published and nothing said: what a command asks for besides
+motion is only in the events.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+
+import msgspec
+from msgspec.structs import replace
+
+from voz.apps.batch.remote import Fetched, file_for
+from voz.apps.batch.rows import Outcome, Row, Unreadable, in_file, outcome
+from voz.apps.batch.tasks import Driving
+from voz.config import Config
+from voz.control.safety import zero_at_the_end
+from voz.errors import ConfigError
+from voz.events import Event, Utterance, to_json
+from voz.files import check_new, replaced, told
+from voz.recognition.recognizer import Recognizer
+from voz.robot.drawing import check_picture, save_picture
+from voz.robot.simulator import SimulatedRobot
+from voz.run.assembly import raise_if_any
+from voz.run.beat import beat
+from voz.run.clocks import Item, RecordedClock
+from voz.run.drive import Controller
+from voz.run.sources import recordings_played
+
+EVENTS, PICTURE = ".jsonl", ".png"
+
+
+def driving(folder: Path, settings: Config, listening: bool) -> Driving:
+    """Plan to drive by recordings.
+
+    Args:
+        folder: where the events and pictures go.
+        settings: of the run.
+        listening: whether commands are obeyed from the start.
+
+    Raises:
+        ConfigError: the folder cannot be made, or there is nothing to draw with.
+    """
+    with told(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    check_picture(folder / f"way{PICTURE}")
+    return Driving(str(folder.resolve()), msgspec.json.encode(settings), listening)
+
+
+def check_undriven(folder: Path, names: Iterable[str]) -> None:
+    """Refuse to replace what recordings did before.
+
+    Raises:
+        ConfigError: the events of one of them are in the folder.
+    """
+    for name in names:
+        check_new(folder / (file_for(name) + EVENTS), overwrite=False)
+
+
+def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
+    """Let one recording drive the simulated robot, and keep what it did.
+
+    Args:
+        recognizer: what understands it.
+        found: the recording.
+        how: by which rules, and where what it did goes.
+
+    Raises:
+        ConfigError: that cannot be written.
+    """
+    begun, settings = time.process_time(), _settings(how.settings)
+    events: list[Event] = []
+    unreadable: list[str] = []
+    robot = SimulatedRobot(settings.simulator, lambda warning: drive.emit(warning))
+    receivers = [robot.receive, lambda event: events.append(_named(event, found.name))]
+    drive = Controller(receivers, settings.safety, how.listening, settings.table, robot.place)
+    times: list[float] = []
+    items = _noted(recordings_played([found.path], recognizer, unreadable), times)
+    clock = RecordedClock(items)
+    with zero_at_the_end(lambda: drive.zero(clock.now())):
+        raise_if_any(beat(drive, clock))
+    robot.come_to_rest()
+    _keep(robot, events, Path(how.folder, file_for(found.name)))
+    rows: list[Row] = [in_file(e, found.name) for e in events if isinstance(e, Utterance)]
+    rows += [Unreadable(found.name, error) for error in unreadable]
+    return outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
+
+
+def _keep(robot: SimulatedRobot, events: list[Event], path: Path) -> None:
+    written = path.with_name(path.name + EVENTS)
+    with told(written), replaced(written) as file:
+        file.writelines(f"{to_json(event)}\n" for event in events)
+    save_picture(robot.trip(), path.with_name(path.name + PICTURE))
+
+
+def _named(event: Event, name: str) -> Event:
+    return replace(event, source=name) if isinstance(event, Utterance) else event
+
+
+def _noted(items: Iterator[Item], times: list[float]) -> Iterator[Item]:
+    """Note the times that are told: the end of the recording, and when its last command is done."""
+    for item in items:
+        if isinstance(item, float):
+            times.append(item)
+        yield item
+
+
+@cache
+def _settings(settings: bytes) -> Config:
+    try:
+        return msgspec.json.decode(settings, type=Config)
+    except msgspec.MsgspecError as error:
+        raise ConfigError(f"a worker has another voz ({error}); give all the same") from error

@@ -1,0 +1,239 @@
+"""What is known so far, on the disk: a line for each recording, in the order in which they end.
+
+A process that is killed in the midst of a line leaves part of it, which is cut off the next time;
+all other lines are whole. The output is made of it at the end, in the order of the input.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import time
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
+from msgspec.structs import replace
+
+from voz.apps.batch.fingerprint import Header, difference
+from voz.apps.batch.places import Place, journal_path, shown_place
+from voz.apps.batch.rows import Outcome, as_row
+from voz.apps.batch.stamp_file import Stamped
+from voz.apps.batch.stamps import Stamp
+from voz.errors import ConfigError
+from voz.events import to_json
+from voz.files import shown_path, told
+
+SAVED_EVERY = 5.0
+"""How often it is put on the disk, s: so much is lost if the power fails, nothing by a kill."""
+
+NOWHERE = -1
+
+
+class Entry(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A line: the rows of a recording, how much of it was heard, and what it was like."""
+
+    file: str
+    rows: tuple[dict[str, object], ...]
+    seconds: float = 0.0
+    cpu: float = 0.0
+    stamp: Stamp | None = None
+
+
+class Journal:
+    """Outcomes by recording; made by `journal_for`."""
+
+    def __init__(self, file: int, names: Sequence[str]) -> None:
+        """Read what is there.
+
+        Args:
+            file: a descriptor, open for reading and writing.
+            names: the recordings of this run, as results name them.
+        """
+        self._file = file
+        self._numbers = {name: number for number, name in enumerate(names)}
+        self._at = array("q", [NOWHERE]) * len(names)
+        self._failed = bytearray(len(names))
+        self._saved = time.monotonic()
+        with _reader(file) as lines:
+            self._end = len(lines.readline())
+            while (entry := _entry(line := lines.readline())) is not None:
+                self._note(entry)
+                self._end += len(line)
+        os.ftruncate(file, self._end)
+
+    def missing(self, failed: bool = False) -> list[int]:
+        """The recordings without an outcome, by their number; those that failed too if asked."""
+        return [n for n, at in enumerate(self._at) if at == NOWHERE or (failed and self._failed[n])]
+
+    def add(self, file: str, outcome: Outcome) -> None:
+        """Keep an outcome, all of it or nothing; raises OSError if it cannot be written."""
+        rows = tuple(msgspec.to_builtins(row) for row in outcome.rows)
+        self._append(Entry(file, rows, outcome.seconds, outcome.cpu, outcome.stamp))
+
+    def _append(self, entry: Entry) -> None:
+        length = _write(self._file, self._end, entry)
+        self._note(entry)
+        self._end += length
+        if time.monotonic() > self._saved + SAVED_EVERY:
+            os.fsync(self._file)
+            self._saved = time.monotonic()
+
+    def outcomes(self) -> Iterator[Outcome]:
+        """All outcomes in the order of the recordings; there is one of each."""
+        with _reader(self._file) as lines:
+            for at in self._at:
+                lines.seek(at)
+                entry = _entry(lines.readline())
+                assert entry is not None
+                rows = tuple(as_row(row) for row in entry.rows)
+                yield Outcome(rows, entry.seconds, entry.cpu, entry.stamp)
+
+    def stamps(self) -> Iterator[tuple[int, Stamped]]:
+        """What the recordings that have an outcome were like, in their order, by their number."""
+        with _reader(self._file) as lines:
+            for number, at in enumerate(self._at):
+                if at != NOWHERE:
+                    lines.seek(at)
+                    yield number, msgspec.json.decode(lines.readline(), type=Stamped)
+
+    def set_stamp(self, number: int, stamp: Stamp) -> None:
+        """Keep that a recording has the same bytes, but another stamp."""
+        with _reader(self._file) as lines:
+            lines.seek(self._at[number])
+            entry = _entry(lines.readline())
+        assert entry is not None
+        self._append(replace(entry, stamp=stamp))
+
+    def _note(self, entry: Entry) -> None:
+        """Remember where a line is that begins at the end."""
+        number = self._numbers.get(entry.file)
+        if number is not None:  # else it is no longer asked for
+            self._at[number] = self._end
+            self._failed[number] = bool(entry.rows) and "error" in entry.rows[-1]
+
+
+@contextmanager
+def journal_for(
+    output: Place,
+    header: Header,
+    names: Sequence[str],
+    resume: bool,
+    finished: Iterable[Entry] = (),
+    overwrite: bool = False,
+) -> Iterator[Journal]:
+    """Open the journal of an output, and let no other run have it, for a `with` block.
+
+    Args:
+        output: what is to be made of it.
+        header: what results hang on.
+        names: the recordings of this run, as results name them.
+        resume: whether to go on from what is there.
+        finished: what is known already, if there is no journal.
+        overwrite: whether to begin again, whatever is there.
+
+    Raises:
+        ConfigError: another run has it, it is there and should not be, or has another header.
+    """
+    path = journal_path(output)
+    with told(path), _locked(path, output) as file:
+        there = _header_there(file, path)
+        if there and resume:
+            check_same_run(there, header, output)
+        elif there and not overwrite:
+            raise ConfigError(
+                f"{shown_path(path)}: a run that has not ended is there; go on by --resume, "
+                "or begin again by --overwrite"
+            )
+        else:
+            os.ftruncate(file, 0)
+            end = _write(file, 0, header)
+            for entry in finished:
+                end += _write(file, end, entry)
+        yield Journal(file, names)
+
+
+def _header_there(file: int, path: Path) -> Header | None:
+    """Read the header; None if there is none, as in a new journal or one that was just begun."""
+    with _reader(file) as lines:
+        line = lines.readline()
+    if not line.endswith(b"\n"):
+        return None
+    try:
+        return msgspec.json.decode(line, type=Header)
+    except msgspec.MsgspecError as error:
+        raise ConfigError(f"{shown_path(path)}: is no journal of voz; remove it") from error
+
+
+def check_same_run(there: Header, header: Header, output: Place) -> None:
+    """Refuse to go on with what was begun otherwise; raises ConfigError then."""
+    differing = difference(there, header)
+    if not differing and there.shard != header.shard:
+        differing = f"shard {there.shard or 'none'}"
+    if not differing and there.drive != header.drive:
+        differing = "other rules to drive by" if there.drive else "no --drive"
+    if differing:
+        raise ConfigError(
+            f"{shown_place(output)}: was begun with {differing}; go on as it was begun, or name "
+            "another file by --out"
+        )
+
+
+@contextmanager
+def _locked(path: Path, output: Place) -> Iterator[int]:
+    file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    try:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ConfigError(
+                f"{shown_place(output)}: is being made by another run; wait for it, or name "
+                "another file by --out"
+            ) from None
+        if not _is_still(path, file):
+            raise ConfigError(f"{shown_place(output)}: was made by another run just now")
+        yield file
+    finally:
+        os.close(file)
+
+
+def _is_still(path: Path, file: int) -> bool:
+    """Whether a path leads to an open file; the run that had it may have removed it meanwhile."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(file))
+    except OSError:
+        return False
+
+
+@contextmanager
+def _reader(file: int) -> Iterator[BinaryIO]:
+    """Read from the beginning, with nothing in a buffer from before."""
+    with open(file, "rb", closefd=False) as lines:
+        lines.seek(0)
+        yield lines
+
+
+def _write(file: int, at: int, record: msgspec.Struct) -> int:
+    """Write a line, all of it or nothing; returns its length."""
+    data = to_json(record).encode("utf-8", "backslashreplace") + b"\n"
+    try:
+        if os.pwrite(file, data, at) < len(data):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    except OSError:
+        os.ftruncate(file, at)
+        raise
+    return len(data)
+
+
+def _entry(line: bytes) -> Entry | None:
+    """What a line holds; None if it is not whole."""
+    if not line.endswith(b"\n"):
+        return None
+    try:
+        return msgspec.json.decode(line, type=Entry)
+    except msgspec.MsgspecError:
+        return None

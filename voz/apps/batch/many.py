@@ -1,0 +1,72 @@
+"""Who decodes, by how much there is to do: this process, others of this machine, or a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from voz.apps.batch.long_files import is_long
+from voz.apps.batch.pool import InThisProcess, Pool, processes
+from voz.apps.batch.remote import is_remote
+from voz.apps.batch.scheduler import Known, Scheduler
+from voz.apps.batch.tasks import Setup
+from voz.process.pool import cores
+
+FEW = 2
+"""Recordings that are decoded before another process has begun."""
+
+
+@dataclass(frozen=True)
+class Many:
+    """How recordings are decoded.
+
+    Attributes:
+        setup: what workers are told.
+        jobs: how many processes; None for one on each core.
+        limit: how long a recording may take, s; None for a minute and as long as it lasts.
+        careful: whether a recording must not end this process, however few there are.
+        cluster: the address of a scheduler of dask's; None for this machine.
+    """
+
+    setup: Setup
+    jobs: int | None = None
+    limit: float | None = None
+    careful: bool = False
+    cluster: str | None = None
+
+    def decode(self, names: Sequence[str], numbers: Sequence[int]) -> Iterator[Known]:
+        """Decode recordings.
+
+        Args:
+            names: of all.
+            numbers: which of them.
+
+        Yields:
+            The outcomes as they come.
+
+        Raises:
+            VozError: the models cannot be loaded, or the cluster not be reached.
+        """
+        with self._pool([names[number] for number in numbers]) as pool:
+            yield from Scheduler(pool, names, numbers, self.limit).run()
+
+    def _pool(self, names: Sequence[str]) -> AbstractContextManager[Pool]:
+        if self.cluster:
+            from voz.apps.batch.cluster import cluster
+
+            # A worker there is not ours to limit; dask does that itself.
+            setup = replace(self.setup, memory=None, base=str(Path.cwd()))
+            return cluster(self.cluster, setup)
+        jobs = self.jobs or cores()
+        if not self.careful and self.limit is None and (jobs == 1 or _is_little(names)):
+            return nullcontext(InThisProcess(self.setup))
+        return processes(self.setup, jobs)
+
+
+def _is_little(names: Sequence[str]) -> bool:
+    here = [name for name in names[: FEW + 1] if not is_remote(name)]
+    return len(names) <= FEW and not any(is_long(Path(name)) for name in here)

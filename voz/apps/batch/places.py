@@ -1,0 +1,151 @@
+"""Where an output is: a file, or an object elsewhere that fsspec reads and writes, always whole.
+
+The journal of an object is a file in the working folder: an object cannot be added to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
+from typing import Any, TypeAlias
+
+from voz.apps.batch.remote import fetched, file_for, is_remote, require_fsspec, shown_name
+from voz.errors import AudioError, ConfigError
+from voz.files import already_there, check_new, check_writable
+
+JOURNAL = ".journal"
+STAMPS = ".recordings"
+
+Place: TypeAlias = Path | str
+"""A file, or the address of an object, as `s3://bucket/heard.jsonl`."""
+
+
+def place_for(name: str) -> Place:
+    """Tell what the name of an output stands for."""
+    return name if is_remote(name) else Path(name)
+
+
+def shown_place(place: Place) -> str:
+    """An output as messages have it."""
+    return shown_name(str(place))
+
+
+def journal_path(output: Place) -> Path:
+    """Where the journal of an output is: beside a file; of an object in the working folder."""
+    return _path_for(output, JOURNAL)
+
+
+def stamps_path(output: Place) -> Path:
+    """Where it is kept what the recordings of an output were like; as with its journal."""
+    return _path_for(output, STAMPS)
+
+
+def _path_for(output: Place, ending: str) -> Path:
+    if isinstance(output, Path):
+        return output.with_name(output.name + ending)
+    return Path(file_for(output) + ending)
+
+
+def check_place(output: Place, overwrite: bool, advice: str = "") -> None:
+    """Refuse, before the work, an output that cannot be written, or is there already.
+
+    Args:
+        output: a file, or an object, of which its kind is known.
+        overwrite: whether it may be there.
+        advice: as for `voz.files.check_new`.
+
+    Raises:
+        ConfigError: it is there, there is no such folder, or nothing here knows such addresses.
+    """
+    if isinstance(output, Path):
+        check_writable(output)
+        check_new(output, overwrite, advice)
+        return
+    _file_system(output)
+    if not overwrite and exists(output):
+        raise already_there(output, advice)
+
+
+def exists(output: Place) -> bool:
+    """Tell whether there is something already; raises ConfigError if that cannot be found out."""
+    if isinstance(output, Path):
+        return output.exists()
+    system, path = _file_system(output)
+    try:
+        return bool(system.exists(path))
+    except Exception as error:  # each file system fails in its own way
+        raise ConfigError(f"{output}: cannot be looked for ({_reason(error)})") from error
+
+
+def state_of(output: Place) -> str:
+    """Tell what an object is like, so that it is seen when another run writes it.
+
+    Returns:
+        What differs when it was written meanwhile; empty if there is none, if that cannot be told,
+        and of a file, whose journal is locked.
+    """
+    if isinstance(output, Path):
+        return ""
+    system, path = _file_system(output)
+    system.invalidate_cache()
+    try:
+        return str(system.info(path))
+    except Exception:  # each file system fails in its own way
+        return ""
+
+
+@contextmanager
+def here(output: Place) -> Iterator[Path]:
+    """Have what is there as a file, for a `with` block; raises ConfigError if it is not there."""
+    if isinstance(output, Path):
+        yield output
+        return
+    with ExitStack() as stack:
+        try:
+            found = stack.enter_context(fetched(output))
+        except AudioError as error:
+            raise ConfigError(str(error)) from error
+        yield found.path
+
+
+@contextmanager
+def written(output: Place) -> Iterator[Path]:
+    """Write an output, in a `with` block: an object when that is over, unless it failed.
+
+    Yields:
+        The file to be written.
+
+    Raises:
+        ConfigError: the object cannot be written.
+    """
+    if isinstance(output, Path):
+        yield output
+        return
+    system, there = _file_system(output)
+    with TemporaryDirectory(prefix="voz-") as folder:
+        path = Path(folder, "output").with_suffix(PurePath(output).suffix)
+        yield path
+        is_web = output.startswith(("http://", "https://"))
+        how = {"method": "put"} if is_web else {}
+        try:
+            system.put_file(str(path), there, **how)
+        except Exception as error:
+            raise ConfigError(f"{output}: cannot be written ({_reason(error)})") from error
+
+
+def _file_system(address: str) -> tuple[Any, str]:
+    """What reads and writes an object, and what it calls it."""
+    require_fsspec()
+    from fsspec.core import url_to_fs
+
+    try:
+        system, path = url_to_fs(address)
+    except Exception as error:
+        raise ConfigError(f"{address}: cannot be opened ({_reason(error)})") from error
+    return system, str(path)
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,79 @@
+"""The file beside a finished output that says what its recordings were like.
+
+Its first line is the stamp of the output itself: it says nothing of another one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
+
+from voz.apps.batch.places import Place, here, stamps_path
+from voz.apps.batch.stamps import Stamp, is_unchanged, stamp_of, with_checksum
+from voz.errors import ConfigError
+from voz.events import to_json
+from voz.files import replaced, shown_path, told
+
+
+class Stamped(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What a recording was like; None if it was not there."""
+
+    file: str
+    stamp: Stamp | None = None
+
+
+def write_stamps(output: Place, stamped: Iterable[Stamped]) -> None:
+    """Keep what the recordings of an output were like.
+
+    Args:
+        output: it is whole; nothing is kept for what is no regular file.
+        stamped: its recordings, in the order of its rows.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    seen = stamp_of(str(output))
+    if seen is None:
+        return
+    with here(output) as written:
+        stamp = with_checksum(seen, written)
+    path = stamps_path(output)
+    with told(path), replaced(path) as file:
+        file.write(to_json(stamp) + "\n")
+        file.writelines(to_json(each) + "\n" for each in stamped)
+
+
+@contextmanager
+def read_stamps(output: Place) -> Iterator[Iterator[Stamped] | None]:
+    """Read what the recordings of an output were like, in a `with` block.
+
+    Yields:
+        Its recordings in the order of its rows; None if it is not known what they were like.
+    """
+    path = stamps_path(output)
+    try:
+        file = path.open("rb")
+    except OSError:
+        yield None
+        return
+    with file:
+        yield _stamped(file, path) if _is_of(output, file.readline()) else None
+
+
+def _stamped(file: BinaryIO, path: Path) -> Iterator[Stamped]:
+    try:
+        for line in file:
+            yield msgspec.json.decode(line, type=Stamped)
+    except msgspec.MsgspecError as error:
+        raise ConfigError(f"{shown_path(path)}: is damaged ({error}); remove it") from error
+
+
+def _is_of(output: Place, line: bytes) -> bool:
+    try:
+        return is_unchanged(str(output), msgspec.json.decode(line, type=Stamp))
+    except msgspec.MsgspecError:
+        return False

@@ -1,0 +1,115 @@
+"""What a worker does: the models are loaded once in each, and a bad recording is only a row."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from voz.apps.batch.decoding import decode_recording
+from voz.apps.batch.fingerprint import check_same
+from voz.apps.batch.long_files import decode_part, is_long, plan_cuts
+from voz.apps.batch.remote import Fetched, fetched, shown_name
+from voz.apps.batch.rows import Outcome, Row, Unreadable, failure
+from voz.apps.batch.stamps import stamp_of, with_checksum
+from voz.apps.batch.tasks import Cutting, Files, Result, Setup, Task
+from voz.errors import AudioError, VozError
+from voz.files import shown_path
+from voz.language.files import LanguageFiles
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.profiles import load_profile
+
+MEGABYTE = 1_000_000
+
+
+def work(setup: Setup, task: Task) -> Result:
+    """Do a task.
+
+    Raises:
+        AudioError: it is of one recording, with which something is wrong.
+        VozError: the models cannot be loaded, or are others than where the results go.
+    """
+    recognizer = _loaded(setup)
+    if isinstance(task, Files):
+        return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
+    # Before it is read: if it changes meanwhile, its stamp is the old one.
+    stamp = stamp_of(task.name, setup.base) if isinstance(task, Cutting) else None
+    with _one_line(task.name, setup.memory), fetched(task.name, setup.base) as found:
+        if isinstance(task, Cutting):
+            stamp = stamp and with_checksum(stamp, found.path)
+            plan = plan_cuts(found.path)
+            return plan and replace(plan, stamp=stamp)
+        done = decode_part(recognizer, found.path, task.part, found.name)
+        return replace(done, rows=_named(done.rows, found))
+
+
+def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: Setup) -> Outcome | None:
+    """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
+    stamp = stamp_of(name, setup.base)
+    try:
+        with _one_line(name, setup.memory), fetched(name, setup.base) as found:
+            if cut and not setup.driving and is_long(found.path):
+                return None
+            stamp = stamp and with_checksum(stamp, found.path)
+            outcome = _heard(recognizer, found, setup)
+            return replace(outcome, rows=_named(outcome.rows, found), stamp=stamp)
+    except AudioError as error:
+        return failure(shown_name(name), str(error), stamp)
+
+
+def _heard(recognizer: Recognizer, found: Fetched, setup: Setup) -> Outcome:
+    if setup.driving is None:
+        return decode_recording(recognizer, found.path, found.name)
+    from voz.apps.batch.driving import drive_by
+
+    return drive_by(recognizer, found, setup.driving)
+
+
+@contextmanager
+def _one_line(name: str, memory: int | None) -> Iterator[None]:
+    """Raise AudioError for whatever goes wrong: it must not cost the other recordings."""
+    shown = shown_name(name)
+    try:
+        yield
+    except VozError:
+        raise
+    except MemoryError as error:
+        limit = f"{(memory or 0) // MEGABYTE} MB of memory"
+        raise AudioError(f"{shown}: needs more than {limit}; raise --memory-limit") from error
+    except Exception as error:  # a library's mistake
+        reason = f"{type(error).__name__}: {error}"
+        raise AudioError(f"{shown}: cannot be decoded ({reason})") from error
+
+
+def _named(rows: tuple[Row, ...], found: Fetched) -> tuple[Row, ...]:
+    """Name in an error what the user named, not where it was fetched to."""
+    if not rows or not isinstance(last := rows[-1], Unreadable):
+        return rows
+    error = last.error.replace(shown_path(found.path), found.name)
+    return (*rows[:-1], Unreadable(last.file, error))
+
+
+@cache
+def _loaded(setup: Setup) -> Recognizer:
+    known = load_profile(setup.profile) if setup.profile else None
+    language = LanguageFiles(Path(setup.folder))
+    if setup.fingerprint:
+        check_same(setup.fingerprint, language, setup.settings, known)
+    recognizer = Recognizer(language, setup.settings, known)
+    if setup.memory:
+        _limit_memory(setup.memory)
+    return recognizer
+
+
+def _limit_memory(more: int) -> None:
+    """Let what asks for more memory than that fail; only Linux tells what there is now."""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        lines = dict(line.split(":", 1) for line in status.read_text().splitlines() if ":" in line)
+        used = int(lines["VmData"].split()[0]) * 1024
+        _, highest = resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (used + more, highest))

@@ -1,0 +1,74 @@
+"""Who listens to the velocities on ROS 2, and the base that does; it needs cyclonedds."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import NamedTuple
+
+from cyclonedds.builtin import BuiltinTopicDcpsPublication
+
+from voz.apps.doctor.stopping import MeasuredMotion, told_motion
+from voz.events import Twist
+from voz.ros2.discovery import domain_number
+from voz.ros2.listeners import Endpoints, Listeners
+from voz.ros2.node import Ros2Node
+from voz.ros2.odometry import Ros2OdometryListener
+from voz.ros2.velocity import VelocityTopic
+from voz.settings import Ros2
+
+
+class Listening(NamedTuple):
+    """Who listens to a topic in a domain, and if nobody does, why perhaps."""
+
+    topic: str
+    domain: int
+    names: list[str]
+    obstacle: str | None
+
+
+def listeners(settings: Ros2) -> Listening:
+    """Find out who listens to the velocities; raises VozError if the domain cannot be joined."""
+    node = Ros2Node(settings)
+    velocities = VelocityTopic(node, settings)
+    velocities.wait_for_listener(settings.wait)
+    there = Listeners(Endpoints(node), velocities.writer)
+    topic = node.name(settings.cmd_vel)
+    names = sorted(there.name(handle) for handle in there.handles())
+    obstacle = None if names else there.obstacle(topic)
+    return Listening(topic, domain_number(settings, os.environ), names, obstacle)
+
+
+class Ros2Base:
+    """The base that listens to the topic of the velocities."""
+
+    def __init__(self, settings: Ros2, odometry: str, clock: Callable[[], float]) -> None:
+        """Offer velocities, and listen to an odometry.
+
+        Args:
+            settings: the domain, and the topic of the velocities.
+            odometry: its topic.
+            clock: tells when one came, s.
+        """
+        node = Ros2Node(settings)
+        self._name = node.name(settings.cmd_vel)
+        self._velocities = VelocityTopic(node, settings)
+        self._writers = Endpoints(node, BuiltinTopicDcpsPublication)
+        self._odometry = Ros2OdometryListener(node, odometry, clock)
+
+    def send(self, linear: float, angular: float) -> None:
+        """Send a velocity once, m/s and rad/s."""
+        self._velocities.publish(Twist(0.0, linear, angular))
+
+    def motion(self) -> MeasuredMotion | None:
+        """The newest odometry."""
+        return told_motion(self._odometry.newest())
+
+    def obstacle(self) -> str | None:
+        """Why it must not be driven now; None if it may be."""
+        writer = self._velocities.writer
+        if not writer.get_matched_subscriptions():
+            return f"nobody listens to {self._name}; start the base's driver"
+        if len(self._writers.of(writer.topic.name)) > 1:
+            return f"another program sends velocities on {self._name} too; end it first"
+        return None

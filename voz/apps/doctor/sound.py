@@ -1,0 +1,74 @@
+"""Whether sound comes in and goes out, and whether the robot can speak. An edge."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from voz.apps.doctor.finding import Finding, not_well
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.devices import choose
+from voz.audio.capture.microphone import open_microphone
+from voz.audio.level import Fault, measure
+from voz.audio.playback.mixer import Mixer
+from voz.audio.playback.mixing import RATE
+from voz.errors import AudioError, SpeechError
+from voz.settings import Speech
+from voz.speech import festival
+
+SECONDS = 1
+"""So long the microphone is listened to, s."""
+
+SILENCE = 0.3
+"""So long a silence is given to the loudspeaker, s."""
+
+
+def microphone(wanted: str | None = None) -> Finding:
+    """Listen for a moment.
+
+    Args:
+        wanted: its number or a part of its name; None is the default one.
+    """
+    name = "microphone"
+    try:
+        device = choose(wanted, ", or type commands: `voz run --text -`")
+        heard: Samples = np.empty(0, np.int16)
+        with open_microphone(device.handle) as blocks:
+            while len(heard) < SECONDS * SAMPLE_RATE:
+                heard = np.concatenate([heard, next(blocks)])
+    except AudioError as error:
+        return not_well(name, error)
+    level = measure(heard)
+    if level.still:
+        return Finding(name, False, f"{device} is {Fault.SILENT.words}", Fault.SILENT.advice)
+    told = f"{device} gives sound, at most {level.peak:.0f} dBFS; `voz devices --test` judges it"
+    return Finding(name, True, told)
+
+
+def loudspeaker(needed: bool) -> Finding:
+    """Give a silence out, and see whether it is taken."""
+    name = "loudspeaker"
+    problems: list[str] = []
+    mixer = Mixer(problems.append)
+    try:
+        mixer.wait(mixer.play(np.zeros(round(SILENCE * RATE), np.float32)))
+    finally:
+        mixer.close()
+    if problems:
+        return not_well(name, AudioError(problems[0]), needed)
+    return Finding(name, True, "takes sound; `voz say hello` lets you hear it", needed=needed)
+
+
+def speech(settings: Speech) -> Finding:
+    """Let festival speak into a file."""
+    name = "festival"
+    if not settings.enabled:
+        return Finding(name, True, "not needed: [speech] enabled = false", needed=False)
+    try:
+        with tempfile.TemporaryDirectory(prefix="voz-") as folder:
+            festival.render("ready", settings.voice, Path(folder) / "ready.wav")
+    except SpeechError as error:
+        return not_well(name, error)
+    return Finding(name, True, f"speaks with the voice {settings.voice}")

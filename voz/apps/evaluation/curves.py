@@ -1,0 +1,174 @@
+"""What a confidence is worth, and which command is taken for which. Pure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+import msgspec
+
+from voz.apps.evaluation.results import Result
+
+BINS = 10
+"""Of the reliability curve, each a tenth of the confidences wide."""
+
+NOTHING = "(nothing)"
+REFUSED = "(refused)"
+
+
+class CurvePoint(msgspec.Struct, frozen=True):
+    """What a threshold would do.
+
+    Attributes:
+        threshold: what confidence is needed.
+        hits: share of the commands heard right that would be obeyed; 1 minus it is missed.
+        false_alarms: share of the near-misses that would be let through.
+    """
+
+    threshold: float
+    hits: float
+    false_alarms: float
+
+
+class Operating(msgspec.Struct, frozen=True):
+    """How well confidences tell commands from near-misses: the points of the ROC and DET curves.
+
+    Attributes:
+        points: one for each confidence that was seen, the highest first.
+        area: under the ROC curve: how often a command is surer than a near-miss, ties by half.
+    """
+
+    points: list[CurvePoint]
+    area: float
+
+
+class Bin(msgspec.Struct, frozen=True):
+    """Utterances that are about equally sure.
+
+    Attributes:
+        confidence: their mean confidence.
+        right: share of them that were said.
+        utterances: how many they are.
+    """
+
+    confidence: float
+    right: float
+    utterances: int
+
+
+class Reliability(msgspec.Struct, frozen=True):
+    """Whether utterances with confidence 0.8 are right in 8 of 10.
+
+    Attributes:
+        bins: those with utterances in them, by confidence.
+        expected_error: the mean difference of confidence and share right over all utterances,
+            the expected calibration error.
+    """
+
+    bins: list[Bin]
+    expected_error: float
+
+
+class Confusion(msgspec.Struct, frozen=True):
+    """Which command was taken for which.
+
+    Attributes:
+        said: what was said: the rows.
+        heard: what was obeyed, then `(refused)` and `(nothing)`: the columns.
+        counts: clips, a list for each row.
+    """
+
+    said: list[str]
+    heard: list[str]
+    counts: list[list[int]]
+
+
+class Curves(msgspec.Struct, frozen=True):
+    """What the pictures show; None where there is nothing to show. Without the clips in noise."""
+
+    operating: Operating | None
+    reliability: Reliability | None
+    confusion: Confusion | None
+
+
+def curves(results: Iterable[Result]) -> Curves:
+    """Draw all curves of an evaluation; clips with an error or with noise mixed in are left out."""
+    clean = [r for r in results if r.error is None and r.snr is None]
+    commands = [r for r in clean if r.kind == "command"]
+    sure = [max(u.confidence for u in r.heard if u.text) for r in commands if r.is_right]
+    near_misses = [
+        max((u.confidence for u in r.heard if u.text), default=0.0)
+        for r in clean
+        if r.kind == "near-miss"
+    ]
+    labeled = [
+        (utterance.confidence, r.kind == "command" and utterance.text == r.text)
+        for r in clean
+        if r.kind != "long"  # which of its utterances is which command is not known
+        for utterance in r.heard
+        if utterance.text
+    ]
+    return Curves(
+        operating=operating(sure, near_misses) if sure and near_misses else None,
+        reliability=reliability(labeled) if labeled else None,
+        confusion=confusion([(r.text, taken_for(r)) for r in commands]) if commands else None,
+    )
+
+
+def operating(commands: Sequence[float], near_misses: Sequence[float]) -> Operating:
+    """Sweep the threshold.
+
+    Args:
+        commands: confidences of commands that were heard right.
+        near_misses: the highest confidence in each near-miss; 0 if nothing was heard.
+    """
+    points = []
+    ours, others = Counter(commands), Counter(near_misses)
+    hits = false_alarms = area = 0.0
+    for threshold in sorted(ours | others, reverse=True):
+        width = others[threshold] / len(near_misses)
+        area += width * (hits + ours[threshold] / len(commands) / 2)
+        hits += ours[threshold] / len(commands)
+        false_alarms += width
+        points.append(CurvePoint(threshold, round(hits, 5), round(false_alarms, 5)))
+    return Operating(points, round(area, 5))
+
+
+def reliability(utterances: Sequence[tuple[float, bool]]) -> Reliability:
+    """Compare confidences with how often they are right.
+
+    Args:
+        utterances: confidence from 0 to 1 and whether it is right; at least one.
+    """
+    bins: list[list[tuple[float, bool]]] = [[] for _ in range(BINS)]
+    for confidence, right in utterances:
+        bins[min(int(confidence * BINS), BINS - 1)].append((confidence, right))
+    filled = [_bin(members) for members in bins if members]
+    off = sum(abs(b.confidence - b.right) * b.utterances for b in filled)
+    return Reliability(filled, round(off / len(utterances), 5))
+
+
+def confusion(pairs: Sequence[tuple[str, str]]) -> Confusion:
+    """Count what was said and what it was taken for.
+
+    Args:
+        pairs: what was said, and `taken_for` of the clip.
+    """
+    counts = Counter(pairs)
+    said = sorted({pair[0] for pair in pairs})
+    others = {pair[1] for pair in pairs} - set(said) - {REFUSED, NOTHING}
+    heard = [*said, *sorted(others), REFUSED, NOTHING]
+    return Confusion(said, heard, [[counts[row, column] for column in heard] for row in said])
+
+
+def taken_for(result: Result) -> str:
+    """Tell what the robot would do first after a clip: a command, or why it does nothing."""
+    if result.obeyed:
+        return result.obeyed[0]
+    return REFUSED if result.is_refused else NOTHING
+
+
+def _bin(members: list[tuple[float, bool]]) -> Bin:
+    count = len(members)
+    confidence = sum(confidence for confidence, _ in members) / count
+    return Bin(round(confidence, 5), round(sum(right for _, right in members) / count, 5), count)

@@ -1,0 +1,274 @@
+"""What recognizes: voz itself, or something else to compare it with.
+
+An engine takes the samples of a whole recording and gives what it heard; to score another one,
+write such a function and give it a name in `load_engine`, or call a program by `command:`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeAlias
+
+from msgspec.structs import replace
+
+from voz.apps.evaluation.results import Understood
+from voz.audio import SAMPLE_RATE, Samples
+from voz.errors import AudioError, ConfigError
+from voz.language.checks import check_files
+from voz.language.files import LanguageFiles, read_commands
+from voz.settings import Recognition
+
+Engine: TypeAlias = Callable[[Samples], list[Understood]]
+"""Samples of a recording, 16 kHz, to utterances in their order.
+
+Raises AudioError, one line with the reason, if it cannot make anything of this recording.
+"""
+
+PHONE_LOOP_THRESHOLD = -21.2
+"""Refuses 5 % of the right commands by American and British synthetic voices.
+
+In pocketsphinx's own logarithms to the base 1.0001, for each frame of 10 ms.
+"""
+
+LONGEST_WHOLE = 3.0
+"""A recording of one command is shorter; what is longer may hold several utterances, s."""
+
+PROGRAM = "command:"
+"""Begins the name of an engine that is a program."""
+
+PROGRAM_SECONDS = 60.0
+"""A program that takes longer for one recording hangs."""
+
+
+@dataclass(frozen=True)
+class EngineChoice:
+    """An engine that is not loaded yet: what a process is told to load it by.
+
+    Attributes:
+        name: one of `ENGINES` or `command:PROGRAM ARGUMENTS`.
+        language: the language files.
+        settings: of voz's own recognizer.
+    """
+
+    name: str
+    language: LanguageFiles
+    settings: Recognition
+
+
+def load_engine(choice: EngineChoice) -> Engine:
+    """Load the engine that was chosen.
+
+    Raises:
+        ConfigError: there is no such engine or program.
+        LanguageError: the language files cannot be used.
+    """
+    if choice.name in ENGINES:
+        return ENGINES[choice.name](choice.language, choice.settings)
+    if choice.name.startswith(PROGRAM):
+        commands = read_commands(choice.language)
+        return program_engine(choice.name.removeprefix(PROGRAM), commands)
+    raise ConfigError(
+        f'there is no engine "{choice.name}"; use {", ".join(ENGINES)} '
+        f'or "{PROGRAM}PROGRAM ARGUMENTS"'
+    )
+
+
+def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
+    """Load voz: it finds the speech, what was said in it, and how sure that is."""
+    from voz.recognition.recognizer import Recognizer
+
+    recognizer = Recognizer(language, settings)
+
+    def recognize(samples: Samples) -> list[Understood]:
+        return [
+            Understood(heard.text, heard.confidence, heard.accepted, heard.start, heard.end)
+            for heard in recognizer.utterances([samples], "clip")
+        ]
+
+    return recognize
+
+
+def first_ear(language: LanguageFiles, settings: Recognition) -> Engine:
+    """Load voz without its second ear."""
+    return voz_engine(language, replace(settings, second_ear=False))
+
+
+def plain_pocketsphinx(language: LanguageFiles, _settings: Recognition) -> Engine:
+    """Load pocketsphinx with voz's grammar as its documentation shows it: what voz began from.
+
+    It takes the whole recording for one utterance and is always sure.
+    """
+    from pocketsphinx import Decoder
+
+    check_files(language)
+    decoder = Decoder(
+        jsgf=str(language.grammar), dict=str(language.dictionary), lm=None, loglevel="FATAL"
+    )
+
+    def recognize(samples: Samples) -> list[Understood]:
+        decoder.start_utt()
+        decoder.process_raw(samples.tobytes(), full_utt=True)
+        decoder.end_utt()
+        hypothesis = decoder.hyp()
+        text = str(hypothesis.hypstr) if hypothesis else ""
+        return _the_whole(samples, text, accepted=True)
+
+    return recognize
+
+
+def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition) -> Engine:
+    """Load pocketsphinx with what it has to refuse other speech by: a free loop of phones.
+
+    A command is obeyed if it explains the speech nearly as well as any phones would. A recording
+    that is too long for one command is cut by pocketsphinx's end-pointer with its own settings.
+    """
+    from pocketsphinx import Decoder, get_model_path
+
+    check_files(language)
+    # Only if both score all states of each frame are their scores comparable.
+    model = {"dict": str(language.dictionary), "lm": None, "loglevel": "FATAL", "compallsen": True}
+    grammar = Decoder(jsgf=str(language.grammar), bestpath=False, **model)
+    phones = Decoder(allphone=get_model_path("en-us/en-us-phone.lm.bin"), lw=2.0, **model)
+
+    def recognize(samples: Samples) -> list[Understood]:
+        heard = []
+        for data, start, end in _parts(samples):
+            text, score = _searched(grammar, data)
+            if text:
+                accepted = _better(score, phones, data) >= PHONE_LOOP_THRESHOLD
+                heard.append(Understood(text, float(accepted), accepted, start, end))
+        return heard
+
+    return recognize
+
+
+ENGINES: dict[str, Callable[[LanguageFiles, Recognition], Engine]] = {
+    "voz": voz_engine,
+    "first-ear": first_ear,
+    "plain-pocketsphinx": plain_pocketsphinx,
+    "pocketsphinx-phone-loop": pocketsphinx_with_phone_loop,
+}
+
+
+def _the_whole(samples: Samples, text: str, accepted: bool) -> list[Understood]:
+    """What is understood by those who take a recording for one utterance and are always sure."""
+    return [Understood(text, 1.0, accepted, 0.0, len(samples) / SAMPLE_RATE)] if text else []
+
+
+def _parts(samples: Samples) -> Iterator[tuple[bytes, float, float]]:
+    """The utterances of a recording, and where they begin and end, s: all of it if it is short."""
+    from pocketsphinx import Endpointer
+
+    data = samples.tobytes()
+    if len(samples) <= LONGEST_WHOLE * SAMPLE_RATE:
+        yield data, 0.0, len(samples) / SAMPLE_RATE
+        return
+    endpointer = Endpointer()
+    size = endpointer.frame_bytes
+    said: list[bytes] = []
+    for start in range(0, len(data), size):
+        frame = data[start : start + size]
+        last = start + size >= len(data)
+        if speech := endpointer.end_stream(frame) if last else endpointer.process(frame):
+            said.append(speech)
+        if said and not endpointer.in_speech:
+            yield b"".join(said), endpointer.speech_start, endpointer.speech_end
+            said.clear()
+
+
+def _searched(decoder: Any, data: bytes) -> tuple[str, float]:
+    """Decode an utterance as if it were alone; its words and their log-likelihood."""
+    decoder.reinit_feat()
+    decoder.start_utt()
+    decoder.process_raw(data, full_utt=True)
+    decoder.end_utt()
+    hypothesis = decoder.hyp()
+    if hypothesis is None:
+        return "", -math.inf
+    return str(hypothesis.hypstr), math.log(hypothesis.score, 1.0001)
+
+
+def _better(score: float, phones: Any, data: bytes) -> float:
+    """How much better a score is than that of the phones, for each frame that they speak in."""
+    _, against = _searched(phones, data)
+    spoken = [s for s in phones.seg() or () if s.word != "SIL" and not s.word.startswith("+")]
+    frames = sum(segment.end_frame - segment.start_frame + 1 for segment in spoken)
+    # Where there are no phones, there is nothing that could be a command.
+    return (score - against) / frames if frames else -math.inf
+
+
+def program_engine(command: str, commands: Collection[str]) -> Engine:
+    """Let any program recognize.
+
+    Args:
+        command: the program and its arguments, quoted as for a shell, though none runs it. The
+            path of a WAV file, 16 kHz, mono, 16 bit, is added as the last argument; what the
+            program writes to standard output is the transcript.
+        commands: what is obeyed if it is the transcript, which may be in any case and with
+            punctuation.
+
+    Raises:
+        ConfigError: there is no such program.
+    """
+    arguments = _arguments(command)
+
+    def recognize(samples: Samples) -> list[Understood]:
+        text = words(_transcript(arguments, samples))
+        return _the_whole(samples, text, accepted=text in commands)
+
+    return recognize
+
+
+def _arguments(command: str) -> list[str]:
+    try:
+        arguments = shlex.split(command)
+    except ValueError as error:
+        raise ConfigError(f'"{PROGRAM}{command}": {error}; close all quotes') from None
+    if not arguments:
+        raise ConfigError(f'"{PROGRAM}" names no program; write "{PROGRAM}PROGRAM ARGUMENTS"')
+    if shutil.which(arguments[0]) is None:
+        raise ConfigError(f"{arguments[0]}: there is no such program; name one that can be run")
+    return arguments
+
+
+def _transcript(arguments: list[str], samples: Samples) -> str:
+    """Run a program on a recording; give what it writes to standard output."""
+    import soundfile
+
+    name = arguments[0]
+    with TemporaryDirectory(prefix="voz-eval-") as folder:
+        wav = Path(folder) / "clip.wav"
+        soundfile.write(wav, samples, SAMPLE_RATE, subtype="PCM_16")
+        try:
+            done = subprocess.run(
+                [*arguments, str(wav)],
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=PROGRAM_SECONDS,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise AudioError(f"{name}: was not done after {PROGRAM_SECONDS:g} s") from None
+        except OSError as error:
+            raise AudioError(f"{name}: cannot be run ({error.strerror})") from None
+    if done.returncode != 0:
+        last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        raise AudioError(f"{name}: failed with exit code {done.returncode}{_because(last)}")
+    return done.stdout.decode(errors="replace")
+
+
+def _because(lines: list[str]) -> str:
+    return f" ({lines[0]})" if lines else ""
+
+
+def words(transcript: str) -> str:
+    """Take the words of a transcript as commands are written: lower case, no punctuation."""
+    return " ".join(re.findall(r"[^\W_]+(?:'[^\W_]+)*", transcript.lower()))

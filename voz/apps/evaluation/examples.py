@@ -1,0 +1,127 @@
+"""Labeled utterances, from which the confidence is fitted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import NamedTuple
+
+from msgspec.structs import replace
+
+from voz.apps.evaluation.recognize import Task, in_processes, tasks_for
+from voz.apps.evaluation.streams import shared_out
+from voz.apps.recordings.clips import Clip
+from voz.audio import SAMPLE_RATE
+from voz.audio.capture.files import read_blocks
+from voz.errors import AudioError, ConfigError
+from voz.language.files import find_language
+from voz.recognition.confidence import Around
+from voz.recognition.recognizer import Recognizer
+from voz.settings import Recognition
+
+TOO_LITTLE_TALK = (
+    "the manifests need more recordings of the kind talk, half an hour or so, to tell how often it "
+    "sounds like a command"
+)
+
+
+class Collected(NamedTuple):
+    """What is in a recording; nothing if it cannot be read.
+
+    Attributes:
+        examples: its utterances, with the network.
+        alone: the same by pocketsphinx alone.
+        talk: how much talk it is, s.
+        commands: those that are said in it.
+    """
+
+    examples: list[Example]
+    alone: list[Example]
+    talk: float
+    commands: list[Clip]
+
+
+@dataclass(frozen=True)
+class Example:
+    """What is known of one utterance.
+
+    Attributes:
+        clip: the recording or the stretch of one that it is in.
+        text: the command that was heard.
+        values: its features.
+        trust: how far it is to be trusted to be speech, 0 to 1.
+        around: what is around it.
+        right: whether it is the command that was said.
+    """
+
+    clip: Clip
+    text: str
+    values: dict[str, float]
+    trust: float
+    around: Around
+    right: bool
+
+
+def collect(clips: Sequence[Clip], lm: str | None, processes: int | None) -> Iterator[Collected]:
+    """Recognize labeled recordings and keep what the confidence is computed from.
+
+    Args:
+        clips: the recordings, and stretches of streams.
+        lm: folder of the language files, None for the usual ones.
+        processes: how many work at the same time; None for one on each core.
+
+    Returns:
+        What is in each recording, in their order.
+    """
+    tasks = tasks_for(clips, [], [], room=False)
+    return in_processes(partial(_examples, lm=lm), tasks, processes)
+
+
+def description(clips: Iterable[Clip], name: str) -> str:
+    """Tell of a set of recordings how many there are of each kind, and by how many speakers."""
+    chosen = [clip for clip in clips if clip.set == name]
+    kinds = Counter(clip.kind for clip in chosen)
+    counts = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
+    return f"{name}: {counts}; {len({clip.speaker for clip in chosen})} speakers"
+
+
+def check_talk(clips: Iterable[Clip]) -> None:
+    """Refuse recordings without any talk, before minutes go by; raises ConfigError."""
+    if not any(clip.kind == "talk" for clip in clips):
+        raise ConfigError(TOO_LITTLE_TALK)
+
+
+@cache
+def _recognizer(lm: str | None, second_ear: bool) -> Recognizer:
+    return Recognizer(find_language(lm), Recognition(second_ear=second_ear))
+
+
+def _examples(task: Task, lm: str | None) -> Collected:
+    """Recognize a recording; what is heard around the stretches of a stream is nothing's."""
+    first = task.clips[0]
+    try:
+        blocks = list(read_blocks(first.path))
+    except AudioError:
+        return Collected([], [], 0.0, [])
+    seconds = sum(map(len, blocks)) / SAMPLE_RATE
+    stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
+    around = replace(first, kind="noise", speaker=first.file, condition="all")
+
+    def heard(second_ear: bool) -> list[Example]:
+        found = list(_recognizer(lm, second_ear).candidates(blocks))
+        parts, rest = shared_out(found, stretches)
+        return [
+            Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
+            for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
+            for o in part
+        ]
+
+    talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
+    commands = [clip for clip in task.clips if clip.kind == "command"]
+    return Collected(heard(second_ear=True), heard(second_ear=False), talk, commands)
+
+
+def _is_said(clip: Clip, text: str) -> bool:
+    return clip.kind == "command" and clip.text == text

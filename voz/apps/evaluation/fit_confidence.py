@@ -1,0 +1,269 @@
+"""Makes the model of the confidence anew: a logistic model, fitted on labeled recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from msgspec.structs import replace
+
+from voz.apps.evaluation.examples import TOO_LITTLE_TALK, Example
+from voz.apps.recordings.clips import Clip
+from voz.errors import ConfigError
+from voz.recognition.confidence import in_company, probability
+from voz.recognition.confidence_model import (
+    ONE_EAR,
+    TWO_EARS,
+    VOICES_AROUND,
+    Model,
+    Models,
+    load_models,
+)
+from voz.recognition.costs import Cost, rates_around
+from voz.recognition.thresholds import thresholds
+from voz.settings import Recognition
+
+RIDGE = 1.0
+"""Pulls the weights towards 0 with the strength of one utterance."""
+
+FOLDS = 5
+
+SHUFFLES = 8
+"""Divisions into folds that are averaged: the threshold from one alone is off by up to 0.1."""
+
+LIKELIEST = 5
+"""Stretches of talk that sound most like a command, from which the false alarms are estimated.
+
+3 to 6 give a threshold for one alarm in two hours of .36 to .44. More reach into the bulk of talk,
+where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .84, though none of
+37 minutes is above .33.
+"""
+
+USUAL_ALARMS_OF_ONE_EAR = 20.0
+"""In an hour; so many single sentences of people it takes for commands where it obeys most."""
+
+COMMAND_SHARE = 1 / 2
+"""Of what is said near someone who drives a robot, so much are commands: the prior."""
+
+Matrix = npt.NDArray[np.float64]
+
+
+def fit_models(
+    examples: Sequence[Example],
+    alone: Sequence[Example],
+    fitted_on: list[str],
+    hours: float,
+    commands: Collection[Clip],
+) -> tuple[Models, list[float]]:
+    """Fit the models of one ear and of both.
+
+    Args:
+        examples: utterances, some of them right, some of them in talk, with the network.
+        alone: the same by pocketsphinx alone.
+        fitted_on: what to write into the models about them.
+        hours: how long the talk is.
+        commands: what was said.
+
+    Returns:
+        The models, and how likely each example is by both ears, by models that never heard its
+        speaker.
+
+    Raises:
+        ConfigError: what `fit` and `with_alarms` raise.
+    """
+    likely, likely_alone = cross_validated(examples, TWO_EARS), cross_validated(alone, ONE_EAR)
+    both = with_alarms(fit(examples, fitted_on, TWO_EARS), examples, likely, hours)
+    one = with_alarms(fit(alone, fitted_on, ONE_EAR), alone, likely_alone, hours)
+    # What voices in the room are worth to one ear, recordings of one command do not tell.
+    voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
+    one = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
+    models = Models(
+        with_costs(both, examples, likely, commands),
+        with_costs(one, alone, likely_alone, commands),
+    )
+    return models, likely
+
+
+def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:
+    """Fit a model but for its false alarms.
+
+    How many near-misses there are among recordings says nothing about life, so both classes are
+    weighed as if `COMMAND_SHARE` of all utterances were commands.
+
+    Args:
+        examples: utterances, some of them right.
+        fitted_on: what to write into the model about them.
+        names: the features that it shall have.
+
+    Raises:
+        ConfigError: there are no right ones, or no others.
+    """
+    # What is no speech is refused for that, and would only distort the weights.
+    examples = [example for example in examples if example.trust > 0]
+    right = np.array([example.right for example in examples])
+    if right.all() or not right.any():
+        raise ConfigError("the manifests need both commands that are understood and other speech")
+    x = np.array([[example.values[name] for name in names] for example in examples])
+    middle, spread = x.mean(axis=0), x.std(axis=0) + 1e-9
+    share = right.mean()
+    weights = np.where(right, COMMAND_SHARE / share, (1 - COMMAND_SHARE) / (1 - share))
+    intercept, slopes = _logistic((x - middle) / spread, right.astype(float), weights)
+    slopes = slopes / spread
+    intercept -= float(slopes @ middle)
+    return Model(
+        fitted_on=fitted_on,
+        intercept=round(intercept, 4),
+        weights={name: round(float(w), 4) for name, w in zip(names, slopes, strict=True)},
+        alarms=1.0,
+        alarms_fall=1.0,
+    )
+
+
+def with_alarms(
+    model: Model, examples: Iterable[Example], probabilities: Iterable[float], hours: float
+) -> Model:
+    """Add to a model how often talk sounds like a command.
+
+    Log-odds fall off exponentially at their upper end; the fall is estimated as Hill does it
+    (1975, doi:10.1214/aos/1176343247). Talk in which the command was said is no false alarm.
+
+    Args:
+        model: what `fit` gave.
+        examples: utterances, those in talk among them.
+        probabilities: how likely each is right, by models that did not hear its speaker.
+        hours: how long the talk is.
+
+    Raises:
+        ConfigError: there is too little talk.
+    """
+    odds = sorted(
+        (
+            math.log(likely / (1 - likely))
+            for example, likely in zip(examples, probabilities, strict=True)
+            if example.clip.kind == "talk" and likely > 0 and not _is_in(example.text, example.clip)
+        ),
+        reverse=True,
+    )
+    if len(odds) <= LIKELIEST:
+        raise ConfigError(TOO_LITTLE_TALK)
+    tail = odds[LIKELIEST]
+    fall = LIKELIEST / sum(one - tail for one in odds[:LIKELIEST])
+    # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
+    alarms = (LIKELIEST + 1) / hours * math.exp(fall * tail)
+    return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
+
+
+def with_costs(
+    model: Model,
+    examples: Sequence[Example],
+    probabilities: Sequence[float],
+    commands: Collection[Clip],
+) -> Model:
+    """Add to a model how many commands are missed at several rates of false alarms.
+
+    Args:
+        model: what `with_alarms` gave.
+        examples: utterances of the commands, and others.
+        probabilities: how likely each is right, by models that did not hear its speaker.
+        commands: all that were said, also those of which nothing was heard.
+    """
+    costs = []
+    for alarms in rates_around(model.usual_alarms):
+        settings = Recognition(false_alarms_per_hour=alarms)
+        least = thresholds(model, settings, {example.text for example in examples})
+        pairs = zip(examples, probabilities, strict=True)
+        obeyed = [example for example, likely in pairs if likely >= least[example.text]]
+        right = {example.clip for example in obeyed if example.right}
+        right -= {example.clip for example in obeyed if not example.right}
+        missed = len(set(commands) - right) / len(set(commands))
+        costs.append(Cost(alarms, round(missed, 4)))
+    return replace(model, costs=tuple(costs))
+
+
+def cross_validated(examples: Sequence[Example], names: Sequence[str]) -> list[float]:
+    """Tell how likely each example is right, by models that never heard its speaker.
+
+    Args:
+        examples: utterances of several speakers.
+        names: the features of the models.
+
+    Returns:
+        A probability for each.
+    """
+    # One name is one speaker, in whatever set: clips may be heard again in rooms.
+    speakers = sorted({e.clip.speaker for e in examples})
+    rng = np.random.default_rng(0)
+    # Shuffled, since neighbors in the alphabet come from the same source.
+    orders = [rng.permutation(len(speakers)) for _ in range(SHUFFLES)]
+    found = []
+    for order in orders:
+        fold_of = {s: int(place) % FOLDS for s, place in zip(speakers, order, strict=True)}
+        folds = [fold_of[e.clip.speaker] for e in examples]
+        found.append(_held_out(examples, folds, names))
+    return [_mean_odds(likely) for likely in zip(*found, strict=True)]
+
+
+def acceptance(
+    examples: Iterable[Example], probabilities: Iterable[float], threshold: float
+) -> dict[str, tuple[float, int]]:
+    """Count what a threshold lets through.
+
+    Returns:
+        By set, kind, condition and whether it is right: the share accepted, and of how many.
+    """
+    groups: dict[str, list[bool]] = {}
+    for example, likely in zip(examples, probabilities, strict=True):
+        clip = example.clip
+        outcome = "right" if example.right else "wrong"
+        name = f"{clip.set} {clip.kind} {clip.condition} {outcome}"
+        groups.setdefault(name, []).append(likely >= threshold)
+    return {name: (sum(v) / len(v), len(v)) for name, v in sorted(groups.items())}
+
+
+def _logistic(x: Matrix, y: Matrix, weights: Matrix) -> tuple[float, Matrix]:
+    """Fit a logistic regression by Newton's method; the intercept is not pulled to 0."""
+    design = np.column_stack([np.ones(len(x)), x])
+    ridge = np.full(design.shape[1], RIDGE)
+    ridge[0] = 0
+    beta = np.zeros(design.shape[1])
+    for _ in range(100):
+        p = 1 / (1 + np.exp(-np.clip(design @ beta, -700, 700)))
+        gradient = design.T @ (weights * (y - p)) - ridge * beta
+        curvature = (design * (weights * p * (1 - p))[:, None]).T @ design + np.diag(ridge + 1e-9)
+        step = np.linalg.solve(curvature, gradient)
+        beta += step
+        if np.abs(step).max() < 1e-9:
+            break
+    return float(beta[0]), beta[1:]
+
+
+def _held_out(
+    examples: Sequence[Example], folds: Sequence[int], names: Sequence[str]
+) -> list[float]:
+    """Tell how likely each example is right, by the model of the other folds."""
+    models = [
+        fit([e for e, f in zip(examples, folds, strict=True) if f != fold], [], names)
+        for fold in range(FOLDS)
+    ]
+    return [_likely(models[fold], e) for e, fold in zip(examples, folds, strict=True)]
+
+
+def _mean_odds(shares: Sequence[float]) -> float:
+    """Average probabilities by their log-odds; what is 0 for one is 0 for all."""
+    if min(shares) == 0:
+        return 0.0
+    mean = sum(math.log(share / (1 - share)) for share in shares) / len(shares)
+    return 1 / (1 + math.exp(-mean))
+
+
+def _likely(model: Model, example: Example) -> float:
+    sure = example.trust * probability(model, example.values)
+    return in_company(sure, example.around)
+
+
+def _is_in(command: str, talk: Clip) -> bool:
+    """Tell whether all words of a command are in what was said: `stop` is in `it stopped`."""
+    said = talk.text.split()
+    return all(any(word.startswith(one) for word in said) for one in command.split())

@@ -1,0 +1,131 @@
+"""An evaluation as a page of its own. Pure."""
+
+from __future__ import annotations
+
+import html
+from base64 import b64encode
+from collections.abc import Iterable, Mapping
+
+from voz.apps.evaluation.failures import Failure, failures
+from voz.apps.evaluation.report import Evaluation, all_tables
+from voz.apps.evaluation.results import Result
+from voz.apps.evaluation.tables import Table, speaker_tables
+
+STYLE = """
+body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 80em; padding: 0 1em; }
+table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto; }
+th, td { border-bottom: 1px solid #ddd; padding: 0.2em 0.7em; text-align: right;
+  white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; white-space: pre; }
+table.failed { display: table; }
+table.failed th, table.failed td { text-align: left; white-space: normal; }
+table.failed td:nth-child(2), table.failed th { white-space: nowrap; }
+table.failed td:last-child { overflow-wrap: anywhere; }
+figure { display: inline-block; margin: 1em; vertical-align: top; }
+figcaption { font-weight: bold; }
+svg { max-width: 100%; height: auto; }
+audio { height: 2em; width: 15em; vertical-align: middle; }
+"""
+
+NOTES = """Right: exactly what was said was heard, one utterance for each command. Accepted: the
+robot would obey. In brackets: 95 % confidence interval, by bootstrap over the speakers; one
+without width says only that all clips agree. That of false alarms is Poisson's. Out-of-nothing is
+what was obeyed before, between and after what was said in a stream or in noise. The curves and the
+matrix are of all sets together, without the clips in noise."""
+
+MOST_LISTED = 1000
+"""Failures that a page lists; `--json` has all."""
+
+COLUMNS = ("", "what went wrong", "said", "heard (confidence)", "speaker", "where", "clip")
+"""Of the list of failures."""
+
+
+def to_html(
+    evaluation: Evaluation, pictures: Mapping[str, str], sounds: Mapping[Failure, bytes]
+) -> str:
+    """Write a page that needs nothing else: no other file, no network, no script.
+
+    Args:
+        evaluation: what it shows.
+        pictures: SVG elements by their titles.
+        sounds: of failures, as FLAC.
+    """
+    made = [("voz", evaluation.voz), ("date", evaluation.date), ("machine", evaluation.machine)]
+    parts = [
+        "<h1>voz eval</h1>",
+        _table(Table(("made by", ""), made)),
+        _table(Table(("asked for", ""), list(evaluation.settings.items()))),
+        f"<p>{NOTES}</p>",
+        *(_table(table) for table in all_tables(evaluation)),
+        *(_figure(title, svg) for title, svg in pictures.items()),
+        *(_folded("Speakers", table) for table in speaker_tables(evaluation.scores)),
+        _failed(evaluation.results, sounds),
+    ]
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f"<title>voz eval</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        + "\n".join(parts)
+        + "\n</body>\n</html>\n"
+    )
+
+
+def _failed(results: list[Result], sounds: Mapping[Failure, bytes]) -> str:
+    """List what went wrong, with its sound."""
+    failed = failures(results)
+    if not failed:
+        return "<h2>What went wrong: nothing</h2>"
+    header = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    rows = [
+        _row(_described(one, results[one.number]), sounds.get(one)) for one in failed[:MOST_LISTED]
+    ]
+    more = len(failed) - len(rows)
+    return "\n".join(
+        [
+            f"<h2>What went wrong: {len(failed):,}</h2>",
+            f'<table class="failed">\n<tr>{header}</tr>',
+            *rows,
+            "</table>",
+            *([f"<p>And {more:,} more, which --json lists.</p>"] if more else []),
+        ]
+    )
+
+
+def _described(failure: Failure, result: Result) -> tuple[str, ...]:
+    """What a row says: see `COLUMNS`; the sound is not in it."""
+    heard = ", ".join(f"{one.text or '?'} ({one.confidence:.2f})" for one in failure.heard)
+    noise = "" if result.snr is None else f"{result.noise}, {result.snr:g} dB"
+    at = "" if failure.stretch is None else f"{failure.stretch[0]:.1f} s"
+    # Around what is said the clip stands for the speaker and the condition.
+    speaker, condition = (
+        "" if name == result.file else name for name in (result.speaker, result.condition)
+    )
+    place = ", ".join(filter(None, (condition, noise, at)))
+    said = result.text or f"({result.kind})"
+    return failure.what, said, result.error or heard, speaker, place, result.file
+
+
+def _row(texts: Iterable[str], sound: bytes | None) -> str:
+    cells = "".join(f"<td>{html.escape(text)}</td>" for text in texts)
+    player = ""
+    if sound is not None:
+        address = f"data:audio/flac;base64,{b64encode(sound).decode()}"
+        player = f'<audio controls preload="none" src="{address}"></audio>'
+    return f"<tr><td>{player}</td>{cells}</tr>"
+
+
+def _table(table: Table) -> str:
+    header = "".join(f"<th>{html.escape(name)}</th>" for name in table.header)
+    rows = "\n".join(
+        "<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in row) + "</tr>"
+        for row in table.rows
+    )
+    return f"<table>\n<tr>{header}</tr>\n{rows}\n</table>"
+
+
+def _folded(title: str, table: Table) -> str:
+    summary = html.escape(f"{title}: {table.header[0]}")
+    return f"<details><summary>{summary}</summary>\n{_table(table)}\n</details>"
+
+
+def _figure(title: str, svg: str) -> str:
+    return f"<figure><figcaption>{html.escape(title)}</figcaption>\n{svg}</figure>"

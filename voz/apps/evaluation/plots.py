@@ -1,0 +1,230 @@
+"""The curves as pictures: SVG to put into a page, and PNG. Needs matplotlib."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from io import BytesIO, StringIO
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from voz.apps.evaluation.curves import Confusion, Curves, Operating, Reliability
+from voz.apps.evaluation.scores import CommandScores
+
+STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "svg.hashsalt": "voz",  # the same figures give the same file
+    "text.parse_math": False,  # a text with $ in it is no formula
+}
+
+RATES = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
+"""Where the axes of the DET curve are labeled."""
+
+QUIET = "quiet"
+"""Where no noise was added."""
+
+DOTS = 200
+"""Of a PNG, in an inch."""
+
+CELL = 0.42
+"""Width and height of a cell of the confusion matrix, inches."""
+
+
+class Plot(NamedTuple):
+    """A picture: as an SVG element, and as PNG."""
+
+    svg: str
+    png: bytes
+
+
+def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, Plot]:
+    """Draw what there is to draw.
+
+    Args:
+        curves: of all sets together.
+        commands: of which those at a signal-to-noise ratio are shown.
+
+    Returns:
+        Pictures by their titles.
+    """
+    drawn = {}
+    if curves.operating:
+        drawn["Commands and near-misses (ROC)"] = roc(curves.operating)
+        drawn["Missed and let through (DET)"] = det(curves.operating)
+    if curves.reliability:
+        drawn["Confidence and share right"] = reliability(curves.reliability)
+    if len({s.group.snr for s in commands if s.group.by == "snr"}) > 1:
+        drawn["Commands in noise"] = accuracy_against_noise(commands)
+    if curves.confusion:
+        drawn["What commands were taken for"] = confusion(curves.confusion)
+    return drawn
+
+
+def roc(curve: Operating) -> Plot:
+    """Draw what is let through against what is obeyed, over all thresholds."""
+
+    def draw(axes: Axes) -> None:
+        axes.plot([0, 1], [0, 1], color="gray", linestyle=":", linewidth=1)
+        axes.step(
+            [0.0, *(point.false_alarms for point in curve.points)],
+            [0.0, *(point.hits for point in curve.points)],
+            where="post",
+        )
+        axes.set(
+            xlabel="near-misses let through",
+            ylabel="commands heard right that are accepted",
+            title=f"area under the curve {curve.area:.3f}",
+            xlim=(-0.01, 1.01),
+            ylim=(-0.01, 1.01),
+        )
+
+    return _picture(draw)
+
+
+def det(curve: Operating) -> Plot:
+    """Draw the same on axes where normally distributed confidences give a straight line.
+
+    What is beyond the axes, a rate of 0 too, is drawn at their ends.
+    """
+    scale = NormalDist().inv_cdf
+    lowest, highest = RATES[0], RATES[-1]
+
+    def at(rate: float) -> float:
+        return scale(min(max(rate, lowest), highest))
+
+    def draw(axes: Axes) -> None:
+        axes.plot(
+            [at(point.false_alarms) for point in curve.points],
+            [at(1 - point.hits) for point in curve.points],
+        )
+        ticks, labels = [scale(rate) for rate in RATES], [f"{rate:g}" for rate in RATES]
+        axes.set_xticks(ticks, labels, rotation=60)
+        axes.set_yticks(ticks, labels)
+        limits = (scale(lowest) - 0.1, scale(highest) + 0.1)
+        axes.set(
+            xlabel="near-misses let through",
+            ylabel="commands heard right that are refused",
+            title="nearer to the lower left corner is better",
+            xlim=limits,
+            ylim=limits,
+        )
+
+    return _picture(draw)
+
+
+def reliability(curve: Reliability) -> Plot:
+    """Draw how often utterances of each confidence are right, and how many they are."""
+
+    def draw(axes: Axes) -> None:
+        confidences = [b.confidence for b in curve.bins]
+        axes.plot([0, 1], [0, 1], color="gray", linestyle=":", linewidth=1)
+        axes.plot(confidences, [b.right for b in curve.bins], marker="o")
+        for b in curve.bins:
+            axes.annotate(
+                str(b.utterances),
+                (b.confidence, b.right),
+                xytext=(0, 6 if b.right > b.confidence else -12),  # away from the diagonal
+                textcoords="offset points",
+                ha="center",
+                fontsize=7,
+            )
+        axes.set(
+            xlabel="confidence",
+            ylabel="share right (with the number of utterances)",
+            title=f"expected calibration error {curve.expected_error:.3f}",
+            xlim=(-0.02, 1.04),
+            ylim=(-0.08, 1.08),
+        )
+
+    return _picture(draw)
+
+
+def accuracy_against_noise(commands: Sequence[CommandScores]) -> Plot:
+    """Draw the share of commands right and accepted in each noise over its ratio, and in quiet."""
+    lines = noise_lines(commands)
+    found = {score.group.snr for scores in lines.values() for score in scores}
+    places = sorted(found - {None}, key=lambda snr: -(snr or 0))
+    places.insert(0, None)
+
+    def draw(axes: Axes) -> None:
+        for name, scores in lines.items():
+            values = [score.right_and_accepted for score in scores]
+            axes.errorbar(
+                [places.index(score.group.snr) for score in scores],
+                [v.value for v in values],
+                yerr=([v.value - v.low for v in values], [v.high - v.value for v in values]),
+                marker="o" if scores[0].group.noise else "s",
+                capsize=3,
+                label=name,
+            )
+        axes.set_xticks(range(len(places)), [QUIET, *(f"{snr:g}" for snr in places[1:])])
+        axes.set(
+            xlabel="signal-to-noise ratio, dB", ylabel="right and accepted", ylim=(-0.02, 1.02)
+        )
+        axes.legend(loc="lower left", fontsize=7)
+
+    return _picture(draw)
+
+
+def noise_lines(commands: Sequence[CommandScores]) -> dict[str, list[CommandScores]]:
+    """Put together what a line of that picture shows, by the name of the line.
+
+    Returns:
+        Of each noise the scores at its ratios, and of what has no noise one; sets are named where
+        there are several.
+    """
+    chosen = [
+        score.group
+        for score in commands
+        if score.group.kind == "command" and score.group.by in ("all", "noise")
+    ]
+    several = len({group.set for group in chosen}) > 1
+    lines: dict[str, list[CommandScores]] = {}
+    for score in commands:
+        if score.group in chosen:
+            noise = score.group.noise or QUIET
+            name = f"{score.group.set}, {noise}" if several else noise
+            lines.setdefault(name, []).append(score)
+    return lines
+
+
+def confusion(matrix: Confusion) -> Plot:
+    """Draw how many clips of each command were taken for which."""
+    rows, columns = len(matrix.said), len(matrix.heard)
+
+    def draw(axes: Axes) -> None:
+        shares = [[count / sum(row) for count in row] for row in matrix.counts]
+        axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        axes.grid(visible=False)
+        axes.set_xticks(range(columns), matrix.heard, rotation=45, ha="right")
+        axes.set_yticks(range(rows), matrix.said)
+        axes.set(xlabel="taken for", ylabel="said")
+        for row, counts in enumerate(matrix.counts):
+            for column, count in enumerate(counts):
+                if count:
+                    color = "white" if shares[row][column] > 0.5 else "black"
+                    axes.text(column, row, str(count), ha="center", va="center", color=color)
+
+    return _picture(draw, width=2 + CELL * columns, height=1.7 + CELL * rows)
+
+
+def _picture(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> Plot:
+    """Let a function draw on a figure of so many inches."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        draw(figure.subplots())
+        file = StringIO()
+        nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        figure.savefig(file, format="svg", metadata=nothing)
+        png = BytesIO()
+        figure.savefig(png, format="png", dpi=DOTS, metadata={"Software": None})
+    svg = file.getvalue()
+    # Without the XML declaration and the document type, which names an address.
+    svg = re.sub(r"<!--.*?-->\n?", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    return Plot(svg, png.getvalue())

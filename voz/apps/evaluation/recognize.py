@@ -1,0 +1,245 @@
+"""Many clips through an engine, in many processes. An edge: it reads recordings and takes time."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from msgspec.structs import replace
+
+from voz.apps.evaluation import noise
+from voz.apps.evaluation.engines import Engine, EngineChoice, load_engine
+from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Understood, unheard
+from voz.apps.evaluation.streams import Stretch, seconds_outside, shared_out
+from voz.apps.recordings.clips import Clip
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import read_blocks
+from voz.errors import AudioError, ConfigError
+from voz.files import shown_path
+from voz.process.pool import Died, WorkerPool, cores, worker_pool
+
+Item = TypeVar("Item")
+Outcome = TypeVar("Outcome")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A recording, and what is done to it before it is heard.
+
+    Attributes:
+        clips: what is in it: one clip that is all of it, or the stretches of a stream.
+        room: whether it is played in a room.
+        noise: recordings of which one is mixed in; empty for none.
+        snr: how much louder the speech is than the noise, dB; None for no noise.
+    """
+
+    clips: tuple[Clip, ...]
+    room: bool = False
+    noise: tuple[Path, ...] = ()
+    snr: float | None = None
+
+
+def tasks_for(
+    clips: Iterable[Clip], noise_paths: Iterable[Path], ratios: Iterable[float], room: bool
+) -> list[Task]:
+    """List what is to be heard: each recording as it is, and what is said alone in noise too.
+
+    Args:
+        clips: the recordings; stretches of the same one are a stream, which is heard once.
+        noise_paths: recordings of noise, of which each command and each near-miss gets one.
+        ratios: the signal-to-noise ratios that they are heard at, dB.
+        room: whether all is played in a room.
+    """
+    paths, ratios = tuple(noise_paths), tuple(ratios)
+    recordings: dict[object, list[Clip]] = {}
+    for number, clip in enumerate(clips):
+        is_whole = clip.start is None
+        recordings.setdefault(number if is_whole else (clip.set, clip.path), []).append(clip)
+    tasks = []
+    for together in recordings.values():
+        tasks.append(Task(tuple(together), room))
+        (clip, *_) = together
+        if clip.start is None and clip.kind in ("command", "near-miss"):
+            tasks += [Task((clip,), room, paths, ratio) for ratio in ratios]
+    return tasks
+
+
+def recognize_all(
+    tasks: Iterable[Task], choice: EngineChoice, processes: int | None
+) -> Iterator[list[Result]]:
+    """Recognize recordings, each as if it were alone.
+
+    Args:
+        tasks: the recordings.
+        choice: the engine.
+        processes: how many work at the same time; None for one on each core.
+
+    Returns:
+        The results of each task, in their order; of one that its worker dies of, errors.
+
+    Raises:
+        VozError: the engine cannot be loaded.
+    """
+    return in_processes(partial(recognize, choice=choice), tasks, processes, _lost)
+
+
+def in_processes(
+    work: Callable[[Item], Outcome],
+    items: Iterable[Item],
+    processes: int | None,
+    lost: Callable[[Item, str], Outcome] | None = None,
+) -> Iterator[Outcome]:
+    """Do the same work on many items, in many processes.
+
+    Args:
+        work: a function of a module, or a partial of one.
+        items: what it is done on.
+        processes: how many work at the same time; None for one on each core.
+        lost: gives the outcome for an item that two workers died of, and is told why; None if all
+            ends with it.
+
+    Yields:
+        The outcomes, in the order of the items.
+
+    Raises:
+        VozError: the work raised it, or its workers died.
+    """
+    with worker_pool(processes or cores()) as pool:
+        begun = deque((item, pool.schedule(work, args=(item,))) for item in items)
+        while begun:
+            item, future = begun.popleft()
+            try:
+                outcome = _at_last(pool, work, item, future)
+            except Died as death:
+                if lost is None:
+                    raise ConfigError(
+                        f"a process that recognizes ended twice on the same recording ({death}), "
+                        "perhaps for want of memory; use fewer by --jobs"
+                    ) from death
+                outcome = lost(item, str(death))
+            yield outcome
+
+
+def _at_last(pool: WorkerPool, work: Callable[[Item], Outcome], item: Item, future: Any) -> Outcome:
+    """The outcome for an item; if its worker died, another one tries: it may have been innocent."""
+    try:
+        outcome: Outcome = future.result()
+    except Died:
+        outcome = pool.schedule(work, args=(item,)).result()
+    return outcome
+
+
+def _lost(task: Task, how: str) -> list[Result]:
+    """What is known of a recording that two workers died of."""
+    error = f"{shown_path(task.clips[0].path)}: made its worker end twice ({how}); use --jobs 1"
+    return [replace(unheard(clip), snr=task.snr, error=error) for clip in task.clips]
+
+
+def recognize(task: Task, choice: EngineChoice) -> list[Result]:
+    """Recognize one recording; the engine is loaded once in each process.
+
+    Returns:
+        A result for each clip in it, and where something goes on around them one more, for what
+        was heard there. If it cannot be read each has the error.
+    """
+    engine = _loaded(choice)
+    results = [replace(unheard(clip), snr=task.snr) for clip in task.clips]
+    try:
+        samples, background = prepared(task)
+        stretches = _stretches(task, len(samples) / SAMPLE_RATE)
+        before = _cpu_seconds()
+        heard = engine(samples)
+        used = _cpu_seconds() - before
+    except AudioError as error:
+        return [replace(result, error=str(error)) for result in results]
+    parts, rest = shared_out(heard, stretches)
+    outside = round(seconds_outside(stretches, len(samples) / SAMPLE_RATE), 3)
+    cpu = round(used / len(results), 5)
+    results = [
+        replace(result, heard=tuple(part), seconds=round(end - start, 3), cpu=cpu, noise=background)
+        for result, part, (start, end) in zip(results, parts, stretches, strict=True)
+    ]
+    return [*results, *([_rest(results[0], rest, outside)] if outside else [])]
+
+
+def prepared(task: Task) -> tuple[Samples, str]:
+    """Read a recording and do to it what the task says.
+
+    The room, the recording of noise and the stretch of it are random, but the same each time for
+    the same clip, and the same for all signal-to-noise ratios.
+
+    Returns:
+        The samples, and the name of the noise; without noise it is empty.
+
+    Raises:
+        AudioError: the recording or the noise cannot be read, or the noise is silent.
+    """
+    clip = task.clips[0]
+    samples = _read(clip.path)
+    rng = noise.generator_for(clip.file)
+    if task.room:
+        samples = noise.reverberated(samples, noise.room_response(rng))
+    if task.snr is None:
+        return samples, ""
+    path = task.noise[rng.integers(len(task.noise))]
+    background = _read(path)
+    noise.check_not_silent(background, path)
+    return noise.within(background, samples, task.snr, rng), shown_path(Path(path.stem))
+
+
+def _stretches(task: Task, seconds: float) -> list[Stretch]:
+    """Where each clip is in what was prepared, s.
+
+    Raises:
+        AudioError: the recording is over before one of them begins.
+    """
+    if task.snr is not None:
+        return [(noise.BEFORE, seconds - noise.AFTER)]
+    stretches = []
+    for clip in task.clips:
+        start, end = clip.start or 0.0, clip.end or seconds
+        if start >= seconds:
+            raise AudioError(
+                f"{clip.path}: is over after {seconds:.1f} s, and the manifest has something at "
+                f"{start:g} s; correct its times"
+            )
+        stretches.append((start, end))
+    return stretches
+
+
+def _rest(result: Result, heard: list[Understood], seconds: float) -> Result:
+    """What was heard around the clips of a recording, of which one result is known."""
+    return replace(
+        result,
+        text="",
+        speaker=result.file,
+        kind=OUT_OF_NOTHING,
+        condition=result.file,
+        heard=tuple(heard),
+        seconds=seconds,
+        cpu=0.0,
+        start=None,
+        end=None,
+    )
+
+
+@cache
+def _loaded(choice: EngineChoice) -> Engine:
+    return load_engine(choice)
+
+
+def _read(path: Path) -> Samples:
+    return np.concatenate(list(read_blocks(path)))
+
+
+def _cpu_seconds() -> float:
+    """Processor time of this process and of the programs that it ran to their end."""
+    programs = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + programs.ru_utime + programs.ru_stime

@@ -1,0 +1,214 @@
+"""How many are right, refused, let through: figures for groups of clips. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Literal, get_args
+
+import jiwer
+import msgspec
+
+from voz.apps.evaluation.results import Result, Scored
+from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
+from voz.apps.recordings.clips import BETWEEN_COMMANDS
+
+By = Literal["all", "condition", "snr", "noise", "speaker"]
+
+
+class Group(msgspec.Struct, frozen=True):
+    """Clips that are scored together.
+
+    Attributes:
+        set: the manifest they come from.
+        kind: what they are.
+        by: what else they have in common; `all` is the whole set.
+        name: the condition, the ratio, both noise and ratio, or the speaker; empty for the whole
+            set.
+        snr: at which signal-to-noise ratio they were heard, dB; None is without added noise.
+        noise: which noise that was; empty for all of them, and without added noise.
+    """
+
+    set: str
+    kind: Scored
+    by: By
+    name: str
+    snr: float | None = None
+    noise: str = ""
+
+
+class CommandScores(msgspec.Struct, frozen=True):
+    """Scores of recordings of commands, one or several in each.
+
+    Attributes:
+        group: which.
+        clips: how many.
+        speakers: how many people or voices.
+        right: share of clips in which exactly what was said was heard.
+        right_and_accepted: share of clips that also would be obeyed.
+        word_error_rate: wrong, missing and extra words for each word said.
+        refused: share of clips in which something was heard and all of it refused.
+        wrongly_obeyed: share of clips after which the robot would do something else.
+        cpu_ms: mean processor time for each clip, ms.
+    """
+
+    group: Group
+    clips: int
+    speakers: int
+    right: Estimate
+    right_and_accepted: Estimate
+    word_error_rate: Estimate
+    refused: Estimate
+    wrongly_obeyed: Estimate
+    cpu_ms: float
+
+
+class NearMissScores(msgspec.Struct, frozen=True):
+    """Scores of speech that is no command, a phrase in each clip.
+
+    Attributes:
+        group: which.
+        clips: how many.
+        speakers: how many people or voices.
+        let_through: share of clips with an utterance that would be obeyed.
+    """
+
+    group: Group
+    clips: int
+    speakers: int
+    let_through: Estimate
+
+
+class AlarmScores(msgspec.Struct, frozen=True):
+    """Scores of sound that goes on: running speech, noise, or what is between commands.
+
+    Attributes:
+        group: which.
+        rate: utterances that would be obeyed.
+    """
+
+    group: Group
+    rate: AlarmRate
+
+
+class Scores(msgspec.Struct, frozen=True):
+    """All figures of an evaluation; what the curves show is in `curves`."""
+
+    commands: list[CommandScores]
+    near_misses: list[NearMissScores]
+    alarms: list[AlarmScores]
+
+
+def score(results: Iterable[Result]) -> Scores:
+    """Count, for each set, condition, speaker, noise and signal-to-noise ratio.
+
+    Args:
+        results: clips with an error are left out.
+    """
+    groups = grouped([result for result in results if result.error is None])
+    scores = Scores([], [], [])
+    for group, members in groups.items():
+        if group.kind in ("command", "long"):
+            scores.commands.append(score_commands(group, members))
+        elif group.kind == "near-miss":
+            scores.near_misses.append(score_near_misses(group, members))
+        else:
+            scores.alarms.append(score_alarms(group, members))
+    return scores
+
+
+def grouped(results: Sequence[Result]) -> dict[Group, list[Result]]:
+    """Put results together by set and kind, and within them by condition, noise and speaker.
+
+    Returns:
+        The groups as a table shows them: each set as a whole, then its parts. A condition or
+        speaker that would be all of its set is left out, and so are those of clips in noise.
+    """
+    groups: dict[Group, list[Result]] = {}
+    for result in results:
+        for group in _groups_of(result):
+            groups.setdefault(group, []).append(result)
+    wholes = {(g.set, g.kind): len(members) for g, members in groups.items() if g.by == "all"}
+    sets = list(dict.fromkeys(group.set for group in groups))
+
+    def place(group: Group) -> tuple[int, str, int, str, float, str]:
+        by = get_args(By).index(group.by)
+        return sets.index(group.set), group.kind, by, group.noise, -(group.snr or 0), group.name
+
+    return {
+        group: groups[group]
+        for group in sorted(groups, key=place)
+        if group.by in ("all", "snr", "noise") or len(groups[group]) < wholes[group.set, group.kind]
+    }
+
+
+def score_commands(group: Group, results: Sequence[Result]) -> CommandScores:
+    """Score commands; there is at least one."""
+    words = [len(_words_said(result)) for result in results]
+    return CommandScores(
+        group=group,
+        clips=len(results),
+        speakers=_speakers(results),
+        right=_share(results, lambda r: r.is_right),
+        right_and_accepted=_share(results, lambda r: r.is_right_and_accepted),
+        word_error_rate=estimate([word_errors(r) for r in results], words, _who(results)),
+        refused=_share(results, lambda r: r.is_refused),
+        wrongly_obeyed=_share(results, lambda r: r.is_wrongly_obeyed),
+        cpu_ms=round(1000 * sum(r.cpu for r in results) / len(results), 2),
+    )
+
+
+def score_near_misses(group: Group, results: Sequence[Result]) -> NearMissScores:
+    """Score speech that is no command; there is at least one clip."""
+    let_through = _share(results, lambda r: bool(r.obeyed))
+    return NearMissScores(group, len(results), _speakers(results), let_through)
+
+
+def score_alarms(group: Group, results: Sequence[Result]) -> AlarmScores:
+    """Score what should move nothing for as long as it goes on; there is at least one clip."""
+    return AlarmScores(group, alarms_in(results))
+
+
+def alarms_in(results: Iterable[Result]) -> AlarmRate:
+    """Count what would be obeyed of sound that should move nothing; it has some length."""
+    counted = [(len(result.obeyed), result.seconds) for result in results]
+    return alarm_rate(
+        sum(alarms for alarms, _ in counted), sum(seconds for _, seconds in counted) / 3600
+    )
+
+
+def word_errors(result: Result) -> int:
+    """Count the words that are wrong, missing or extra in what was heard."""
+    heard = " ".join(result.texts)
+    counted = jiwer.process_words(" ".join(_words_said(result)), heard)
+    return int(counted.substitutions + counted.deletions + counted.insertions)
+
+
+def _groups_of(result: Result) -> list[Group]:
+    if result.snr is not None:
+        decibels = f"{result.snr:g} dB"
+        named = f"{result.noise}, {decibels}"
+        return [
+            Group(result.set, result.kind, "snr", decibels, result.snr),
+            Group(result.set, result.kind, "noise", named, result.snr, result.noise),
+        ]
+    return [
+        Group(result.set, result.kind, "all", ""),
+        Group(result.set, result.kind, "condition", result.condition),
+        Group(result.set, result.kind, "speaker", result.speaker),
+    ]
+
+
+def _share(results: Sequence[Result], holds: Callable[[Result], bool]) -> Estimate:
+    return estimate([holds(r) for r in results], [1] * len(results), _who(results))
+
+
+def _who(results: Sequence[Result]) -> list[str]:
+    return [result.speaker for result in results]
+
+
+def _speakers(results: Sequence[Result]) -> int:
+    return len(set(_who(results)))
+
+
+def _words_said(result: Result) -> list[str]:
+    return result.text.replace(BETWEEN_COMMANDS, " ").split()

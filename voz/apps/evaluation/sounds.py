@@ -1,0 +1,46 @@
+"""The sound of clips that went wrong, as an engine heard it, for a page where it can be played."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+from voz.apps.evaluation.failures import Failure
+from voz.apps.evaluation.recognize import Task, prepared
+from voz.audio import SAMPLE_RATE
+from voz.errors import AudioError
+
+MOST = 100
+"""Failures that can be heard on a page: each is some 50 kB in it."""
+
+LONGEST = 20.0
+"""Of one of them, s."""
+
+
+def sounds_of(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failure, bytes]:
+    """Read the first of some failures, with the noise and the room that they were heard in.
+
+    Args:
+        failed: what went wrong.
+        tasks: for each result the one that it is of.
+
+    Returns:
+        FLAC; nothing for what cannot be read.
+    """
+    import soundfile
+
+    heard: dict[Failure, bytes] = {}
+    read = lru_cache(1)(prepared)  # many may be of one long recording, one after the other
+    for failure in failed[:MOST]:
+        try:
+            samples, _ = read(tasks[failure.number])
+        except AudioError:
+            continue
+        start, end = failure.stretch or (0.0, len(samples) / SAMPLE_RATE)
+        end = min(end, start + LONGEST)
+        flac = io.BytesIO()
+        part = samples[int(start * SAMPLE_RATE) : int(end * SAMPLE_RATE)]
+        soundfile.write(flac, part, SAMPLE_RATE, format="FLAC")
+        heard[failure] = flac.getvalue()
+    return heard

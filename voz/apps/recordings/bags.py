@@ -1,0 +1,266 @@
+"""Bags, the recordings of ROS: keeps what a run publishes, and reads what another one heard.
+
+No ROS is needed; the package rosbags writes and reads them. Its ending tells what a bag is: `.mcap`
+and `.db3` are files of ROS 2, no ending is a folder as `ros2 bag` makes it, `.bag` is of ROS 1.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from voz.apps.recordings.bag_files import open_bag
+from voz.errors import ConfigError
+from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
+from voz.extras import how_to_install
+from voz.run.sources import Saying, Sayings
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys.store import Typestore
+
+
+ENDINGS = (".mcap", ".db3", ".bag", "")
+HEARD = "/recognizer/output"
+STRING, INT16 = "std_msgs/msg/String", "std_msgs/msg/Int16"
+TWIST, VECTOR = "geometry_msgs/msg/Twist", "geometry_msgs/msg/Vector3"
+BAG = "bag"
+"""The source of a sentence in a bag: only its text is there."""
+
+TOPICS = {"/cmd_vel": TWIST, "/selected_object": INT16, HEARD: STRING}
+
+SAVED_EVERY, SAVED_PART = 5.0, 0.002
+"""How often a bag is saved, s, or the part of its length if that is longer: each time is as long as
+the list of all times before."""
+
+
+DAY = 24 * 60 * 60.0
+LONGEST = 7 * DAY
+"""Nobody drives a robot for longer by one bag, s: a time in it is damaged, its end never comes."""
+
+
+def check_bag(path: Path) -> None:
+    """Find out whether a bag can be written, before the run that it will keep.
+
+    Raises:
+        ConfigError: the name or the place does not do, it is there already, or rosbags is missing.
+    """
+    _check_installed()
+    if path.suffix not in ENDINGS:
+        raise ConfigError(f"{path}: is no name for a bag; end it with .mcap, .db3, .bag or nothing")
+    if path.exists():
+        raise ConfigError(f"{path}: is there already; name a new bag")
+    if not path.parent.is_dir():
+        raise ConfigError(f"{path}: there is no folder {path.parent}; make it first")
+
+
+@contextmanager
+def bag_of(path: Path) -> Iterator[Receiver]:
+    """Keep what a run publishes for the length of a `with` block, however that ends.
+
+    The bag is whole at any time: what kills the program, or fills the disk, costs no more than what
+    was published since it was last saved, some seconds before.
+
+    Args:
+        path: the new bag; its times are those of the events, from now on.
+
+    Yields:
+        What takes the events; it raises ConfigError once the bag cannot be written.
+
+    Raises:
+        ConfigError: as in `check_bag`, or it cannot be written.
+    """
+    check_bag(path)
+    types = _types(path)
+    serialize = types.serialize_ros1 if path.suffix == ".bag" else types.serialize_cdr
+    stamp = _stamps()
+    bag = _Bag(path, types)
+    try:
+        yield _receiver(
+            types,
+            lambda topic, t, message: bag.write(topic, stamp(t), serialize(message, TOPICS[topic])),
+        )
+    except Exception:  # tells more than what might fail now
+        with suppress(ConfigError):
+            bag.close()
+        raise
+    except BaseException:  # a signal ends the run
+        bag.close()
+        raise
+    bag.close()
+
+
+def read_sayings(path: Path) -> Sayings:
+    """Read what a recognizer published on `recognizer/output`, in any namespace.
+
+    Args:
+        path: a bag of ROS 1 or 2.
+
+    Raises:
+        ConfigError: there is no such bag, it cannot be read, holds no such topic, or no end.
+    """
+    with _opened(path) as bag:
+        heard = [c for c in bag.connections if c.topic.endswith(HEARD) and c.msgtype == STRING]
+        topics = sorted({c.topic for c in bag.connections})
+        said = [
+            Saying(_seconds(t - bag.start_time), _text(bag.deserialize(data, STRING)))
+            for _, t, data in (bag.messages(heard) if heard else ())
+        ]
+        seconds = _seconds(bag.end_time - bag.start_time)
+    if not heard:
+        has = ", ".join(topics) or "nothing"
+        raise ConfigError(f"{path}: has no strings on {HEARD[1:]}; it has {has}")
+    times = [0.0, seconds, *(each.t for each in said)]
+    if (longest := max(times) - min(times)) > LONGEST:
+        raise ConfigError(
+            f"{path}: lasts {longest / DAY:.0f} days by the times in it, one of which must be "
+            "damaged; name another bag"
+        )
+    return Sayings(said, seconds)
+
+
+def is_bag(path: Path) -> bool:
+    """Tell by the name whether something is a bag; what is no folder and has no ending is none."""
+    return path.is_dir() or (path.suffix != "" and path.suffix in ENDINGS)
+
+
+def read_events(path: Path) -> list[Event]:
+    """Read the velocities, the objects and the sentences of a bag, in any namespace.
+
+    Args:
+        path: a bag of ROS 1 or 2; times are from its begin on.
+
+    Raises:
+        ConfigError: as in `read_sayings`, but that it may have any of the topics.
+    """
+    with _opened(path) as bag:
+        known = [c for c in bag.connections if _is_known(c.topic, c.msgtype)]
+        return [
+            _event(c.msgtype, _seconds(t - bag.start_time), bag.deserialize(data, c.msgtype))
+            for c, t, data in (bag.messages(known) if known else ())
+        ]
+
+
+def _is_known(topic: str, kind: str) -> bool:
+    return any(topic.endswith(name) and kind == of for name, of in TOPICS.items())
+
+
+def _event(kind: str, t: float, message: Any) -> Event:
+    """What was published with a message."""
+    if kind == TWIST:
+        return Twist(t, message.linear.x, message.angular.z)
+    if kind == INT16:
+        return SelectedObject(t, message.data)
+    return Utterance(t, _text(message), 1.0, True, t, t, BAG, obeyed=True)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[AnyReader]:
+    """Read a bag in a `with` block; raises ConfigError if that fails."""
+    _check_installed()
+    if not path.exists():
+        raise ConfigError(f"{path}: there is no such bag")
+    from rosbags.highlevel import AnyReader
+
+    try:
+        with AnyReader([path], default_typestore=_types(path)) as bag:
+            yield bag
+    except Exception as error:  # a broken bag makes its readers fail in any way
+        raise ConfigError(f"{path}: is no bag that can be read ({error})") from error
+
+
+class _Bag:
+    """A bag that is saved again and again, and that tells in one line why it cannot be."""
+
+    def __init__(self, path: Path, types: Typestore) -> None:
+        self._path = path
+        self._begun = self._next = time.monotonic()
+        self._first: int | None = None
+        self._last = 0
+        self._kept = "nothing is kept"
+        self._usable = True
+        with self._told():
+            self._file = open_bag(path, TOPICS, types)
+
+    def write(self, topic: str, stamp: int, data: Any) -> None:
+        """Add a message; raises ConfigError if that fails, after which nothing more is added."""
+        if not self._usable:
+            return
+        with self._told():
+            self._file.write(topic, stamp, data)
+            self._first, self._last = self._first or stamp, stamp
+            now = time.monotonic()
+            if now >= self._next:
+                self._save()
+                self._next = now + max(SAVED_EVERY, (now - self._begun) * SAVED_PART)
+
+    def close(self) -> None:
+        """Save it a last time, and let go of it; raises ConfigError unless `write` already has."""
+        try:
+            if self._usable:
+                with self._told():
+                    self._save()
+        finally:
+            self._file.close()
+
+    def _save(self) -> None:
+        self._file.save()
+        seconds = _seconds(self._last - (self._first or self._last))
+        self._kept = f"it has what was published in the first {seconds:.1f} s"
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, sqlite3.Error) as error:
+            self._usable = False
+            why = getattr(error, "strerror", None) or error
+            raise ConfigError(f"{self._path}: cannot be written ({why}); {self._kept}") from error
+
+
+def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> Receiver:
+    """What publishes events as the ROS robots do; what was refused is not published."""
+    make = types.types
+
+    def receive(event: Event) -> None:
+        if isinstance(event, Twist):
+            linear = make[VECTOR](event.linear, 0.0, 0.0)
+            angular = make[VECTOR](0.0, 0.0, event.angular)
+            write("/cmd_vel", event.t, make[TWIST](linear, angular))
+        elif isinstance(event, SelectedObject):
+            write("/selected_object", event.t, make[INT16](event.value))
+        elif isinstance(event, Utterance) and event.obeyed:
+            write(HEARD, event.t, make[STRING](event.text))
+
+    return receive
+
+
+def _stamps() -> Callable[[float], int]:
+    """Make what gives a time of the run, s, as one of the world, ns: a bag's times are of it."""
+    begun = time.time_ns()
+    return lambda t: begun + round(t * 1e9)
+
+
+def _types(path: Path) -> Typestore:
+    from rosbags.typesys import Stores, get_typestore
+
+    is_ros1 = path.suffix == ".bag"
+    return get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
+
+
+def _text(message: Any) -> str:
+    return str(message.data)
+
+
+def _seconds(nanoseconds: int) -> float:
+    return round(nanoseconds / 1e9, 3)
+
+
+def _check_installed() -> None:
+    if find_spec("rosbags") is None:
+        raise ConfigError(f"rosbags is not installed; {how_to_install('bags')}")

@@ -1,0 +1,193 @@
+"""Asks a speaker for commands and keeps the recordings. An edge: it hears, shows and writes."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.keeping import keep
+from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.rows import MANIFEST
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.files import read_blocks
+from voz.audio.endpointing.segment import Segment
+from voz.audio.endpointing.segmenter import Segmenter
+from voz.audio.endpointing.voice import VoiceDetector
+from voz.errors import ConfigError
+from voz.files import told
+from voz.recognition.confidence import NO_SPEECH
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.speaker.calibration import FEWEST, Said, sentences_in
+from voz.terminal.level_bar import level_bar
+
+PROMPTS = 24
+"""Commands to say: at 4 to 5 s each it takes two minutes."""
+
+COLUMNS = ("path", "text", "speaker", "kind")
+
+TRIES = 2
+"""Times that a sentence is heard wrongly until it is kept: whoever reads it twice has said it."""
+
+MARGIN = int(0.5 * SAMPLE_RATE)
+"""Kept before the speech, so that the end-pointer finds it again."""
+
+CLIPPED = 32_700
+"""What is as loud as this is cut off at the top."""
+
+INDENT = " " * 12  # what stands below "  1 of 24   "
+
+
+def prompts(commands: Sequence[str], name: str) -> list[str]:
+    """Choose what is to be said: every command, and some of them twice.
+
+    Args:
+        commands: the sentences of the language.
+        name: of the profile; the same one gives the same order.
+    """
+    order = random.Random(name).sample(commands, len(commands))
+    return (order + order)[:PROMPTS]
+
+
+def missing(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
+    """Tell which prompts have no recording yet, in their order."""
+    there = Counter(sentence.text for sentence in said)
+    left = []
+    for text in asked:
+        there[text] -= 1
+        if there[text] < 0:
+            left.append(text)
+    return left
+
+
+def record(
+    asked: Sequence[str],
+    blocks: Iterator[Samples],
+    recognizer: Recognizer,
+    folder: Path,
+    name: str,
+    console: Console,
+) -> None:
+    """Let a speaker say commands, show what is heard, and keep each as soon as it is said.
+
+    Args:
+        asked: the commands, in the order in which they are shown.
+        blocks: what the microphone hears, without an end.
+        recognizer: hears what is said; what it mishears is asked for once more.
+        folder: where the recordings and their manifest are; it is made if need be.
+        name: of the speaker, for the manifest.
+        console: where the prompts and the level are shown.
+
+    Raises:
+        ConfigError: the recordings cannot be written.
+        AudioError: the microphone fails.
+    """
+    voice = VoiceDetector()
+    with level_bar(console, INDENT) as show:
+        shown = _shown(blocks, show)
+        for number, text in enumerate(asked, start=1):
+            console.print(f"{number:3} of {len(asked)}   say: {text}")
+            samples = _listen_for(text, shown, recognizer, voice, console)
+            with told(folder):
+                folder.mkdir(parents=True, exist_ok=True)
+                keep(samples, folder, COLUMNS, (text, name, "command"))
+
+
+def hear(text: str, samples: Samples, recognizer: Recognizer) -> tuple[bool, str]:
+    """Recognize a recording of a sentence: whether that is heard, and what is heard, in words."""
+    heard = sentences_in(samples, recognizer)
+    words = (u.text if u.accepted else f"{u.text} (unsure)" for u in heard)
+    return [u.text for u in heard] == [text], " and ".join(words) or "no command"
+
+
+def _listen_for(
+    text: str,
+    blocks: Iterator[Samples],
+    recognizer: Recognizer,
+    voice: VoiceDetector,
+    console: Console,
+) -> Samples:
+    """Listen until a sentence is heard right, or `TRIES` times wrongly; returns the last one."""
+    misheard = 0
+    while True:
+        samples = _next_speech(blocks)
+        complaint = _complaint(samples, voice)
+        if complaint is None:
+            right, heard = hear(text, samples, recognizer)
+            misheard += not right
+            if right or misheard == TRIES:
+                learning = "" if right else "; kept, to learn how you say it"
+                console.print(f"{INDENT}heard: {heard}{learning}")
+                return samples
+            complaint = f"heard: {heard}"
+        console.print(f"{INDENT}{complaint}; say again: {text}")
+
+
+def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
+    """Read the recordings of one speaker; those of other sentences are left out.
+
+    Args:
+        manifest: a list of recordings, as `voz eval` reads it.
+        commands: the sentences of the language.
+
+    Raises:
+        ConfigError: the list cannot be used, or holds too few commands or several speakers.
+        AudioError: a recording cannot be read.
+    """
+    clips = [c for c in read_manifest(manifest) if c.kind == "command" and c.text in commands]
+    speakers = sorted({clip.speaker for clip in clips})
+    if len(speakers) > 1:
+        raise ConfigError(
+            f"{manifest}: has {len(speakers)} speakers ({', '.join(speakers)}); "
+            "a profile is of one, so leave the others out"
+        )
+    if len({clip.text for clip in clips}) < FEWEST:
+        raise ConfigError(
+            f"{manifest}: has {len({clip.text for clip in clips})} different commands of this "
+            f"language; record at least {FEWEST}"
+        )
+    return _read(clips)
+
+
+def read_kept(folder: Path, commands: Collection[str]) -> list[Said]:
+    """Read what `record` has kept so far; nothing if there is nothing."""
+    manifest = folder / MANIFEST
+    if not manifest.exists():
+        return []
+    return _read(clip for clip in read_manifest(manifest) if clip.text in commands)
+
+
+def _read(clips: Iterable[Clip]) -> list[Said]:
+    return [Said(c.text, np.concatenate(list(read_blocks(c.path))), c.path) for c in clips]
+
+
+def _shown(blocks: Iterator[Samples], show: Callable[[Samples], None]) -> Iterator[Samples]:
+    for block in blocks:
+        show(block)
+        yield block
+
+
+def _next_speech(blocks: Iterator[Samples]) -> Samples:
+    """Listen until something was said; returns it with what is just before it."""
+    segmenter = Segmenter()
+    heard: list[Samples] = []
+    for block in blocks:
+        heard.append(block)
+        for sound in segmenter.feed(block):
+            if isinstance(sound, Segment):
+                begin = max(0, int(sound.start * SAMPLE_RATE) - MARGIN)
+                return np.concatenate(heard)[begin:]
+    raise AssertionError("a microphone has no end")
+
+
+def _complaint(samples: Samples, voice: VoiceDetector) -> str | None:
+    if np.abs(samples.astype(np.int32)).max() >= CLIPPED:
+        return "that was too loud for the microphone"
+    if voice.probability(samples[MARGIN:]) < NO_SPEECH:
+        return "that was no speech"
+    return None

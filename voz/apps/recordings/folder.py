@@ -1,0 +1,107 @@
+"""A folder of recordings with a manifest, as the evaluation reads it: a test set of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from voz.apps.recordings.clips import Kind
+from voz.apps.recordings.keeping import keep
+from voz.apps.recordings.recent_sound import Excerpt
+from voz.apps.recordings.rows import MANIFEST, as_text, rows_in
+from voz.errors import AudioError
+from voz.events import to_json
+from voz.files import replaced
+
+HEADER = ("file", "text", "speaker", "kind", "event")
+SPEAKER = "user"
+
+TO_SPARE = 0.05
+"""Part of the limit that is made free when it is reached: the manifest is seldom written anew."""
+
+
+class Folder:
+    """Recordings with a manifest, to which more are added; with a limit on what they take.
+
+    A user may correct the manifest meanwhile: it is read anew whenever it is changed.
+    """
+
+    def __init__(self, path: Path, limit: float) -> None:
+        """Open a folder, or make it.
+
+        Args:
+            path: of the folder.
+            limit: what the recordings may take, bytes; beyond it the oldest are removed.
+
+        Raises:
+            AudioError: its manifest is another one.
+            OSError: it cannot be written.
+        """
+        self._path = path
+        self._limit = limit
+        self._manifest = path / MANIFEST
+        path.mkdir(parents=True, exist_ok=True)
+        rows = self._rows() if self._manifest.exists() else []
+        self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
+        self._write(rows)
+
+    def add(self, excerpt: Excerpt) -> str:
+        """Keep a recording; gives the name of its file, or raises OSError."""
+        utterance = excerpt.utterance
+        kind = "command" if utterance.accepted else "near-miss"
+        fields = [utterance.text, SPEAKER, kind, to_json(utterance)]
+        path = keep(excerpt.samples, self._path, HEADER, fields)
+        self._size += path.stat().st_size
+        if self._size > self._limit:
+            self._make_room()
+        return path.name
+
+    def correct(self, name: str, text: str, kind: Kind) -> None:
+        """Write what was really said in a recording.
+
+        Args:
+            name: of its file.
+            text: what was said.
+            kind: what that is.
+
+        Raises:
+            AudioError: it is not there any more.
+            OSError: the manifest cannot be written.
+        """
+        rows = self._rows()
+        row = next((row for row in rows if _is_recorded(row) and row[0] == name), None)
+        if row is None:
+            raise AudioError(f"{self._path / name}: is not there any more; mark another one")
+        row[HEADER.index("text")], row[HEADER.index("kind")] = text, kind
+        self._write(rows)
+
+    def _make_room(self) -> None:
+        rows = self._rows()
+        for oldest in [row for row in rows if _is_recorded(row)]:
+            if self._size <= self._limit * (1 - TO_SPARE):
+                break
+            self._size -= self._size_of(oldest)
+            (self._path / oldest[0]).unlink(missing_ok=True)
+            rows.remove(oldest)
+        self._write(rows)
+
+    def _rows(self) -> list[list[str]]:
+        text = self._manifest.read_text(encoding="utf-8-sig")
+        rows = [row.fields for row in rows_in(text)]
+        if rows and tuple(rows.pop(0)) != HEADER:
+            raise AudioError(f"{self._manifest}: is not one of recordings; name another folder")
+        if not text.endswith("\n") and rows and len(rows[-1]) < len(HEADER):  # the power failed
+            rows.pop()
+        return rows
+
+    def _write(self, rows: list[list[str]]) -> None:
+        with replaced(self._manifest) as manifest:
+            manifest.write(as_text([HEADER, *rows]))
+
+    def _size_of(self, row: list[str]) -> int:
+        path = self._path / row[0]
+        return path.stat().st_size if path.is_file() else 0
+
+
+def _is_recorded(row: list[str]) -> bool:
+    """Whether a row is not a user's own; those stay, with their files."""
+    return len(row) == len(HEADER) and row[-1] != "" and Path(row[0]).name == row[0] != ""

@@ -1,0 +1,140 @@
+"""Lists of recordings with what is said in them. An edge: it reads them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import cast, get_args
+
+from voz.apps.recordings.clips import Clip, Kind
+from voz.apps.recordings.rows import Row, rows_in
+from voz.errors import ConfigError
+from voz.files import read_text, shown_path
+from voz.language.commands import normalize
+
+COLUMNS = {
+    "file": ("path", "file"),
+    "text": ("text",),
+    "speaker": ("speaker", "voice"),
+    "kind": ("kind",),
+}
+"""What a manifest must have, and the names that the column may have."""
+
+KINDS = {kind: kind for kind in get_args(Kind)} | {"format": "command"}
+"""The kinds in manifests; a command in an odd file format is a command."""
+
+OPTIONAL = ("condition", "start", "end")
+
+EVERYTHING = "all"
+"""The condition where a manifest tells none apart."""
+
+
+def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
+    """Read a manifest: tab-separated values, the names of the columns in the first line.
+
+    Args:
+        path: the manifest. Its columns are `path` or `file` (relative to the manifest),
+            `text`, `speaker` or `voice`, `kind`, and `condition` if there are several;
+            `start` and `end` in seconds where something is only a stretch of a recording;
+            others are ignored.
+        streams: whether stretches can be used; else each line is all of its recording.
+
+    Returns:
+        The recordings and stretches in their order. Whether they exist is not looked at.
+
+    Raises:
+        ConfigError: the manifest cannot be read or used; the message says which line and why.
+    """
+    (_, header), *rows = _rows(path)
+    columns = _columns(header, path)
+    clips = []
+    for number, fields in rows:
+        if len(fields) != len(header):
+            raise ConfigError(
+                f"{path}:{number}: has {len(fields)} fields and the header {len(header)}; "
+                "separate them by one tab each"
+            )
+        row = {name: fields[index].strip() for name, index in columns.items()}
+        clip = _clip(row, path, number)
+        if clip.start is not None and not streams:
+            raise ConfigError(
+                f"{path}:{number}: is a stretch of a recording; only `voz eval` and "
+                "`voz fit-confidence` take those, so cut it out into a file of its own"
+            )
+        clips.append(clip)
+    if not clips:
+        raise ConfigError(f"{path}: lists no recording; add a line for each below the header")
+    return clips
+
+
+def read_manifests(paths: Iterable[Path], streams: bool = False) -> list[Clip]:
+    """Read several manifests, one after the other; the rest is as with `read_manifest`."""
+    return [clip for path in paths for clip in read_manifest(path, streams)]
+
+
+def set_name(path: Path) -> str:
+    """Name a manifest for reports: `manifest.tsv` says nothing, its folder does."""
+    return shown_path(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
+
+
+def _rows(path: Path) -> list[Row]:
+    """The lines that are not empty; the first is the header."""
+    text = read_text(path, ConfigError, "name a manifest, a .tsv file")
+    return rows_in(text) or [Row(1, [])]
+
+
+def _columns(header: list[str], path: Path) -> dict[str, int]:
+    """Find where each column stands."""
+    names = [name.strip() for name in header]
+    columns = {}
+    for column, allowed in COLUMNS.items():
+        found = [names.index(name) for name in allowed if name in names]
+        if not found:
+            raise ConfigError(
+                f"{path}:1: has no column {' or '.join(allowed)}; "
+                "name the columns in the first line, with tabs between them"
+            )
+        columns[column] = found[0]
+    return columns | {name: names.index(name) for name in OPTIONAL if name in names}
+
+
+def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
+    file, text, kind = row["file"], normalize(row["text"]), row["kind"]
+    if kind not in KINDS:
+        raise ConfigError(f'{path}:{number}: the kind "{kind}" is none of {", ".join(KINDS)}')
+    if not file or "\0" in file:
+        raise ConfigError(f"{path}:{number}: names no file; write its path")
+    if not text and KINDS[kind] in ("command", "long"):
+        raise ConfigError(f"{path}:{number}: has no text; write the command that is said")
+    start, end = _stretch(row, path, number)
+    return Clip(
+        set=set_name(path),
+        file=file,
+        path=path.parent / file,
+        text=text,
+        speaker=row["speaker"] or file,
+        kind=cast(Kind, KINDS[kind]),
+        condition=row.get("condition") or EVERYTHING,
+        start=start,
+        end=end,
+    )
+
+
+def _stretch(
+    row: dict[str, str], path: Path, number: int
+) -> tuple[float, float] | tuple[None, None]:
+    """Where in its recording something is, s; it is all of it if the line does not say."""
+    times = row.get("start", ""), row.get("end", "")
+    if times == ("", ""):
+        return None, None
+    try:
+        start, end = map(float, times)
+    except ValueError:
+        start = end = math.nan
+    if not 0 <= start < end < math.inf:
+        raise ConfigError(
+            f'{path}:{number}: begins at "{times[0]}" and ends at "{times[1]}"; '
+            "write both in seconds, the end after the start"
+        )
+    return start, end

@@ -1,0 +1,160 @@
+"""Keeps what is heard on disk while the microphone is listened to."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+from voz.apps.recordings.clips import Kind
+from voz.apps.recordings.folder import Folder
+from voz.apps.recordings.recent_sound import Excerpt, RecentSound
+from voz.audio import Samples
+from voz.errors import AudioError
+from voz.events import Utterance
+
+GIGABYTE = 1_000_000_000
+
+MOST_WAITING = 20
+"""Utterances that wait for a slow disk."""
+
+CLOSING_TIME = 2.0
+"""For what is still to be written, s."""
+
+MOST_NEWS = 100
+"""Recordings that wait for somebody to take note of them, if anybody does."""
+
+
+class Kept(NamedTuple):
+    """A recording that was written: where its utterance begins in the run, s, and its file."""
+
+    start: float
+    file: str
+
+
+_Job: TypeAlias = Callable[[Folder], None]
+
+
+class Recorder:
+    """Writes recordings on a thread of its own, so that nobody waits for the disk.
+
+    Whatever is wrong with the disk is told once, and the run goes on. Use it in a `with` block.
+
+    Attributes:
+        folder: where to.
+        kept: what was written; who takes note of it takes it out.
+    """
+
+    def __init__(self, folder: Path, gigabytes: float, warn: Callable[[str], None]) -> None:
+        """Prepare to record.
+
+        Args:
+            folder: where to.
+            gigabytes: what all recordings in it may take.
+            warn: called with what is wrong, and with what a user must know.
+        """
+        self.folder = folder
+        self.kept: deque[Kept] = deque(maxlen=MOST_NEWS)
+        self._said = f"what is said is recorded in {folder}"
+        self._limit = gigabytes * GIGABYTE
+        self._warn = warn
+        self._tape = RecentSound()
+        self._waiting: queue.Queue[_Job | None] = queue.Queue(MOST_WAITING)
+        self._late = False
+        self._thread = threading.Thread(target=self._work, name="voz-recorder", daemon=True)
+
+    @property
+    def note(self) -> str:
+        """What is to be seen all the time; nothing if it does not record any more."""
+        return self._said if self._thread.is_alive() else ""
+
+    def feed(self, block: Samples) -> None:
+        """Take what the microphone gave."""
+        for excerpt in self._tape.feed(block):
+            self._put(excerpt)
+
+    def mark(self, utterance: Utterance, begun: float) -> None:
+        """Keep what was heard.
+
+        Args:
+            utterance: with the times of the run.
+            begun: when the stream began in the run, s.
+        """
+        self._tape.mark(utterance.start - begun, utterance.end - begun, utterance)
+
+    def end_stream(self) -> None:
+        """Note that what follows is another stream."""
+        for excerpt in self._tape.finish():
+            self._put(excerpt)
+        self._tape = RecentSound()
+
+    def correct(self, file: str, text: str, kind: Kind) -> Future[None]:
+        """Let it be written what was really said in a recording.
+
+        Args:
+            file: of the recording.
+            text: what was said.
+            kind: what that is.
+
+        Returns:
+            When that is done; it may raise AudioError or OSError.
+
+        Raises:
+            AudioError: nothing is written any more, or too much is still to be.
+        """
+        done: Future[None] = Future()
+
+        def job(folder: Folder) -> None:
+            try:
+                folder.correct(file, text, kind)
+                done.set_result(None)
+            except (AudioError, OSError, UnicodeDecodeError) as error:
+                done.set_exception(error)
+
+        if not self._thread.is_alive():
+            raise AudioError(f"{self.folder}: nothing is recorded any more; start `voz run` anew")
+        try:
+            self._waiting.put_nowait(job)
+        except queue.Full:
+            raise AudioError(f"{self.folder}: the disk is too slow; try again") from None
+        return done
+
+    def __enter__(self) -> Recorder:
+        self._warn(self._said)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self._thread.is_alive():
+            return
+        try:
+            self._waiting.put(None, timeout=CLOSING_TIME)
+        except queue.Full:
+            return
+        self._thread.join(CLOSING_TIME)
+
+    def _put(self, excerpt: Excerpt) -> None:
+        try:
+            self._waiting.put_nowait(lambda folder: self._keep(excerpt, folder))
+        except queue.Full:
+            if not self._late and self._thread.is_alive():
+                self._late = True
+                self._warn(f"{self.folder}: the disk is too slow; not everything is recorded")
+
+    def _keep(self, excerpt: Excerpt, folder: Folder) -> None:
+        self.kept.append(Kept(excerpt.utterance.start, folder.add(excerpt)))
+
+    def _work(self) -> None:
+        try:
+            folder = Folder(self.folder, self._limit)
+            while (job := self._waiting.get()) is not None:
+                job(folder)
+        except AudioError as error:
+            self._warn(f"nothing is recorded: {error}")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "no UTF-8 text"
+            self._warn(f"nothing more is recorded: {self.folder}: cannot be written ({reason})")

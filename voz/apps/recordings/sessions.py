@@ -1,0 +1,43 @@
+"""Sessions that were kept: what `voz run --events` wrote, or a bag. An edge: it reads files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+
+from voz.apps.recordings.bags import is_bag, read_events
+from voz.errors import ConfigError
+from voz.events import Event
+from voz.files import read_text, shown_path
+
+ADVICE = "name what `voz run --events FILE` wrote, or a bag"
+
+
+def read_session(path: Path) -> list[Event]:
+    """Read what happened in a run, in order.
+
+    Args:
+        path: lines of JSON, one for each event; or a bag of ROS 1 or 2.
+
+    Raises:
+        ConfigError: it cannot be read, or nothing is in it.
+    """
+    events = read_events(path) if is_bag(path) else _written(path)
+    if not events:
+        raise ConfigError(f"{shown_path(path)}: has no event of a run; {ADVICE}")
+    return events
+
+
+def _written(path: Path) -> list[Event]:
+    """Read lines of JSON; a last one that was cut short does not count."""
+    lines = read_text(path, ConfigError, ADVICE).split("\n")
+    decoder = msgspec.json.Decoder(Event)
+    events: list[Event] = []
+    for number, line in enumerate(lines[:-1], start=1):
+        try:
+            events.append(decoder.decode(line))
+        except (msgspec.DecodeError, RecursionError) as error:
+            why = f"is no event of voz ({error})"
+            raise ConfigError(f"{shown_path(path)}:{number}: {why}; {ADVICE}") from None
+    return events

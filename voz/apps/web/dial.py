@@ -1,0 +1,67 @@
+"""How many false alarms there may be, set while the robot is driven, and what that costs."""
+
+from __future__ import annotations
+
+from voz.apps.web.board import Record
+from voz.errors import ConfigError
+from voz.recognition.costs import Cost, missed_at
+from voz.recognition.recognizer import Recognizer
+from voz.run.assembly import Warn
+from voz.settings import Recognition
+
+
+class Dial:
+    """Turns `false_alarms_per_hour` of a recognizer, for the run; used on the server's thread."""
+
+    def __init__(self, recognizer: Recognizer, settings: Recognition, warn: Warn) -> None:
+        """Begin at what the settings say.
+
+        Args:
+            recognizer: what understands.
+            settings: with which it was made.
+            warn: tells all how it is set.
+        """
+        self._recognizer = recognizer
+        self._settings = settings
+        self._warn = warn
+        self._first = settings.false_alarms_per_hour or recognizer.model.usual_alarms
+        self.alarms = self._first
+
+    @property
+    def problem(self) -> str | None:
+        """Why it cannot be turned; None if it can."""
+        if self._settings.threshold is not None:
+            return "a threshold is set in its place: leave it out of voz.toml and the command line"
+        if not self._recognizer.model.costs:
+            return (
+                f"{self._settings.confidence} does not tell what is missed: make it anew with "
+                "`voz fit-confidence`"
+            )
+        return None
+
+    def about(self) -> Record:
+        """Where it may stand, and what share of the commands is missed there."""
+        costs = {cost.alarms: cost.missed for cost in self._costs}
+        known = missed_at(self._costs, self._first)
+        stops = {**costs, **({} if known is None else {self._first: round(known, 4)})}
+        return {"stops": sorted(stops.items()), "problem": self.problem}
+
+    def turn(self, alarms: float) -> None:
+        """Let there be so many false alarms in an hour, from the next utterance on.
+
+        Raises:
+            ConfigError: it cannot be turned, or not so far.
+        """
+        if self.problem:
+            raise ConfigError(self.problem)
+        if missed_at(self._costs, alarms) is None:
+            lowest, highest = self._costs[0].alarms, self._costs[-1].alarms
+            raise ConfigError(f"choose false alarms in an hour from {lowest:g} to {highest:g}")
+        if alarms != self.alarms:
+            self._recognizer.accept_by(alarms)
+            self.alarms = alarms
+            self._warn(f"false_alarms_per_hour is {alarms:g} from now on, for this run", good=True)
+
+    @property
+    def _costs(self) -> tuple[Cost, ...]:
+        return self._recognizer.model.costs

@@ -34,7 +34,7 @@ from voz.language.templates.commands import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.stream import Stream
 from voz.robot.simulator import SimulatedRobot
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.sources import typed
 from voz.settings import Recognition, Safety
 from voz.simulation.settings import Simulator

@@ -15,7 +15,7 @@ from voz.audio.capture.files import read_blocks
 from voz.events import later
 from voz.language.files import find_language
 from voz.recognition.recognizer import Recognizer
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.settings import Recognition, Safety
 from voz.terminal.display import Display
 

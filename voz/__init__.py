@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from voz.recognition.listener import Listener
     from voz.recognition.recognizer import Recognizer
     from voz.robot.base import Robot
-    from voz.run.drive import Controller
+    from voz.run.controller import Controller
     from voz.settings import Recognition, Safety
     from voz.speech.builtin_sounds import BuiltinSound
     from voz.speech.sound_client import SoundClient
@@ -57,7 +57,7 @@ _WHERE = {
     "BuiltinSound": "voz.speech.builtin_sounds",
     "Call": "voz.events",
     "Config": "voz.config",
-    "Controller": "voz.run.drive",
+    "Controller": "voz.run.controller",
     "Ended": "voz.events",
     "Event": "voz.events",
     "Listener": "voz.recognition.listener",

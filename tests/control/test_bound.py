@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from voz.config import Config
 from voz.control.bound import Place
-from voz.control.controller import GivenCommand, State, go_on, obey
+from voz.control.state_machine import GivenCommand, State, go_on, obey
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
 from voz.settings import Safety

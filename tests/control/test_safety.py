@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import usual_commands
-from voz.control.controller import GivenCommand, State, obey
 from voz.control.motion import Mode, Motion, moved
 from voz.control.safety import (
     ends_goals,
@@ -17,6 +16,7 @@ from voz.control.safety import (
     stop_listening_stops,
     zero_at_the_end,
 )
+from voz.control.state_machine import GivenCommand, State, obey
 from voz.control.steps import Step
 from voz.control.table import USUAL
 from voz.events import Event, Partial, Twist, Utterance, Warning

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from voz.events import Event, Partial, Twist, Utterance, Warning
 from voz.inbox import End, Halt, Message, Taken
 from voz.run.beat import LONGEST_GAP, beat
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.watch import Watch
 from voz.settings import Safety
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from voz.events import Event, Utterance, Warning
 from voz.inbox import Inbox
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.watch import Flood, over_robots
 from voz.settings import Safety
 

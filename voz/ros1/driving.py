@@ -23,7 +23,7 @@ from voz.ros1.robot import Ros1Robot
 from voz.run.assembly import Ears, drive_by_clock, starting
 from voz.run.clocks import Clock
 from voz.run.commands import begins_listening
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.queued import Queued
 
 KEPT = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")

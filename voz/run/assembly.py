@@ -21,7 +21,7 @@ from voz.inbox import End, Inbox
 from voz.process.signals import let_signals_wake
 from voz.run.beat import beat
 from voz.run.clocks import Clock
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.programs import Programs
 from voz.run.watch import Flood, Watch, over_robots
 from voz.settings import Speech

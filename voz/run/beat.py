@@ -13,7 +13,7 @@ from typing import TypeAlias
 from voz.events import Partial, Utterance
 from voz.inbox import End, Halt, Taken
 from voz.run.clocks import Clock
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 
 BEATS_PER_SECOND = 10
 """How often `cmd_vel` goes out, also while nothing is said."""

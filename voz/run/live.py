@@ -18,7 +18,7 @@ from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
 from voz.run.clocks import Clock, WallClock
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.renewal import renewing
 from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display

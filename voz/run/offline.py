@@ -14,7 +14,7 @@ from voz.inbox import Inbox
 from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, starting, warner
 from voz.run.beat import beat
 from voz.run.clocks import Item, PacedClock, RecordedClock
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.paced import pace
 from voz.run.programs import Programs
 

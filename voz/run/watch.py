@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from voz.events import Warning
 from voz.inbox import Inbox
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 
 FLOOD_TOLD_EVERY = 5.0
 """Of messages that are dropped again and again a user wants to read a line now and then, s."""

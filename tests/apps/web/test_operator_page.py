@@ -12,7 +12,7 @@ from voz.events import Event, Utterance, Warning
 from voz.inbox import Inbox
 from voz.run.beat import take
 from voz.run.clocks import WallClock
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.settings import Safety
 
 

@@ -20,7 +20,7 @@ from recordings import FIXTURES
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
 from voz.events import Event, Partial, Utterance, Warning
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.settings import Safety
 
 pytestmark = pytest.mark.slow

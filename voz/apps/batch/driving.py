@@ -28,7 +28,7 @@ from voz.robot.simulator import SimulatedRobot
 from voz.run.assembly import raise_if_any
 from voz.run.beat import beat
 from voz.run.clocks import Item, RecordedClock
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.run.sources import recordings_played
 
 EVENTS, PICTURE = ".jsonl", ".png"

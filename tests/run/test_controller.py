@@ -15,7 +15,7 @@ from voz.control.steps import Step
 from voz.control.table import USUAL
 from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
-from voz.run.drive import Controller
+from voz.run.controller import Controller
 from voz.settings import Safety
 
 COMMANDS = sorted(usual_commands().sets[USUAL])

@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from voz.config import usual_commands
 from voz.control.bound import Place
-from voz.control.controller import GivenCommand, State, Transition, at_rest, go_on, obey
 from voz.control.safety import motion_has_expired
+from voz.control.state_machine import GivenCommand, State, Transition, at_rest, go_on, obey
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning

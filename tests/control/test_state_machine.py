@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import Config, usual_commands
-from voz.control.controller import GivenCommand, State, Transition, go_on
-from voz.control.controller import obey as obeyed
 from voz.control.motion import Mode, Motion
+from voz.control.state_machine import GivenCommand, State, Transition, go_on
+from voz.control.state_machine import obey as obeyed
 from voz.control.steps import Step
 from voz.control.table import USUAL
 from voz.events import Call, Play, Publish, Reply, Run, SelectedObject, Warning

@@ -35,14 +35,14 @@ def main() -> None:
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
     sound = SimpleNamespace(peak=0.12, background=-64.0, deaf=False, device="USB Audio Device")
-    display = Display(sound, lambda: drive.listening, lambda: "")
-    drive = Controller([display.receive], Safety())
+    display = Display(sound, lambda: controller.listening, lambda: "")
+    controller = Controller([display.receive], Safety())
     now = 0.0
     for name in RECORDINGS:
         blocks = list(read_blocks(ROOT / "audio_fixtures" / name))
         for event in recognizer.events(blocks, "microphone"):
-            drive.hear(later(event, now))
-            drive.send(now + event.t)
+            controller.hear(later(event, now))
+            controller.send(now + event.t)
         now += sum(map(len, blocks)) / 16000
     terminal.print(display)
     terminal.save_svg(str(ROOT / "docs" / "live.svg"), title="voz run")

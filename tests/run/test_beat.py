@@ -37,9 +37,9 @@ class Room:
         self._lost = lost
         self._stalls = stalls or {}
         self.sent: list[tuple[float, Event]] = []
-        drive = Controller([self._receive], Safety(), listening=True)
-        watch = Watch(drive, self._trouble, "listening again", "microphone")
-        assert beat(drive, self, [watch.look], at_once=True) is None
+        controller = Controller([self._receive], Safety(), listening=True)
+        watch = Watch(controller, self._trouble, "listening again", "microphone")
+        assert beat(controller, self, [watch.look], at_once=True) is None
 
     def now(self) -> float:
         return self._now

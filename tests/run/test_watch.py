@@ -20,15 +20,15 @@ class Run:
     def __init__(self, *names: str) -> None:
         self.lost: dict[str, str | None] = dict.fromkeys(names)
         self.events: list[Event] = []
-        self.drive = Controller([self.events.append], Safety(), listening=True)
+        self.controller = Controller([self.events.append], Safety(), listening=True)
         self.watches = over_robots(
-            self.drive, {name: (lambda name=name: self.lost[name]) for name in names}
+            self.controller, {name: (lambda name=name: self.lost[name]) for name in names}
         )
 
     def look(self, t: float) -> tuple[float, float]:
         for watch in self.watches:
             watch.look(t)
-        return self.drive.velocities
+        return self.controller.velocities
 
     @property
     def warnings(self) -> list[str]:
@@ -37,7 +37,7 @@ class Run:
 
 def test_a_lost_robot_stops_the_motion_and_is_named_once() -> None:
     run = Run("ros1", "ros2")
-    run.drive.hear(go_forward(0))
+    run.controller.hear(go_forward(0))
     assert run.look(0.1) == (0.1, 0)
     run.lost["ros2"] = "the robot ros2 is lost (nobody listens)"
     assert run.look(0.2) == run.look(0.3) == (0, 0)
@@ -48,12 +48,12 @@ def test_what_was_said_while_it_was_lost_does_not_move_it_when_it_is_back() -> N
     run = Run("ros1")
     run.lost["ros1"] = "gone"
     run.look(0)
-    run.drive.hear(go_forward(0.1))
+    run.controller.hear(go_forward(0.1))
     run.lost["ros1"] = None
     assert run.look(0.2) == (0, 0)
     assert run.warnings[-1] == "ros1 is there; the robot waits for a command"
     assert [event.good for event in run.events if isinstance(event, Warning)] == [False, True]
-    run.drive.hear(go_forward(0.3))
+    run.controller.hear(go_forward(0.3))
     assert run.look(0.4) == (0.1, 0)
 
 
@@ -61,7 +61,7 @@ def test_the_second_of_two_that_are_lost_stops_it_too() -> None:
     run = Run("ros1", "ros2")
     run.lost["ros1"] = "gone"
     run.look(0)
-    run.drive.hear(go_forward(0.1))  # for the other one
+    run.controller.hear(go_forward(0.1))  # for the other one
     run.lost["ros2"] = "gone too"
     assert run.look(0.2) == (0, 0)
     assert run.warnings == ["gone: the robot stops", "gone too: the robot stops"]
@@ -75,8 +75,8 @@ def test_motion_ends_with_every_change_and_goes_on_without_one(
     before = (False, False)
     for t, (a, b, command) in enumerate(steps):
         if command:
-            run.drive.hear(go_forward(t))
-        moving = run.drive.velocities
+            run.controller.hear(go_forward(t))
+        moving = run.controller.velocities
         run.lost = {"a": "a" if a else None, "b": "b" if b else None}
         assert run.look(t) == ((0, 0) if (a, b) != before else moving)
         before = (a, b)
@@ -85,7 +85,7 @@ def test_motion_ends_with_every_change_and_goes_on_without_one(
 def flood_lines(dropped: dict[float, int]) -> list[tuple[float, str]]:
     """What is told of a flood: by the time of each look (s), what was dropped so far."""
     run, inbox = Run(), Inbox(set())
-    flood = Flood(run.drive, inbox)
+    flood = Flood(run.controller, inbox)
     for t, inbox.dropped in dropped.items():
         flood.look(t)
     return [(event.t, event.text) for event in run.events if isinstance(event, Warning)]

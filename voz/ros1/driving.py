@@ -20,7 +20,7 @@ from voz.robot.robots import mailboxes
 from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
-from voz.run.assembly import Ears, drive_by_clock, starting
+from voz.run.assembly import Ears, run_control_loop, starting
 from voz.run.clocks import Clock
 from voz.run.commands import begins_listening
 from voz.run.controller import Controller
@@ -71,8 +71,8 @@ def drive(
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
         listening = bool(switch("listening")) or not begins_listening(ears.commands, table)
-        driven = Controller(receivers, settings.safety, listening, table, robots["ROS"].place)
-        drive_by_clock(driven, inbox, clock, troubles, ears)
+        controller = Controller(receivers, settings.safety, listening, table, robots["ROS"].place)
+        run_control_loop(controller, inbox, clock, troubles, ears)
 
 
 def logged(tell: Callable[[Warning | End], None]) -> Queued:

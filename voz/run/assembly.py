@@ -45,8 +45,8 @@ class Ears(Protocol):
         """
 
 
-def drive_by_clock(
-    drive: Controller,
+def run_control_loop(
+    controller: Controller,
     inbox: Inbox,
     clock: Clock,
     robots: Mapping[str, Callable[[], str | None]],
@@ -55,7 +55,7 @@ def drive_by_clock(
     """Drive by the real clock, until a message or a signal ends it; zero velocity is sent last.
 
     Args:
-        drive: what obeys.
+        controller: what obeys.
         inbox: where what arrives is.
         clock: takes it from there.
         robots: tells of each, by its name, why it is lost (S5).
@@ -64,18 +64,18 @@ def drive_by_clock(
     Raises:
         SystemExit: a signal came before.
     """
-    watches = over_robots(drive, robots)
+    watches = over_robots(controller, robots)
     if ears:
         trouble = ears.trouble
         watches.insert(
-            0, Watch(drive, lambda: trouble(drive.moving), "listening again", ears.source)
+            0, Watch(controller, lambda: trouble(controller.moving), "listening again", ears.source)
         )
-    looks = [*(watch.look for watch in watches), Flood(drive, inbox).look]
+    looks = [*(watch.look for watch in watches), Flood(controller, inbox).look]
     with (
-        zero_at_the_end(lambda: drive.zero(clock.now())),
+        zero_at_the_end(lambda: controller.zero(clock.now())),
         let_signals_wake(lambda: inbox.put(End())),
     ):
-        raise_if_any(beat(drive, clock, looks, at_once=ears is not None))
+        raise_if_any(beat(controller, clock, looks, at_once=ears is not None))
 
 
 @contextmanager

@@ -26,12 +26,12 @@ Look: TypeAlias = Callable[[float], None]
 
 
 def beat(
-    drive: Controller, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
+    controller: Controller, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
 ) -> Exception | None:
     """Drive until the run is over.
 
     Args:
-        drive: what obeys.
+        controller: what obeys.
         clock: the time, and what arrives.
         looks: look after what the run needs, in each beat; they get its time, s.
         at_once: whether a changed velocity is sent before the next beat, which comes when it would.
@@ -49,33 +49,33 @@ def beat(
         if now - last > LONGEST_GAP:
             gap = now - last
             clock.held_up(now - due)
-            drive.stop(clock.now(), f"nothing went on for {gap:.1f} s: the robot stops")
+            controller.stop(clock.now(), f"nothing went on for {gap:.1f} s: the robot stops")
             last = now = clock.now()
         if taken is None:
             for look in looks:
                 look(now)
-            drive.send(now)
+            controller.send(now)
             last = now
             number = max(number, int(now * BEATS_PER_SECOND)) + 1  # what was missed is left out
         elif isinstance(taken.message, End):
             return taken.message.error
         else:
-            before = drive.velocities
-            take(drive, taken, now)
+            before = controller.velocities
+            take(controller, taken, now)
             now = clock.now()
-            if at_once and drive.velocities != before and now - last <= LONGEST_GAP:
-                drive.send(now)
+            if at_once and controller.velocities != before and now - last <= LONGEST_GAP:
+                controller.send(now)
 
 
-def take(drive: Controller, taken: Taken, now: float) -> None:
+def take(controller: Controller, taken: Taken, now: float) -> None:
     """Let what was heard or typed take effect; the time is that of the run, s."""
     message = taken.message
     if isinstance(message, Utterance | Partial):
-        drive.hear(message, late=taken.overtaken)
+        controller.hear(message, late=taken.overtaken)
     elif isinstance(message, Halt):
-        drive.stop_by_hand(now, message.why, message.t)
+        controller.stop_by_hand(now, message.why, message.t)
     elif not isinstance(message, End):
-        drive.emit(message)
+        controller.emit(message)
 
 
 def beats_before(t: float) -> int:

@@ -16,7 +16,7 @@ from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom, SoundRecorder, sound_card
 from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
-from voz.run.assembly import Ears, drive_by_clock, replies_to, speaking, starting, warner
+from voz.run.assembly import Ears, replies_to, run_control_loop, speaking, starting, warner
 from voz.run.clocks import Clock, WallClock
 from voz.run.controller import Controller
 from voz.run.renewal import renewing
@@ -58,7 +58,7 @@ class Shown(NamedTuple):
     """What a page shows of a run.
 
     Attributes:
-        drive: what obeys.
+        controller: what obeys.
         hearing: what listens.
         mixer: what the robot speaks by, if it does.
         recognizer: what understands.
@@ -66,7 +66,7 @@ class Shown(NamedTuple):
         recorder: keeps what is heard, if anything does.
     """
 
-    drive: Controller
+    controller: Controller
     hearing: Hearing
     mixer: PlayedSound | None
     recognizer: Recognizer
@@ -150,15 +150,15 @@ def run_live(
             parts.enter_context(seat.also(texts.take, partial(_unheard, inbox, clock)))
         start = parts.enter_context(starting(table, inbox, clock, seat.show))
         told = [*receivers, *replies_to(speaker), start, *([page.receive] if page else [])]
-        drive = Controller(told, settings.safety, seat.listening, table, seat.odometry)
-        display = _display(seat, drive, hearing, line, recorder)
+        controller = Controller(told, settings.safety, seat.listening, table, seat.odometry)
+        display = _display(seat, controller, hearing, line, recorder)
         parts.enter_context(_showing(display, told, seat, hearing.device))
         ears: Ears = hearing
         if page:
-            shown = Shown(drive, hearing, mixer, recognizer, settings, recorder)
+            shown = Shown(controller, hearing, mixer, recognizer, settings, recorder)
             ears = parts.enter_context(page.serving(shown))
-            robots = {**robots, PAGE: partial(_trouble, page, drive)}
-        drive_by_clock(drive, inbox, clock, robots, ears)
+            robots = {**robots, PAGE: partial(_trouble, page, controller)}
+        run_control_loop(controller, inbox, clock, robots, ears)
 
 
 def _stop(inbox: Inbox, clock: Clock) -> None:
@@ -171,11 +171,11 @@ def _unheard(inbox: Inbox, clock: Clock, why: str) -> None:
 
 
 def _display(
-    seat: Seat, drive: Controller, hearing: Hearing, line: Line, recorder: SoundRecorder | None
+    seat: Seat, controller: Controller, hearing: Hearing, line: Line, recorder: SoundRecorder | None
 ) -> Display:
     return Display(
         hearing,
-        lambda: drive.listening,
+        lambda: controller.listening,
         lambda: line.text,
         lambda: recorder.note if recorder else "",
         seat.extra,
@@ -194,8 +194,8 @@ def _showing(display: Display, told: list[Receiver], seat: Seat, microphone: str
         yield
 
 
-def _trouble(page: Page, drive: Controller) -> str | None:
-    return page.trouble(drive.moving)
+def _trouble(page: Page, controller: Controller) -> str | None:
+    return page.trouble(controller.moving)
 
 
 def _ready(microphone: str, seat: Seat) -> str:

@@ -11,7 +11,7 @@ from voz.control.bound import Place
 from voz.control.safety import zero_at_the_end
 from voz.events import Receiver, Warning
 from voz.inbox import Inbox
-from voz.run.assembly import drive_by_clock, raise_if_any, replies_to, speaking, starting, warner
+from voz.run.assembly import raise_if_any, replies_to, run_control_loop, speaking, starting, warner
 from voz.run.beat import beat
 from voz.run.clocks import Item, PacedClock, RecordedClock
 from voz.run.controller import Controller
@@ -59,21 +59,23 @@ def run_at_once(played: Played, settings: Config, listening: bool, opened: Opene
     """
     problems: list[str] = []
     table = settings.table
-    with opened(lambda told: drive.emit(told)) as robots:
+    with opened(lambda told: controller.emit(told)) as robots:
         clock = RecordedClock(played(lambda: 0.0))
         with (
             speaking(settings.speech, table.replies, problems.append) as speaker,
-            Programs(table, lambda ended: drive.emit(ended), robots.show, wait=True) as programs,
+            Programs(
+                table, lambda ended: controller.emit(ended), robots.show, wait=True
+            ) as programs,
         ):
             receivers = [*robots.receivers, *replies_to(speaker), programs.receive]
-            drive = Controller(receivers, settings.safety, listening, table, robots.odometry)
-            with zero_at_the_end(lambda: drive.zero(clock.now())):
-                raise_if_any(beat(drive, clock))
+            controller = Controller(receivers, settings.safety, listening, table, robots.odometry)
+            with zero_at_the_end(lambda: controller.zero(clock.now())):
+                raise_if_any(beat(controller, clock))
                 if speaker:
                     # Only now: when a thread meets a problem hangs on the machine, events must not.
                     speaker.close()
                     for problem in problems:
-                        drive.emit(Warning(clock.now(), problem))
+                        controller.emit(Warning(clock.now(), problem))
 
 
 def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: Opened) -> None:
@@ -88,6 +90,6 @@ def run_at_its_pace(played: Played, settings: Config, listening: bool, opened: O
             starting(table, inbox, clock, robots.show) as start,
         ):
             receivers = [*robots.receivers, *replies_to(speaker), start]
-            drive = Controller(receivers, settings.safety, listening, table, robots.odometry)
+            controller = Controller(receivers, settings.safety, listening, table, robots.odometry)
             pace(played(clock.exactly), inbox, clock)
-            drive_by_clock(drive, inbox, clock, robots.troubles)
+            run_control_loop(controller, inbox, clock, robots.troubles)

@@ -21,7 +21,7 @@ class Watch:
 
     def __init__(
         self,
-        drive: Controller,
+        controller: Controller,
         trouble: Callable[[], str | None],
         again: str,
         source: str | None = None,
@@ -29,12 +29,12 @@ class Watch:
         """Begin with all well.
 
         Args:
-            drive: what stops.
+            controller: what stops.
             trouble: tells why the thing is lost now; None if it is not. It may not wait.
             again: says that it is back.
             source: of the utterances that come from it, if it hears.
         """
-        self._drive = drive
+        self._controller = controller
         self._trouble = trouble
         self._again = again
         self._source = source
@@ -51,18 +51,18 @@ class Watch:
             return
         self.in_trouble = bool(found)
         if self._source:
-            self._drive.late_from(self._source, self.in_trouble)
+            self._controller.late_from(self._source, self.in_trouble)
         again = f"{self._again}; the robot waits for a command"
         # Also when it is back: what was said meanwhile is out of date.
-        self._drive.stop(now, f"{found}: the robot stops" if found else again, good=not found)
+        self._controller.stop(now, f"{found}: the robot stops" if found else again, good=not found)
 
 
 class Flood:
     """Warns that messages came faster than they could be taken."""
 
-    def __init__(self, drive: Controller, inbox: Inbox) -> None:
+    def __init__(self, controller: Controller, inbox: Inbox) -> None:
         """Begin with nothing dropped."""
-        self._drive = drive
+        self._controller = controller
         self._inbox = inbox
         self._seen = self._told = 0
         self._told_at = -FLOOD_TOLD_EVERY
@@ -79,14 +79,16 @@ class Flood:
         ):
             text = f"{dropped - self._told} messages came too fast and were dropped"
             self._told, self._told_at = dropped, now
-            self._drive.emit(Warning(now, text))
+            self._controller.emit(Warning(now, text))
 
 
-def over_robots(drive: Controller, troubles: Mapping[str, Callable[[], str | None]]) -> list[Watch]:
+def over_robots(
+    controller: Controller, troubles: Mapping[str, Callable[[], str | None]]
+) -> list[Watch]:
     """Look after robots.
 
     Args:
-        drive: what stops.
+        controller: what stops.
         troubles: tells of each, by its name, why it is lost.
     """
-    return [Watch(drive, trouble, f"{name} is there") for name, trouble in troubles.items()]
+    return [Watch(controller, trouble, f"{name} is there") for name, trouble in troubles.items()]

@@ -19,7 +19,7 @@ from voz.settings import Safety
 @pytest.mark.parametrize("listens", [True, False])
 def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(listens: bool) -> None:
     events: list[Event] = []
-    drive = Controller([events.append], Safety(), listening=True)
+    controller = Controller([events.append], Safety(), listening=True)
     inbox = Inbox({"stop"})
     clock = WallClock(inbox)
     unused: Any = None
@@ -28,11 +28,11 @@ def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(liste
     begun = clock.now()
     time.sleep(0.02)
     page._wheel.leave(1)
-    assert page.trouble(drive.moving) is None
+    assert page.trouble(controller.moving) is None
     while taken := inbox.take(0.001):
-        take(drive, taken, clock.now())
+        take(controller, taken, clock.now())
     told = [event.text for event in events if isinstance(event, Warning)]
     assert told == ([NOBODY] if listens else [])
     now = clock.now()
-    drive.hear(Utterance(now, "go forward", 0.9, True, begun, now, "browser"))
-    assert drive.moving is not listens  # else the robot's own microphone may have heard it
+    controller.hear(Utterance(now, "go forward", 0.9, True, begun, now, "browser"))
+    assert controller.moving is not listens  # else the robot's own microphone may have heard it

@@ -75,14 +75,14 @@ def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
     begun, settings = time.process_time(), _settings(how.settings)
     events: list[Event] = []
     unreadable: list[str] = []
-    robot = SimulatedRobot(settings.simulator, lambda warning: drive.emit(warning))
+    robot = SimulatedRobot(settings.simulator, lambda warning: controller.emit(warning))
     receivers = [robot.receive, lambda event: events.append(_named(event, found.name))]
-    drive = Controller(receivers, settings.safety, how.listening, settings.table, robot.place)
+    controller = Controller(receivers, settings.safety, how.listening, settings.table, robot.place)
     times: list[float] = []
     items = _noted(recordings_played([found.path], recognizer, unreadable), times)
     clock = RecordedClock(items)
-    with zero_at_the_end(lambda: drive.zero(clock.now())):
-        raise_if_any(beat(drive, clock))
+    with zero_at_the_end(lambda: controller.zero(clock.now())):
+        raise_if_any(beat(controller, clock))
     robot.come_to_rest()
     _keep(robot, events, Path(how.folder, file_for(found.name)))
     rows: list[Row] = [in_file(e, found.name) for e in events if isinstance(e, Utterance)]

@@ -115,7 +115,7 @@ class OperatorPage:
             self._wheel,
             self._warn,
             self._microphone,
-            partial(setattr, parts.drive, "rehearsing"),
+            partial(setattr, parts.controller, "rehearsing"),
         )
         recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
         marking = Marking(recorder, self._commands)
@@ -144,14 +144,14 @@ class OperatorPage:
 
     def _look(self, parts: Shown, ears: _Watched, marking: Marking, dial: Dial) -> Record:
         """How things are now; on the server's thread."""
-        linear, angular = parts.drive.velocities
+        linear, angular = parts.controller.velocities
         busy_until = max(
             self._sounding.busy_until(), parts.mixer.busy_until() if parts.mixer else 0.0
         )
         return {
             "t": self._clock.now(),
-            "listening": parts.drive.listening,
-            "rehearsing": parts.drive.rehearsing,
+            "listening": parts.controller.listening,
+            "rehearsing": parts.controller.rehearsing,
             "speaking": busy_until > time.monotonic(),
             "recording": marking.note,
             "alarms": dial.alarms,

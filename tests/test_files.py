@@ -14,12 +14,12 @@ from full_disk import full_disk
 from voz.errors import AudioError, ConfigError
 from voz.files import (
     append_line,
+    atomic_write,
     check_not_read,
     check_writable,
     read_bytes,
     read_json,
     read_text,
-    replaced,
     shown_path,
 )
 from voz.printable import printable
@@ -39,7 +39,7 @@ def nobody() -> Iterator[None]:
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Write as where files can get their names later, and as where they cannot."""
     if request.param == "named":
-        monkeypatch.setattr("voz.files.FILES_OPEN", Path("/proc/no/such"))
+        monkeypatch.setattr("voz.files.OPEN_FILES_FOLDER", Path("/proc/no/such"))
 
 
 either_way = pytest.mark.usefixtures("way")
@@ -58,7 +58,7 @@ def half_written(file: IO[str], end: type[BaseException]) -> None:
 def test_a_file_is_replaced_when_it_is_complete(tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     path.write_text("old")
-    with replaced(path) as file:
+    with atomic_write(path) as file:
         file.write("new: ñ")
         file.flush()
         assert path.read_text() == "old"
@@ -73,7 +73,7 @@ def test_whatever_ends_the_writing_the_old_file_stays(
 ) -> None:
     path = tmp_path / "page.html"
     path.write_text("old")
-    with pytest.raises(end), replaced(path) as file:
+    with pytest.raises(end), atomic_write(path) as file:
         half_written(file, end)
     assert path.read_text() == "old"
     assert names(tmp_path) == ["page.html"]
@@ -81,7 +81,7 @@ def test_whatever_ends_the_writing_the_old_file_stays(
 
 @either_way
 def test_a_file_that_was_never_complete_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), replaced(tmp_path / "data") as file:
+    with pytest.raises(KeyboardInterrupt), atomic_write(tmp_path / "data") as file:
         half_written(file, KeyboardInterrupt)
     assert not names(tmp_path)
 
@@ -90,9 +90,9 @@ HALF = """
 import sys
 from pathlib import Path
 
-from voz.files import replaced
+from voz.files import atomic_write
 
-with replaced(Path(sys.argv[1])) as file:
+with atomic_write(Path(sys.argv[1])) as file:
     file.write("half")
     file.flush()
     print("written", flush=True)
@@ -125,7 +125,7 @@ def test_of_a_program_that_is_killed_nothing_is_left(tmp_path: Path) -> None:
 def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "data"
     path.write_text("old")
-    with full_disk(100), pytest.raises(OSError), replaced(path, "wb") as file:  # noqa: PT011
+    with full_disk(100), pytest.raises(OSError), atomic_write(path, "wb") as file:  # noqa: PT011
         file.write(bytes(10_000))
     assert path.read_text() == "old"
     assert names(tmp_path) == ["data"]
@@ -138,7 +138,7 @@ def test_a_link_stays_and_what_it_points_to_is_replaced(tmp_path: Path) -> None:
     real.write_text("old")
     link = tmp_path / "link.json"
     link.symlink_to(real)
-    with replaced(link) as file:
+    with atomic_write(link) as file:
         file.write("new")
     assert link.is_symlink()
     assert real.read_text() == "new"
@@ -150,14 +150,14 @@ def test_a_file_keeps_its_permissions_and_a_new_one_has_the_usual(tmp_path: Path
     old, new = tmp_path / "old", tmp_path / "new"
     old.touch(0o640)
     for path in (old, new):
-        with replaced(path) as file:
+        with atomic_write(path) as file:
             file.write("new")
     assert old.stat().st_mode & 0o777 == 0o640
     assert new.stat().st_mode == (tmp_path / "usual").stat().st_mode
 
 
 def test_a_folder_is_refused_before_anything_is_written(tmp_path: Path) -> None:
-    with pytest.raises(IsADirectoryError), replaced(tmp_path):
+    with pytest.raises(IsADirectoryError), atomic_write(tmp_path):
         pytest.fail("it was opened")
 
 
@@ -165,7 +165,7 @@ def test_a_pipe_is_written_directly(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE) as reader:
-        with replaced(pipe) as file:
+        with atomic_write(pipe) as file:
             file.write("through")
         assert reader.communicate()[0] == b"through"
     assert pipe.is_fifo()
@@ -176,7 +176,7 @@ def test_a_protected_file_is_not_replaced(nobody: None) -> None:
         path = Path(folder, "mine")
         path.write_text("old")
         path.chmod(0o444)
-        with pytest.raises(PermissionError), replaced(path) as file:
+        with pytest.raises(PermissionError), atomic_write(path) as file:
             file.write("new")
         assert path.read_text() == "old"
 

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from voz.control.steps import CommandDefinition, Step
 from voz.control.table import USUAL, CommandTable, Places, command_table
 from voz.errors import ConfigError
-from voz.files import FEW_BYTES, read_text
+from voz.files import MAX_SETTINGS_BYTES, read_text
 from voz.settings import (
     Recognition,
     Recording,
@@ -122,7 +122,7 @@ def load_config(path: Path) -> Config:
 
 def _read(path: Path) -> Config:
     """Read a file, without a look at how its commands fit together."""
-    text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", FEW_BYTES)
+    text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", MAX_SETTINGS_BYTES)
     try:
         settings = tomllib.loads(text)
         places = _check_commands(settings, text, path)

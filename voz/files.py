@@ -1,7 +1,4 @@
-"""Writes files so that nothing is lost, and reads what users name, however it is broken.
-
-Writing is whole or not at all, a line or none of it. Reading is bounded: `/dev/zero` never ends.
-"""
+"""Atomic writes, and bounded reads of the files that users name (`/dev/zero` never ends)."""
 
 from __future__ import annotations
 
@@ -20,26 +17,23 @@ from voz.errors import ConfigError, VozError
 
 Kind = TypeVar("Kind")
 
-MOST_BYTES = 100_000_000
-"""No list, table or model of voz's is larger; a comparison of 300,000 clips is not."""
+MAX_FILE_BYTES = 100_000_000
+"""Default limit of a read, bytes; a comparison of 300,000 clips is smaller."""
 
-FEW_BYTES = 1_000_000
-"""No settings of voz's, nor what it learns, are larger."""
+MAX_SETTINGS_BYTES = 1_000_000
+"""Limit of settings and of what voz learns, bytes."""
 
-FILES_OPEN = Path("/proc/self/fd")
-"""Where the files that this process has open have names."""
+OPEN_FILES_FOLDER = Path("/proc/self/fd")
+"""Names of the files that this process has open."""
 
 
 def shown_path(path: Path) -> str:
-    """A path as text that JSON can hold too, with escapes for what is no UTF-8 in it."""
+    """A path as text for messages and JSON; bytes that are not UTF-8 are escaped."""
     return os.fsencode(path).decode(errors="backslashreplace")
 
 
 def data_folder(kind: str) -> Path:
-    """Name a folder for what users keep, which need not be there.
-
-    Args:
-        kind: what it is for, as `profiles`.
+    """The folder for user data of a kind, such as `profiles`; it may not exist yet.
 
     Returns:
         A path under `$XDG_DATA_HOME/voz`, or `~/.local/share/voz`.
@@ -49,72 +43,78 @@ def data_folder(kind: str) -> Path:
     """
     home = os.environ.get("XDG_DATA_HOME", "")
     try:
-        # The standard says that a path which is not absolute is to be ignored.
+        # The XDG standard: a relative path is ignored.
         data = Path(home) if Path(home).is_absolute() else Path.home() / ".local" / "share"
     except RuntimeError as error:
         raise ConfigError(f"there is no home folder for {kind}; set XDG_DATA_HOME") from error
     return data / "voz" / kind
 
 
-def read_bytes(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_BYTES) -> bytes:
-    """Read a file that a user named, whole.
+def read_bytes(
+    path: Path, error_type: type[VozError], advice: str, limit: int = MAX_FILE_BYTES
+) -> bytes:
+    """Read a whole file that a user named.
 
     Args:
-        path: of the file; a pipe, as of `<(...)`, is read to its end.
-        wrong: what is raised if it cannot be read.
+        path: a pipe, as of `<(...)`, is read to its end.
+        error_type: what is raised if it cannot be read.
         advice: what the user can do then.
-        limit: how large it may be, bytes.
+        limit: the largest size, bytes.
 
     Raises:
-        VozError: the file cannot be read or is too large; it is a `wrong`.
+        VozError: the file cannot be read or is too large; of `error_type`.
     """
     try:
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except OSError as error:
-        raise wrong(f"{shown_path(path)}: cannot be read ({error.strerror}); {advice}") from None
-    except ValueError:  # no name of a file has a zero in it
-        raise wrong(f"{str(path)!a}: cannot be the name of a file; {advice}") from None
+        raise error_type(
+            f"{shown_path(path)}: cannot be read ({error.strerror}); {advice}"
+        ) from None
+    except ValueError:  # a file name cannot contain a zero byte
+        raise error_type(f"{str(path)!a}: cannot be the name of a file; {advice}") from None
     if len(data) > limit:
-        raise wrong(f"{shown_path(path)}: is larger than {limit:,} bytes; {advice}")
+        raise error_type(f"{shown_path(path)}: is larger than {limit:,} bytes; {advice}")
     return data
 
 
-def read_text(path: Path, wrong: type[VozError], advice: str, limit: int = MOST_BYTES) -> str:
-    """Read a text that a user named, in UTF-8 with or without a byte order mark, and any line ends.
-
-    Arguments and errors are those of `read_bytes`.
-    """
+def read_text(
+    path: Path, error_type: type[VozError], advice: str, limit: int = MAX_FILE_BYTES
+) -> str:
+    """As `read_bytes`, for UTF-8 text with or without a byte order mark, and any line ends."""
     try:
-        text = read_bytes(path, wrong, advice, limit).decode("utf-8-sig")
+        text = read_bytes(path, error_type, advice, limit).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise wrong(f"{shown_path(path)}: is not UTF-8 text; {advice}") from None
+        raise error_type(f"{shown_path(path)}: is not UTF-8 text; {advice}") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_json(
-    path: Path, kind: type[Kind], wrong: type[VozError], advice: str, limit: int = MOST_BYTES
+    path: Path,
+    kind: type[Kind],
+    error_type: type[VozError],
+    advice: str,
+    limit: int = MAX_FILE_BYTES,
 ) -> Kind:
-    """Read what voz keeps as JSON, of some kind; the rest is as with `read_bytes`."""
-    data = read_bytes(path, wrong, advice, limit)
+    """As `read_bytes`, for JSON of a type."""
+    data = read_bytes(path, error_type, advice, limit)
     try:
         return msgspec.json.decode(data, type=kind)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise wrong(f"{shown_path(path)}: cannot be used ({error}); {advice}") from None
+        raise error_type(f"{shown_path(path)}: cannot be used ({error}); {advice}") from None
 
 
 @contextmanager
-def replaced(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
-    """Write a file anew; until it is complete, and if it never is, the old one stays.
+def atomic_write(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
+    """Replace a file when the block ends without an exception; else the old one stays.
 
     Args:
-        path: of the file; if it is a link, what it points to is replaced.
+        path: if it is a link, its target is replaced; a pipe or device is written directly.
         mode: `w` for text, in UTF-8, or `wb` for bytes.
 
     Yields:
-        A file that takes the place of `path` when the block ends without an exception. Until then
-        it has no name, where the file system can do that: of a killed program nothing is left.
-        What is no regular file, as a pipe or `/dev/null`, is written directly.
+        The new file. It has no name until it is complete, where the file system can do that, so
+        that a killed program leaves nothing behind.
 
     Raises:
         OSError: it cannot be written.
@@ -127,23 +127,23 @@ def replaced(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
     target = Path(os.path.realpath(path))
     part = target.with_name(f".voz-{uuid.uuid4().hex}.part")
     try:
-        with os.fdopen(_opened(part), mode, **how) as file:
-            _like_the_old(target, file.fileno())
+        with os.fdopen(_open_part(part), mode, **how) as file:
+            _copy_permissions(target, file.fileno())
             yield file
             file.flush()
             os.fsync(file.fileno())  # robots lose their power
-            _give_name(file.fileno(), part)
+            _link_name(file.fileno(), part)
         part.replace(target)
     finally:
         part.unlink(missing_ok=True)
 
 
 def append_line(path: Path, line: str) -> None:
-    """Add a line to a text file: all of it or nothing, also if what is there lacks a line's end.
+    """Append a line to a text file, all of it or nothing; a missing newline before it is added.
 
     Args:
-        path: of the file; it is made if need be.
-        line: what to add, without its end.
+        path: created if it does not exist.
+        line: without its newline.
 
     Raises:
         OSError: it cannot be written.
@@ -162,28 +162,24 @@ def append_line(path: Path, line: str) -> None:
 
 
 @contextmanager
-def told(path: str | Path) -> Iterator[None]:
-    """Say in one line, in a `with` block that writes a file, why it cannot be written.
-
-    Raises:
-        ConfigError: in place of the OSError that was raised in the block.
-    """
+def os_errors_as_config_error(path: str | Path) -> Iterator[None]:
+    """Turn an OSError of a block that writes `path` into a ConfigError of one line."""
     try:
         yield
-    except BrokenPipeError:  # whoever reads standard output has seen enough
+    except BrokenPipeError:  # the reader of standard output has closed it
         raise
     except OSError as error:
         raise ConfigError(f"{path}: cannot be written ({error.strerror or error})") from error
 
 
 def check_writable(path: Path) -> None:
-    """Refuse, before the work whose result it is to hold, a file that cannot be written.
+    """Check before the work that its result can be written.
 
     Raises:
-        ConfigError: it is protected or a folder, or there is no folder that it could be in.
+        ConfigError: the file is protected or a folder, or its folder does not exist.
     """
-    with told(path):
-        is_kept = path.exists() and not path.is_file()  # a pipe, or a device: see `replaced`
+    with os_errors_as_config_error(path):
+        is_kept = path.exists() and not path.is_file()  # a pipe, or a device: see `atomic_write`
         changed = [] if is_kept else [Path(os.path.realpath(path)).parent]
         changed += [path] if path.exists() else []
         usable = all(os.access(each, os.W_OK, effective_ids=True) for each in changed)
@@ -192,58 +188,58 @@ def check_writable(path: Path) -> None:
 
 
 def check_new(path: Path, overwrite: bool, advice: str = "") -> None:
-    """Refuse, before the work, to replace a result that is there.
+    """Check before the work that its result would replace none.
 
     Args:
-        path: of the file; an empty one, a pipe and a device have nothing to lose.
-        overwrite: whether the user asked for it by `--overwrite`.
-        advice: what else can be done, as a part of a sentence that ends in a comma.
+        path: an empty file, a pipe and a device may be replaced.
+        overwrite: whether the user gave `--overwrite`.
+        advice: what else the user can do, as a part of a sentence that ends in a comma.
 
     Raises:
-        ConfigError: it is there.
+        ConfigError: the file exists.
     """
     try:
         status = path.stat()
     except OSError:  # it is not there
         return
     if not overwrite and stat.S_ISREG(status.st_mode) and status.st_size:
-        raise already_there(str(path), advice)
+        raise file_exists_error(str(path), advice)
 
 
-def already_there(name: str, advice: str = "") -> ConfigError:
-    """The error for a result that would be replaced; see `check_new`."""
+def file_exists_error(name: str, advice: str = "") -> ConfigError:
+    """The error of `check_new`."""
     return ConfigError(
         f"{name}: is there already; {advice}replace it by --overwrite, or name another file"
     )
 
 
 def check_not_read(written: Iterable[str | Path], read: Iterable[str | Path]) -> None:
-    """Refuse to write a file that is read, or two results into one, by whatever name.
+    """Check that no file is both read and written, or written twice, whatever its name.
 
     Args:
         written: files that will be written; `-` is standard output.
-        read: files that are read meanwhile, and folders whose files are; `-` is standard input.
+        read: files and folders that are read meanwhile; `-` is standard input.
 
     Raises:
         ConfigError: two of them are the same file.
     """
-    read = _files("/dev/stdin" if name == "-" else name for name in read)
-    known: dict[object, str | Path] = {_which(name): name for name in read}
+    read = _files_in("/dev/stdin" if name == "-" else name for name in read)
+    known: dict[object, str | Path] = {_file_id(name): name for name in read}
     for name in written:
-        which = _which("/dev/stdout" if name == "-" else name)
-        if which is not None and which in known:
-            other = "" if str(known[which]) == str(name) else f", as {known[which]}"
+        file_id = _file_id("/dev/stdout" if name == "-" else name)
+        if file_id is not None and file_id in known:
+            other = "" if str(known[file_id]) == str(name) else f", as {known[file_id]}"
             raise ConfigError(f"{name}: is read or written already{other}; name another file")
-        known[which] = name
+        known[file_id] = name
 
 
-def _files(names: Iterable[str | Path]) -> Iterator[Path]:
+def _files_in(names: Iterable[str | Path]) -> Iterator[Path]:
     for path in map(Path, names):
         yield from path.iterdir() if path.is_dir() else [path]
 
 
-def _which(name: str | Path) -> object:
-    """What tells a file from all others, however it is named; None if nothing in it can be lost."""
+def _file_id(name: str | Path) -> object:
+    """The identity of a file, whatever its name; None for a pipe or device."""
     try:
         status = Path(name).stat()
     except OSError:  # it is not there yet
@@ -251,23 +247,23 @@ def _which(name: str | Path) -> object:
     return (status.st_dev, status.st_ino) if stat.S_ISREG(status.st_mode) else None
 
 
-def _opened(part: Path) -> int:
-    """Open a new file for writing, without its name if that can be had later."""
-    if hasattr(os, "O_TMPFILE") and FILES_OPEN.exists():
-        with suppress(OSError):  # not on NFS or FAT; the other way says what else is wrong
+def _open_part(part: Path) -> int:
+    """Open a new file for writing, without a name where that can be given later."""
+    if hasattr(os, "O_TMPFILE") and OPEN_FILES_FOLDER.exists():
+        with suppress(OSError):  # NFS and FAT cannot; the open below reports other errors
             return os.open(part.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
     return os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
 
 
-def _give_name(file: int, part: Path) -> None:
-    """Name an open file, if it has no name yet: open(2) tells how."""
+def _link_name(file: int, part: Path) -> None:
+    """Give an open file its name, if it has none yet, as open(2) describes."""
     if os.fstat(file).st_nlink == 0:
-        # Only with a folder to begin at, which an absolute path ignores, are links followed.
-        os.link(FILES_OPEN / str(file), part, src_dir_fd=file)
+        # Python follows links only if a `dir_fd` is given; an absolute path ignores it.
+        os.link(OPEN_FILES_FOLDER / str(file), part, src_dir_fd=file)
 
 
-def _like_the_old(target: Path, part: int) -> None:
-    """Give an open file the permissions of the old one, and refuse to replace a protected one."""
+def _copy_permissions(target: Path, part: int) -> None:
+    """Give an open file the permissions of the one it replaces; raise if that is read-only."""
     if target.exists():
         if not os.access(target, os.W_OK, effective_ids=True):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from voz.cli.terminal import show, tell, write_text
-from voz.files import replaced, shown_path, told
+from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.plots import Plot
@@ -62,11 +62,11 @@ def _put_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[
 
 
 def _write_pictures(folder: Path, drawn: Mapping[str, Plot]) -> None:
-    with told(folder):
+    with os_errors_as_config_error(folder):
         folder.mkdir(exist_ok=True)
         for title, picture in drawn.items():
             stem = re.sub(r"[^a-z]+", "-", title.lower()).strip("-")
-            with replaced(folder / f"{stem}.svg") as file:
+            with atomic_write(folder / f"{stem}.svg") as file:
                 file.write(picture.svg)
-            with replaced(folder / f"{stem}.png", "wb") as file:
+            with atomic_write(folder / f"{stem}.png", "wb") as file:
                 file.write(picture.png)

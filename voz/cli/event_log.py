@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from voz.events import Event, Receiver, to_json
-from voz.files import told
+from voz.files import os_errors_as_config_error
 
 
 @contextmanager
@@ -26,10 +26,10 @@ def event_log(name: str) -> Iterator[Receiver]:
     """
 
     def receive(event: Event) -> None:
-        with told(name):
+        with os_errors_as_config_error(name):
             stream.write(f"{to_json(event)}\n".encode())
 
-    with told(name):
+    with os_errors_as_config_error(name):
         # Unbuffered, so that nothing is left to write, and to fail or to wait for, at the end.
         file = sys.stdout.fileno() if name == "-" else name
         stream = open(file, "wb", buffering=0, closefd=name != "-")  # noqa: SIM115

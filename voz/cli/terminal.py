@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, TypeVar
 
 from voz.errors import ConfigError
-from voz.files import replaced, told
+from voz.files import atomic_write, os_errors_as_config_error
 from voz.printable import printable
 
 Item = TypeVar("Item")
@@ -93,7 +93,7 @@ def write_text(name: str, text: str) -> None:
     if name == "-":
         sys.stdout.write(text)
         return
-    with told(name), replaced(Path(name)) as file:
+    with os_errors_as_config_error(name), atomic_write(Path(name)) as file:
         file.write(text)
 
 

@@ -14,7 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import LanguageError
-from voz.files import replaced
+from voz.files import atomic_write
 from voz.language import alike
 from voz.language.checks import fingerprint, locked
 from voz.language.commands import at_most
@@ -209,7 +209,7 @@ def _write(contents: Mapping[str, str], out: Path) -> None:
         with locked(out, fcntl.LOCK_EX):
             with ExitStack() as last_first:
                 for name, text in contents.items():
-                    file = last_first.enter_context(replaced(out / name, "wb"))
+                    file = last_first.enter_context(atomic_write(out / name, "wb"))
                     file.write(text.encode())
                     file.flush()  # a full disk is told before any is replaced
             for old in (LanguageFiles(out).templates, LanguageFiles(out).spoken):

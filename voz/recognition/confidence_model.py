@@ -9,7 +9,13 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.files import FEW_BYTES, read_json, replaced, shown_path, told
+from voz.files import (
+    MAX_SETTINGS_BYTES,
+    atomic_write,
+    os_errors_as_config_error,
+    read_json,
+    shown_path,
+)
 from voz.recognition.costs import Cost
 from voz.records import CheckedRecord, Finite
 
@@ -68,7 +74,7 @@ def load_models(file: str | None = None) -> Models:
         ConfigError: it cannot be read, is damaged or knows other features than voz does.
     """
     path, advice = Path(file or MODEL), "name what `voz fit-confidence` wrote"
-    models = read_json(path, Models, ConfigError, advice, FEW_BYTES)
+    models = read_json(path, Models, ConfigError, advice, MAX_SETTINGS_BYTES)
     one_ear = {*ONE_EAR, VOICES_AROUND}
     for weights, known in (
         (models.one_ear.weights, one_ear),
@@ -87,7 +93,7 @@ def save_models(models: Models, path: Path) -> None:
         ConfigError: the file cannot be written.
     """
     text = msgspec.json.format(msgspec.json.encode(models), indent=2).decode()
-    with told(path), replaced(path) as file:
+    with os_errors_as_config_error(path), atomic_write(path) as file:
         file.write(f"{text}\n")
 
 

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from voz.files import replaced
+from voz.files import atomic_write
 
 Floats = npt.NDArray[np.float32]
 
@@ -82,7 +82,7 @@ def write_network(path: Path, weights: dict[str, Floats], description: Descripti
     """Write a file of weights, in half precision; it reads back as `read_network` gives it."""
     entries: dict[str, Any] = {name: tensor.astype(np.float16) for name, tensor in weights.items()}
     entries[DESCRIPTION] = np.frombuffer(msgspec.json.encode(description), np.uint8)
-    with replaced(path, "wb") as file:  # who is killed meanwhile keeps the old one
+    with atomic_write(path, "wb") as file:  # who is killed meanwhile keeps the old one
         np.savez(file, **entries)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from voz.errors import ConfigError
-from voz.files import FEW_BYTES
+from voz.files import MAX_SETTINGS_BYTES
 from voz.settings import Ros2
 
 MOST_PROGRAMS = 32
@@ -74,7 +74,7 @@ def _names_interfaces(uri: str) -> bool:
     for name in uri.split(","):  # pieces of XML are no files, and Cyclone tells what is missing
         try:
             with Path(name.strip().removeprefix("file://")).open("rb") as file:
-                texts.append(file.read(FEW_BYTES).decode(errors="replace"))
+                texts.append(file.read(MAX_SETTINGS_BYTES).decode(errors="replace"))
         except (OSError, ValueError):
             continue
     said = re.sub(r"<!--.*?-->", "", "\n".join(texts), flags=re.DOTALL)

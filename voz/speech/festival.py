@@ -23,7 +23,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from voz.errors import SpeechError
-from voz.files import replaced
+from voz.files import atomic_write
 from voz.records import check_is_a
 from voz.speech.espeak import PREFIX, check_voice, command, failure, is_espeak
 
@@ -133,7 +133,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
     try:
         if out.exists() and not out.is_file():
             raise SpeechError(f"{out}: is no regular file; name a file to write")
-        with replaced(out, "wb") as file, tempfile.TemporaryDirectory(prefix="voz-") as folder:
+        with atomic_write(out, "wb") as file, tempfile.TemporaryDirectory(prefix="voz-") as folder:
             file.write(spoken(plain, voice, Path(folder), cancelled).read_bytes())
     except OSError as error:
         raise SpeechError(

@@ -21,7 +21,7 @@ from voz.config import Config
 from voz.control.safety import zero_at_the_end
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json
-from voz.files import check_new, replaced, told
+from voz.files import atomic_write, check_new, os_errors_as_config_error
 from voz.recognition.recognizer import Recognizer
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
@@ -45,7 +45,7 @@ def driving(folder: Path, settings: Config, listening: bool) -> Driving:
     Raises:
         ConfigError: the folder cannot be made, or there is nothing to draw with.
     """
-    with told(folder):
+    with os_errors_as_config_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
     check_picture(folder / f"way{PICTURE}")
     return Driving(str(folder.resolve()), msgspec.json.encode(settings), listening)
@@ -92,7 +92,7 @@ def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
 
 def _keep(robot: SimulatedRobot, events: list[Event], path: Path) -> None:
     written = path.with_name(path.name + EVENTS)
-    with told(written), replaced(written) as file:
+    with os_errors_as_config_error(written), atomic_write(written) as file:
         file.writelines(f"{to_json(event)}\n" for event in events)
     save_picture(robot.trip(), path.with_name(path.name + PICTURE))
 

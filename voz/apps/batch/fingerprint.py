@@ -58,7 +58,7 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
     Raises:
         VozError: the language files or the model of the confidence cannot be read.
     """
-    read = partial(read_bytes, wrong=ConfigError, advice="make the language files again")
+    read = partial(read_bytes, error_type=ConfigError, advice="make the language files again")
     # The list that they were made from may be elsewhere, and of lmtool's files there are fewer.
     commands = _digest(*(read(path) for path in language.generated if path.is_file()))
     load_models(settings.confidence)  # tells what is wrong with one of the user's own

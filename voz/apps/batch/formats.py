@@ -18,7 +18,7 @@ from voz.apps.batch.rows import Decoded, Nothing, Row, Unreadable, as_row
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.extras import how_to_install
-from voz.files import replaced, told
+from voz.files import atomic_write, os_errors_as_config_error
 
 if TYPE_CHECKING:
     import pyarrow
@@ -88,7 +88,7 @@ def by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
 
 
 def _write_json(path: Path, header: Header, rows: Rows) -> None:
-    with told(path), replaced(path) as file:
+    with os_errors_as_config_error(path), atomic_write(path) as file:
         file.write(to_json(header) + "\n")
         file.writelines(to_json(row) + "\n" for row in rows)
 
@@ -100,7 +100,7 @@ def _read_json(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
 
 
 def _write_csv(path: Path, header: Header, rows: Rows) -> None:
-    with told(path), replaced(path) as file:
+    with os_errors_as_config_error(path), atomic_write(path) as file:
         file.write(f"{BEFORE_HEADER}{to_json(header)}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
@@ -125,8 +125,8 @@ def _write_parquet(path: Path, header: Header, rows: Rows) -> None:
     )
     flats = map(_flat, rows)
     with (
-        told(path),
-        replaced(path, "wb") as file,
+        os_errors_as_config_error(path),
+        atomic_write(path, "wb") as file,
         pq.ParquetWriter(file, schema, compression="zstd") as writer,
     ):
         while some := list(islice(flats, AT_ONCE)):

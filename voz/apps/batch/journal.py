@@ -26,7 +26,7 @@ from voz.apps.batch.stamp_file import Stamped
 from voz.apps.batch.stamps import Stamp
 from voz.errors import ConfigError
 from voz.events import to_json
-from voz.files import shown_path, told
+from voz.files import os_errors_as_config_error, shown_path
 
 SAVED_EVERY = 5.0
 """How often it is put on the disk, s: so much is lost if the power fails, nothing by a kill."""
@@ -140,7 +140,7 @@ def journal_for(
         ConfigError: another run has it, it is there and should not be, or has another header.
     """
     path = journal_path(output)
-    with told(path), _locked(path, output) as file:
+    with os_errors_as_config_error(path), _locked(path, output) as file:
         there = _header_there(file, path)
         if there and resume:
             check_same_run(there, header, output)

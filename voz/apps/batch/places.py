@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from voz.apps.batch.remote import fetched, file_for, is_remote, require_fsspec, shown_name
 from voz.errors import AudioError, ConfigError
-from voz.files import already_there, check_new, check_writable
+from voz.files import check_new, check_writable, file_exists_error
 
 JOURNAL = ".journal"
 STAMPS = ".recordings"
@@ -65,7 +65,7 @@ def check_place(output: Place, overwrite: bool, advice: str = "") -> None:
         return
     _file_system(output)
     if not overwrite and exists(output):
-        raise already_there(output, advice)
+        raise file_exists_error(output, advice)
 
 
 def exists(output: Place) -> bool:

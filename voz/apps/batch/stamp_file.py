@@ -16,7 +16,7 @@ from voz.apps.batch.places import Place, here, stamps_path
 from voz.apps.batch.stamps import Stamp, is_unchanged, stamp_of, with_checksum
 from voz.errors import ConfigError
 from voz.events import to_json
-from voz.files import replaced, shown_path, told
+from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 
 class Stamped(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -42,7 +42,7 @@ def write_stamps(output: Place, stamped: Iterable[Stamped]) -> None:
     with here(output) as written:
         stamp = with_checksum(seen, written)
     path = stamps_path(output)
-    with told(path), replaced(path) as file:
+    with os_errors_as_config_error(path), atomic_write(path) as file:
         file.write(to_json(stamp) + "\n")
         file.writelines(to_json(each) + "\n" for each in stamped)
 

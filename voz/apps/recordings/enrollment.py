@@ -20,7 +20,7 @@ from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import Segmenter
 from voz.audio.endpointing.voice import VoiceDetector
 from voz.errors import ConfigError
-from voz.files import told
+from voz.files import os_errors_as_config_error
 from voz.recognition.confidence import NO_SPEECH
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import FEWEST, Said, sentences_in
@@ -93,7 +93,7 @@ def record(
         for number, text in enumerate(asked, start=1):
             console.print(f"{number:3} of {len(asked)}   say: {text}")
             samples = _listen_for(text, shown, recognizer, voice, console)
-            with told(folder):
+            with os_errors_as_config_error(folder):
                 folder.mkdir(parents=True, exist_ok=True)
                 keep(samples, folder, COLUMNS, (text, name, "command"))
 

@@ -10,7 +10,7 @@ from voz.apps.recordings.recent_sound import Excerpt
 from voz.apps.recordings.rows import MANIFEST, as_text, rows_in
 from voz.errors import AudioError
 from voz.events import to_json
-from voz.files import replaced
+from voz.files import atomic_write
 
 HEADER = ("file", "text", "speaker", "kind", "event")
 SPEAKER = "user"
@@ -94,7 +94,7 @@ class Folder:
         return rows
 
     def _write(self, rows: list[list[str]]) -> None:
-        with replaced(self._manifest) as manifest:
+        with atomic_write(self._manifest) as manifest:
             manifest.write(as_text([HEADER, *rows]))
 
     def _size_of(self, row: list[str]) -> int:

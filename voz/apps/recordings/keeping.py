@@ -11,7 +11,7 @@ import soundfile
 
 from voz.apps.recordings.rows import MANIFEST, as_text
 from voz.audio import SAMPLE_RATE, Samples
-from voz.files import append_line, replaced
+from voz.files import append_line, atomic_write
 
 
 def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]) -> Path:
@@ -32,7 +32,7 @@ def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence
     flac = io.BytesIO()
     soundfile.write(flac, samples, SAMPLE_RATE, format="FLAC")
     path = _new_path(folder)
-    with replaced(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         file.write(flac.getvalue())
     manifest = folder / MANIFEST
     lines = [] if manifest.exists() else [header]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from voz.apps.service.unit import unit
 from voz.errors import ServiceError
-from voz.files import replaced
+from voz.files import atomic_write
 
 NAME = "voz.service"
 
@@ -106,7 +106,7 @@ def _linger() -> str:
 def _write(path: Path, text: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with replaced(path) as file:
+        with atomic_write(path) as file:
             file.write(text)
     except OSError as error:
         raise ServiceError(f"{path}: cannot be written ({error.strerror}); see whose it is") from (

@@ -20,7 +20,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from voz.errors import ConfigError
-from voz.files import replaced, told
+from voz.files import atomic_write, os_errors_as_config_error
 
 AUTHORITY_FOR = timedelta(days=3650)
 LEAF_FOR = timedelta(days=90)
@@ -61,7 +61,7 @@ class Certificates:
         self._folder = folder
         self._names: tuple[str, ...] = ()
         self._until = datetime.min.replace(tzinfo=timezone.utc)
-        with told(folder):
+        with os_errors_as_config_error(folder):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             folder.chmod(0o700)
             if not (folder / CERTIFICATE).exists():
@@ -91,7 +91,7 @@ class Certificates:
             return False
         key = ec.generate_private_key(ec.SECP256R1())
         leaf = self._signed(key, wanted, now)
-        with told(self._folder):
+        with os_errors_as_config_error(self._folder):
             path = self._folder / LEAF
             _write_for_this_user(path, _pem(key) + leaf.public_bytes(serialization.Encoding.PEM))
             self.context.load_cert_chain(path)
@@ -207,7 +207,7 @@ def _write_for_this_user(path: Path, data: bytes) -> None:
     """Write what nobody else may read; whoever looks meanwhile cannot either."""
     mask = os.umask(0o077)
     try:
-        with replaced(path, "wb") as file:
+        with atomic_write(path, "wb") as file:
             file.write(data)
     finally:
         os.umask(mask)

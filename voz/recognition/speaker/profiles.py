@@ -12,7 +12,15 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.errors import ConfigError
-from voz.files import FEW_BYTES, data_folder, read_json, read_text, replaced, shown_path, told
+from voz.files import (
+    MAX_SETTINGS_BYTES,
+    atomic_write,
+    data_folder,
+    os_errors_as_config_error,
+    read_json,
+    read_text,
+    shown_path,
+)
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.mllr import is_transforms
 from voz.records import CheckedRecord
@@ -105,11 +113,11 @@ def load_profile(name: str) -> Profile:
     again = f"make it with `voz calibrate {name}`"
     if not path.exists():
         raise ConfigError(f'there is no profile "{name}" in {folder.parent}; {again}')
-    profile = read_json(path, Profile, ConfigError, again, FEW_BYTES)
+    profile = read_json(path, Profile, ConfigError, again, MAX_SETTINGS_BYTES)
     if profile.mllr is None:
         return profile
     mllr = folder / profile.mllr
-    if not is_transforms(read_text(mllr, ConfigError, again, FEW_BYTES)):
+    if not is_transforms(read_text(mllr, ConfigError, again, MAX_SETTINGS_BYTES)):
         raise ConfigError(f"{mllr}: is spoilt; {again}")
     if shown_path(mllr) != str(mllr):
         raise ConfigError(f"{shown_path(mllr)}: is no name in UTF-8; set XDG_DATA_HOME to another")
@@ -132,9 +140,9 @@ def save_profile(name: str, profile: Profile) -> Path:
     folder = profile_folder(name)
     path = folder / PROFILE_FILE
     kept = replace(profile, start=_rounded(profile.start), mllr=profile.mllr and MLLR_FILE)
-    with told(path):
+    with os_errors_as_config_error(path):
         folder.mkdir(parents=True, exist_ok=True)
-        with replaced(path, "wb") as file:
+        with atomic_write(path, "wb") as file:
             file.write(msgspec.json.format(msgspec.json.encode(kept), indent=2) + b"\n")
             if profile.mllr:  # first, so that a profile never names what is not there
                 _write(folder / MLLR_FILE, Path(profile.mllr).read_bytes())
@@ -181,7 +189,9 @@ def load_learnt(path: Path) -> tuple[StartVector, str | None]:
     except OSError:
         pass  # is told when it is read
     try:
-        return read_json(path, StartVector, ConfigError, "learning starts anew", FEW_BYTES), None
+        return read_json(
+            path, StartVector, ConfigError, "learning starts anew", MAX_SETTINGS_BYTES
+        ), None
     except ConfigError as error:
         return StartVector(), str(error)
 
@@ -205,7 +215,7 @@ def save_learnt(path: Path, vector: StartVector) -> str | None:
 
 
 def _write(path: Path, data: bytes) -> None:
-    with replaced(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         file.write(data)
 
 

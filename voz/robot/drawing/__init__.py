@@ -11,7 +11,7 @@ from pathlib import Path
 
 from voz.errors import ConfigError
 from voz.extras import how_to_install
-from voz.files import check_writable, told
+from voz.files import check_writable, os_errors_as_config_error
 from voz.robot.simulator import Trip
 
 PICTURES = (".png", ".svg")
@@ -59,7 +59,7 @@ def save_picture(trip: Trip, path: Path) -> None:
     check_picture(path)
     from voz.robot.drawing.scene import save
 
-    with told(path):
+    with os_errors_as_config_error(path):
         save(trip, path)
 
 
@@ -76,7 +76,7 @@ def save_animation(trip: Trip, path: Path) -> None:
     check_animation(path)
     from voz.robot.drawing.animation import save
 
-    with told(path):
+    with os_errors_as_config_error(path):
         save(trip, path)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from voz.files import replaced
+from voz.files import atomic_write
 from voz.robot.drawing.scene import Scene
 from voz.robot.simulator import Trip
 
@@ -84,7 +84,7 @@ def _save_gif(trip: Trip, path: Path) -> None:
     )
     first = next(images)
     duration = round(interval * 1000)
-    with replaced(path, "wb") as file:
+    with atomic_write(path, "wb") as file:
         first.save(file, "GIF", save_all=True, append_images=images, duration=duration, loop=0)
 
 
@@ -103,7 +103,7 @@ def _save_mp4(trip: Trip, path: Path) -> None:
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"),
         *("-movflags", "+faststart", "-f", "mp4"),
     ]
-    with replaced(path, "wb") as film, tempfile.TemporaryFile() as said:
+    with atomic_write(path, "wb") as film, tempfile.TemporaryFile() as said:
         number = film.fileno()  # it has no name yet
         command.append(f"file:/dev/fd/{number}")
         with (

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from voz.files import replaced
+from voz.files import atomic_write
 from voz.robot.drawing import shapes
 from voz.robot.drawing.milestones import distance, pointings, seconds_between, time_marks
 from voz.robot.drawing.writing import write_along
@@ -166,5 +166,5 @@ def save(trip: Trip, path: Path) -> None:
     kind = path.suffix[1:].lower()
     # Without the time of writing, so that the same trip gives the same file.
     about = {"Title": scene.title, ("Date" if kind == "svg" else "Software"): None}
-    with rc_context(STYLE), replaced(path, "wb") as file:
+    with rc_context(STYLE), atomic_write(path, "wb") as file:
         scene.figure.savefig(file, format=kind, metadata=about)

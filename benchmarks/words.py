@@ -4,8 +4,9 @@ Run `python benchmarks/words.py CLIPS`: speaks each word with twelve of Debian's
 into the folder CLIPS, where they are not there yet, with a manifest. Then each word is a command in
 a list of its like, and the words of the other lists are near-misses. Prints for each word how many
 are right and accepted, and for each list how many near-misses get through. `--people MANIFEST` adds
-recordings of single words by people. `--save FILE` keeps what was heard, and `--before FILE` puts
-such a file, by other code, beside it.
+recordings of single words by people, of whom `--held-back` leaves only those from whom the network
+learned nothing. `--save FILE` keeps what was heard, and `--before FILE` puts such a file, by other
+code, beside it.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import numpy as np
 import soundfile
 import typer
 from machine import machine
+from mix_rooms import is_held_back
 from rich.console import Console
 from rich.progress import track
 
@@ -42,6 +44,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 import synthesis  # a script beside the others
 
 LISTS = {
+    "single words": "stop go up down left right yes no on off zero one five eight",
     "answers": "yes no again hover stop",
     "commands": (
         "start speech stop go forward back turn left right rotate speed up slow down point "
@@ -200,9 +203,11 @@ def main(
     people: Annotated[list[Path], typer.Option(help="Manifest of words by people.")] = [],  # noqa: B006
     save: Annotated[Path | None, typer.Option(help="Keep what was heard here.")] = None,
     before: Annotated[Path | None, typer.Option(help="What other code heard.")] = None,
+    held_back: Annotated[bool, typer.Option(help="Only speakers never learned from.")] = False,
 ) -> None:
     """Print what is heard of each word."""
     spoken = [clip for path in (speak(clips), *people) for clip in read_manifest(path)]
+    spoken = [clip for clip in spoken if not held_back or is_held_back(clip.speaker)]
     heard = hear([c for c in spoken if c.kind in ("command", "near-miss") and c.text])
     earlier = msgspec.json.decode(before.read_bytes(), type=list[Heard]) if before else []
     if save:

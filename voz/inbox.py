@@ -26,13 +26,19 @@ class Halt(NamedTuple):
     t: float = 0.0
 
 
+class Rehearsal(NamedTuple):
+    """From now on commands are understood and not obeyed, or that is over. It is never dropped."""
+
+    on: bool
+
+
 class End(NamedTuple):
     """The run is over, or fails by an error."""
 
     error: Exception | None = None
 
 
-Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | End
+Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | Rehearsal | End
 
 
 class Taken(NamedTuple):
@@ -71,7 +77,7 @@ class Inbox:
             waiting = self._urgent
         else:
             waiting = self._usual
-        if len(waiting) >= MOST_WAITING and not isinstance(message, End):
+        if len(waiting) >= MOST_WAITING and not isinstance(message, Rehearsal | End):
             self.dropped += 1  # of those that stop, enough are on their way
             return
         waiting.append((number, message))
@@ -99,6 +105,6 @@ class Inbox:
         """Whether a message ends the motion or the run."""
         if isinstance(message, Utterance):
             return message.accepted and message.name in self.halts
-        return isinstance(message, Halt | End) or (
+        return isinstance(message, Halt | Rehearsal | End) or (
             isinstance(message, Partial) and message.name in self.halts
         )

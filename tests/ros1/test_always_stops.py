@@ -64,7 +64,7 @@ def test_after_a_pause_of_the_process_the_motion_is_over(ros: Ros) -> None:
     client.wait_for_velocity(0, 0)  # the watchdog's
     time.sleep(1)
     os.kill(node.process.pid, signal.SIGCONT)
-    node.wait_for("nothing went on for")
+    node.wait_for("control loop stalled for")
     since = len(client.messages)
     eventually(lambda: len(client.messages) > since + 10)
     assert set(client.velocities()[-5:]) == {(0, 0)}

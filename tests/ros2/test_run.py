@@ -86,7 +86,7 @@ def test_a_run_that_is_suspended_is_stopped_and_goes_on_only_by_a_new_command(
     wait_until(lambda: velocity() == 0)
     time.sleep(1)
     run.process.send_signal(signal.SIGCONT)
-    run.wait_for(lambda event: "nothing went on for" in event.get("text", ""))
+    run.wait_for(lambda event: "control loop stalled for" in event.get("text", ""))
     run.wait_for(lambda event: event["type"] == "cmd_vel")
     assert velocity() == 0
     run.say("go back")

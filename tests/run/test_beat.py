@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Event, Partial, Twist, Utterance, Warning
-from voz.inbox import End, Halt, Message, Taken
-from voz.run.beat import LONGEST_GAP, beat
+from voz.inbox import MOST_WAITING, End, Halt, Inbox, Message, Rehearsal, Taken
+from voz.run.beat import LONGEST_GAP, beat, take
 from voz.run.controller import Controller
 from voz.run.watch import Watch
 from voz.settings import Safety
@@ -108,7 +108,7 @@ def test_beats_that_are_missed_are_left_out_and_come_in_no_burst() -> None:
 def test_after_a_pause_longer_than_a_base_waits_the_motion_is_over() -> None:
     room = Room(2, [(0.05, heard("go forward"))], stalls={0.3: 1.5})
     assert room.twists[:6] == [(0, 0), (0.05, 0.1), (0.1, 0.1), (0.2, 0.1), (0.3, 0.1), (1.8, 0)]
-    assert room.warnings == [(1.8, "nothing went on for 1.5 s: the robot stops")]
+    assert room.warnings == [(1.8, "control loop stalled for 1.5 s: the robot stops")]
 
 
 def test_what_was_said_before_or_in_a_pause_does_not_begin_a_new_motion() -> None:
@@ -169,3 +169,17 @@ def test_what_was_said_before_or_while_nothing_is_heard_comes_too_late() -> None
 def test_warnings_are_passed_on() -> None:
     room = Room(0.3, [(0.15, Warning(0.15, "0.30 s of sound were lost"))])
     assert room.warnings == [(0.15, "0.30 s of sound were lost")]
+
+
+def test_a_rehearsal_comes_before_what_waits_and_is_never_dropped() -> None:
+    inbox = Inbox({"stop"})
+    inbox.put(heard("go forward"))
+    for _ in range(MOST_WAITING + 1):
+        inbox.put(Halt())
+    inbox.put(Rehearsal(True))
+    controller = Controller([], Safety(), listening=True)
+    while taken := inbox.take(0.001):
+        if isinstance(taken.message, Utterance):
+            assert controller.rehearsing
+        take(controller, taken, 0.0)
+    assert not controller.moving

@@ -199,7 +199,7 @@ def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(
     twists = [event for event in run.events if isinstance(event, Twist)]
     assert [event.linear for event in twists] == [0, 0.1, 0.1, 0.1, 0, 0, 0, -0.1, -0.1, 0]
     (warning,) = [event.text for event in run.events if isinstance(event, Warning)]
-    assert warning.startswith("nothing went on for 1.")
+    assert warning.startswith("control loop stalled for 1.")
 
 
 def test_time_goes_on_while_the_computer_is_suspended() -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from voz.events import Event, Utterance, Warning
 from voz.inbox import Inbox
 from voz.run.controller import Controller
-from voz.run.watch import Flood, over_robots
+from voz.run.watch import Flood, Watch
 from voz.settings import Safety
 
 
@@ -21,9 +21,10 @@ class Run:
         self.lost: dict[str, str | None] = dict.fromkeys(names)
         self.events: list[Event] = []
         self.controller = Controller([self.events.append], Safety(), listening=True)
-        self.watches = over_robots(
-            self.controller, {name: (lambda name=name: self.lost[name]) for name in names}
-        )
+        self.watches = [
+            Watch(self.controller, lambda name=name: self.lost[name], f"{name} is there")
+            for name in names
+        ]
 
     def look(self, t: float) -> tuple[float, float]:
         for watch in self.watches:

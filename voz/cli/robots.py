@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeAlias
+from typing import TYPE_CHECKING, TextIO, TypeAlias
 
 from voz.cli.terminal import tell, warn
 from voz.control.bound import Place
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from voz.robot.base import Robot
     from voz.robot.drawing.view import RoomView
     from voz.robot.simulator import SimulatedRobot
+    from voz.run.session import OpenRobots
     from voz.terminal.drawn import DrawnTerminal
 
 Troubles: TypeAlias = dict[str, Callable[[], str | None]]
@@ -67,28 +68,10 @@ class RobotPlan:
                 check(path)
 
 
-class Robots(NamedTuple):
-    """What a run needs of its robots.
-
-    Attributes:
-        receivers: what takes the events.
-        troubles: tells of each robot, by its name, why it is lost; none without a clock.
-        view: the simulated room, for a terminal.
-        odometry: tells where the robot is at a time of the run, s, without waiting.
-        show: prints a line where the robots print, on any thread.
-    """
-
-    receivers: list[Receiver]
-    troubles: Troubles
-    view: RoomView | None
-    odometry: Callable[[float], Place | None]
-    show: Callable[[str], None]
-
-
 @contextmanager
 def robots_of(
     plan: RobotPlan, settings: Config, take: Callable[[Warning], None]
-) -> Iterator[Robots]:
+) -> Iterator[OpenRobots]:
     """Open the robots for a `with` block; at its end draw what the simulated one did.
 
     Args:
@@ -98,6 +81,7 @@ def robots_of(
     """
     from voz.robot.kinds import RobotSetup
     from voz.robot.robots import make_robots
+    from voz.run.session import OpenRobots
 
     names = _made(plan)
     with ExitStack() as stack:
@@ -111,7 +95,7 @@ def robots_of(
             receivers.append(view.receive)
         if CONSOLE not in names and not plan.displayed:
             receivers.append(_tell_warnings)
-        yield Robots(receivers, troubles, view, _odometry(robots), setup.show)
+        yield OpenRobots(receivers, troubles, _odometry(robots), setup.show, view)
 
 
 def _made(plan: RobotPlan) -> list[str]:

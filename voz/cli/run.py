@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -14,7 +15,7 @@ import typer
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.operator_page import chosen_microphone, page_of, page_site
 from voz.cli.options import with_options
-from voz.cli.robots import CONSOLE, SIMULATOR, RobotPlan, Robots, robots_of
+from voz.cli.robots import CONSOLE, SIMULATOR, RobotPlan, robots_of
 from voz.cli.run_options import Running
 from voz.cli.terminal import open_text, tell, warn
 
@@ -26,8 +27,9 @@ if TYPE_CHECKING:
     from voz.language.templates.commands import Commands
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import Profile
-    from voz.run.live import Other
-    from voz.run.offline import Played
+    from voz.run.live import OtherRecognizer
+    from voz.run.offline import Source
+    from voz.run.session import OpenRobots
     from voz.settings import Ros2
     from voz.terminal.drawn import DrawnTerminal
 
@@ -148,7 +150,7 @@ def _run_live(
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
     from voz.inbox import Inbox
-    from voz.run.live import Seat, run_live
+    from voz.run.live import LiveOptions, run_live
 
     microphone = chosen_microphone(options)
     site = parts.enter_context(page_site(options)) if options.web else None
@@ -156,26 +158,23 @@ def _run_live(
     recognizer = parts.enter_context(_recognizer(options, settings, language, place))
     inbox = Inbox(settings.table.halts)
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
-    seat = Seat(
-        options.device,
-        options.listening,
-        plan.terminal,
-        tell,
-        robots.show,
-        partial(_recorder, options.record, settings) if options.record else None,
-        robots.view,
-        _other_recognizer(settings.ros2) if options.listen_ros else None,
-        robots.odometry,
-        page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
+    live = LiveOptions(
+        device=options.device,
+        listening=options.listening,
+        terminal=plan.terminal,
+        announce=tell,
+        record=partial(_recorder, options.record, settings) if options.record else None,
+        other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
+        page=page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
     )
-    run_live(robots.receivers, robots.troubles, settings, recognizer, inbox, seat)
+    run_live(settings, recognizer, inbox, robots, live)
 
 
-def _run_by_files(options: Running, settings: Config, plan: RobotPlan, played: Played) -> None:
+def _run_by_files(options: Running, settings: Config, plan: RobotPlan, played: Source) -> None:
     """Drive by recordings, a text or a bag."""
-    from voz.run.offline import run_at_its_pace, run_at_once
+    from voz.run.offline import run_paced, run_unpaced
 
-    play = run_at_its_pace if plan.clocked else run_at_once
+    play = run_paced if plan.clocked else run_unpaced
     play(
         played,
         settings,
@@ -191,7 +190,7 @@ def _played(
     commands: Commands,
     parts: ExitStack,
     unreadable: list[str],
-) -> Played:
+) -> Source:
     """Open what drives the robot, before anything moves; notes what recordings cannot be read."""
     from voz.run import sources
 
@@ -210,7 +209,7 @@ def _played(
 @contextmanager
 def _receivers(
     options: Running, settings: Config, plan: RobotPlan, tell: Callable[[Any], None]
-) -> Iterator[Robots]:
+) -> Iterator[OpenRobots]:
     """Open the robots, and what else gets the events; by the clock they do not wait for that."""
     from voz.cli.event_log import event_log
     from voz.run.queued import Queued
@@ -222,7 +221,7 @@ def _receivers(
         log = [written(options.events, event_log(options.events))] if options.events else []
         robots = parts.enter_context(robots_of(plan, settings, tell))
         bag = [written(str(options.bag), _bag(options.bag))] if options.bag else []
-        yield robots._replace(receivers=[*robots.receivers, *log, *bag])
+        yield replace(robots, receivers=[*robots.receivers, *log, *bag])
 
 
 def _bag(path: Path) -> AbstractContextManager[Receiver]:
@@ -237,7 +236,7 @@ def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Re
     return Recorder(folder, settings.recording.gigabytes, warn)
 
 
-def _other_recognizer(settings: Ros2) -> Other:
+def _other_recognizer(settings: Ros2) -> OtherRecognizer:
     """What lets the commands that another recognizer publishes on ROS 2 be obeyed."""
     from voz.ros2 import HEARD_ON_ROS, heard_on_ros
 

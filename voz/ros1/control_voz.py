@@ -16,9 +16,9 @@ from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
 from voz.ros1.replies import replies
-from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.commands import check_list
+from voz.run.session import warner
 from voz.run.text_commands import TextCommands
 
 STALE = 0.35
@@ -91,7 +91,7 @@ def control(node: Ros1Node) -> None:
     check_list(commands, table, settings.lm or "the table of commands")
     ears = RemoteEars(settings.ros1.recognizer_output, commands, inbox, clock.now)
     with replies(settings.speech, table.replies, warner(inbox, clock)) as speech:
-        drive(node, settings, inbox, clock, ears, speech.receivers, says_heard=False)
+        drive(node, settings, ears, speech.receivers, inbox=inbox, clock=clock, says_heard=False)
 
 
 def main() -> NoReturn:

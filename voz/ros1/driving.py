@@ -20,11 +20,10 @@ from voz.robot.robots import mailboxes
 from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
-from voz.run.assembly import Ears, run_control_loop, starting
 from voz.run.clocks import Clock
 from voz.run.commands import begins_listening
-from voz.run.controller import Controller
 from voz.run.queued import Queued
+from voz.run.session import Ears, OpenRobots, Session, starting_programs
 
 KEPT = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
 """What a node's watchdog has of its special arguments; its name, log and parameters it has not."""
@@ -41,10 +40,11 @@ class KnowingEars(Ears, Protocol):
 def drive(
     node: Ros1Node,
     settings: Config,
-    inbox: Inbox,
-    clock: Clock,
     ears: KnowingEars,
     say: list[Receiver],
+    *,
+    inbox: Inbox,
+    clock: Clock,
     says_heard: bool,
 ) -> None:
     """Drive the robot by what comes into the inbox, until the node is ended.
@@ -52,27 +52,29 @@ def drive(
     Args:
         node: this process's.
         settings: the topics and the safety rules.
-        inbox: what is heard.
-        clock: the time of the run.
         ears: what hears.
         say: says the replies.
+        inbox: what is heard.
+        clock: the time of the run.
         says_heard: whether the node publishes what is obeyed.
     """
+    table = settings.table
+    listening = bool(switch("listening")) or not begins_listening(ears.commands, table)
     robots = {
-        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, settings.table),
+        "ROS": Ros1Robot(settings.ros1, node, (), says_heard, table),
         "watchdog": RobotProcess(_order(node, settings), load_rospy().loginfo),
     }
     with ExitStack() as parts:
         boxes = parts.enter_context(mailboxes(robots, lambda line: load_rospy().logwarn(line)))
         log = parts.enter_context(logged(inbox.put))
         node.before_the_end(lambda: inbox.put(End()))
-        table = settings.table
-        start = parts.enter_context(starting(table, inbox, clock, load_rospy().loginfo))
+        start = parts.enter_context(starting_programs(table, inbox, clock, load_rospy().loginfo))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
-        listening = bool(switch("listening")) or not begins_listening(ears.commands, table)
-        controller = Controller(receivers, settings.safety, listening, table, robots["ROS"].place)
-        run_control_loop(controller, inbox, clock, troubles, ears)
+        session = Session(settings, clock, listening)
+        session.add_robots(OpenRobots(receivers, troubles, robots["ROS"].place))
+        session.watch_ears(ears)
+        session.run_in_real_time(inbox)
 
 
 def logged(tell: Callable[[Warning | End], None]) -> Queued:

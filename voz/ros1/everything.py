@@ -11,9 +11,9 @@ from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
 from voz.ros1.replies import replies
-from voz.run.assembly import warner
 from voz.run.clocks import WallClock
 from voz.run.commands import check_list
+from voz.run.session import warner
 
 
 def listen_and_drive(node: Ros1Node) -> None:
@@ -27,7 +27,7 @@ def listen_and_drive(node: Ros1Node) -> None:
         make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
         check_list(hearing.commands, table, "the list of commands")
-        drive(node, settings, inbox, clock, hearing, speech.receivers, says_heard=True)
+        drive(node, settings, hearing, speech.receivers, inbox=inbox, clock=clock, says_heard=True)
 
 
 def main() -> NoReturn:

@@ -11,15 +11,15 @@ from voz.errors import VozError
 from voz.events import Event, Receiver, Utterance, Warning, to_json
 from voz.hearing.microphone_thread import Hearing
 from voz.hearing.sound_watch import SILENT
-from voz.inbox import End, Halt, Inbox
+from voz.inbox import End, Halt, Inbox, Rehearsal
 from voz.process.signals import let_signals_wake
 from voz.ros1.driving import logged
 from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings
 from voz.ros1.program import run_node
-from voz.run.assembly import raise_if_any
 from voz.run.clocks import WallClock
+from voz.run.session import raise_if_any
 
 BEAT = 0.1
 """How often `~trouble` says that all is well, s."""
@@ -89,7 +89,7 @@ def recognize(node: Ros1Node) -> None:
             elif isinstance(taken.message, End):
                 raise_if_any(taken.message.error)
                 return
-            elif not isinstance(taken.message, Halt):
+            elif not isinstance(taken.message, Halt | Rehearsal):
                 _report(taken.message, output, refused, log)
 
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from voz.audio.playback.mixer import Mixer
 from voz.events import Event, Play, Receiver, Reply
 from voz.ros1.parameters import choice
-from voz.run.assembly import replies_to, speaking
+from voz.run.session import replies_to, speaking
 from voz.settings import Speech
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from voz.events import Partial, Utterance
-from voz.inbox import End, Halt, Taken
+from voz.inbox import End, Halt, Rehearsal, Taken
 from voz.run.clocks import Clock
 from voz.run.controller import Controller
 
@@ -49,7 +49,7 @@ def beat(
         if now - last > LONGEST_GAP:
             gap = now - last
             clock.held_up(now - due)
-            controller.stop(clock.now(), f"nothing went on for {gap:.1f} s: the robot stops")
+            controller.stop(clock.now(), f"control loop stalled for {gap:.1f} s: the robot stops")
             last = now = clock.now()
         if taken is None:
             for look in looks:
@@ -74,6 +74,8 @@ def take(controller: Controller, taken: Taken, now: float) -> None:
         controller.hear(message, late=taken.overtaken)
     elif isinstance(message, Halt):
         controller.stop_by_hand(now, message.why, message.t)
+    elif isinstance(message, Rehearsal):
+        controller.rehearsing = message.on
     elif not isinstance(message, End):
         controller.emit(message)
 

@@ -2,35 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from typing import TypeAlias
 
 from voz.events import Warning
 from voz.inbox import Inbox
 from voz.run.controller import Controller
 
-FLOOD_TOLD_EVERY = 5.0
-"""Of messages that are dropped again and again a user wants to read a line now and then, s."""
+FLOOD_WARNING_INTERVAL = 5.0
+"""While messages are dropped, a warning says so once in this time, s."""
+
+Trouble: TypeAlias = Callable[[], str | None]
+"""Returns why something is lost now, without waiting; None if it is not."""
 
 
 class Watch:
-    """Looks after one thing that a run needs.
+    """Stops the robot when one thing that a run needs is lost, and when it is back.
 
     Attributes:
         in_trouble: whether it was lost when last looked at.
     """
 
     def __init__(
-        self,
-        controller: Controller,
-        trouble: Callable[[], str | None],
-        again: str,
-        source: str | None = None,
+        self, controller: Controller, trouble: Trouble, again: str, source: str | None = None
     ) -> None:
         """Begin with all well.
 
         Args:
             controller: what stops.
-            trouble: tells why the thing is lost now; None if it is not. It may not wait.
+            trouble: returns why the thing is lost.
             again: says that it is back.
             source: of the utterances that come from it, if it hears.
         """
@@ -41,7 +41,7 @@ class Watch:
         self.in_trouble = False
 
     def look(self, now: float) -> None:
-        """Stop if it was lost just now, and tell; the same if it is back.
+        """Stop, and say why, if it was lost or came back just now.
 
         Args:
             now: the time of the run, s.
@@ -64,31 +64,19 @@ class Flood:
         """Begin with nothing dropped."""
         self._controller = controller
         self._inbox = inbox
-        self._seen = self._told = 0
-        self._told_at = -FLOOD_TOLD_EVERY
-        self._since = 0.0  # when the first was dropped that was not told, s
+        self._seen = self._reported = 0
+        self._reported_at = -FLOOD_WARNING_INTERVAL
+        self._since = 0.0  # when the first was dropped that was not reported, s
 
     def look(self, now: float) -> None:
         """Warn if messages were dropped: when no more are, or now and then; `now` in s."""
         dropped = self._inbox.dropped
         ended, self._seen = dropped == self._seen, dropped
-        if dropped == self._told:
+        if dropped == self._reported:
             self._since = now
-        elif now - self._told_at >= FLOOD_TOLD_EVERY and (
-            ended or now - self._since >= FLOOD_TOLD_EVERY
+        elif now - self._reported_at >= FLOOD_WARNING_INTERVAL and (
+            ended or now - self._since >= FLOOD_WARNING_INTERVAL
         ):
-            text = f"{dropped - self._told} messages came too fast and were dropped"
-            self._told, self._told_at = dropped, now
+            text = f"{dropped - self._reported} messages came too fast and were dropped"
+            self._reported, self._reported_at = dropped, now
             self._controller.emit(Warning(now, text))
-
-
-def over_robots(
-    controller: Controller, troubles: Mapping[str, Callable[[], str | None]]
-) -> list[Watch]:
-    """Look after robots.
-
-    Args:
-        controller: what stops.
-        troubles: tells of each, by its name, why it is lost.
-    """
-    return [Watch(controller, trouble, f"{name} is there") for name, trouble in troubles.items()]

@@ -155,7 +155,7 @@ def test_without_the_watchdog_the_pause_is_seen_all_the_same(pulse: dict[str, st
         time.sleep(1)
         since = len(robot.arrived)
         robot.process.send_signal(signal.SIGCONT)
-        robot.wait_for(warns("nothing went on for"), since)
+        robot.wait_for(warns("control loop stalled for"), since)
         robot.wait_for(rests, since)
         robot.wait_for(rests, len(robot.arrived) + 5)
         assert not any(moves(arrived.event) for arrived in robot.arrived[since + 1 :])

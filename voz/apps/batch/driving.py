@@ -18,17 +18,14 @@ from voz.apps.batch.remote import Fetched, file_for
 from voz.apps.batch.rows import Outcome, Row, Unreadable, in_file, outcome
 from voz.apps.batch.tasks import Driving
 from voz.config import Config
-from voz.control.safety import zero_at_the_end
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json
 from voz.files import atomic_write, check_new, os_errors_as_config_error
 from voz.recognition.recognizer import Recognizer
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
-from voz.run.assembly import raise_if_any
-from voz.run.beat import beat
 from voz.run.clocks import Item, RecordedClock
-from voz.run.controller import Controller
+from voz.run.session import Session
 from voz.run.sources import recordings_played
 
 EVENTS, PICTURE = ".jsonl", ".png"
@@ -75,14 +72,13 @@ def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
     begun, settings = time.process_time(), _settings(how.settings)
     events: list[Event] = []
     unreadable: list[str] = []
-    robot = SimulatedRobot(settings.simulator, lambda warning: controller.emit(warning))
-    receivers = [robot.receive, lambda event: events.append(_named(event, found.name))]
-    controller = Controller(receivers, settings.safety, how.listening, settings.table, robot.place)
     times: list[float] = []
     items = _noted(recordings_played([found.path], recognizer, unreadable), times)
-    clock = RecordedClock(items)
-    with zero_at_the_end(lambda: controller.zero(clock.now())):
-        raise_if_any(beat(controller, clock))
+    session = Session(settings, RecordedClock(items), how.listening)
+    robot = SimulatedRobot(settings.simulator, session.controller.emit)
+    session.receivers += [robot.receive, lambda event: events.append(_named(event, found.name))]
+    session.odometry = robot.place
+    session.run()
     robot.come_to_rest()
     _keep(robot, events, Path(how.folder, file_for(found.name)))
     rows: list[Row] = [in_file(e, found.name) for e in events if isinstance(e, Utterance)]

@@ -6,7 +6,7 @@ from voz.apps.web.board import Record
 from voz.errors import ConfigError
 from voz.recognition.costs import Cost, missed_at
 from voz.recognition.recognizer import Recognizer
-from voz.run.assembly import Warn
+from voz.run.session import Warn
 from voz.settings import Recognition
 
 

@@ -26,11 +26,11 @@ from voz.apps.web.wheel import Wheel
 from voz.events import Event
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom
-from voz.inbox import Halt, Inbox
+from voz.inbox import Halt, Inbox, Rehearsal
 from voz.language.templates.commands import Commands
-from voz.run.assembly import Ears, warner
 from voz.run.clocks import Clock
-from voz.run.live import Shown
+from voz.run.live import RunParts
+from voz.run.session import Ears, warner
 
 NOBODY = "no page drives any more"
 """What is told when the page that was the microphone went while the robot stood still."""
@@ -95,7 +95,7 @@ class OperatorPage:
         return problem
 
     @contextmanager
-    def serving(self, parts: Shown) -> Iterator[Ears]:
+    def serving(self, parts: RunParts) -> Iterator[Ears]:
         """Serve the page for the length of a `with` block.
 
         Args:
@@ -115,7 +115,7 @@ class OperatorPage:
             self._wheel,
             self._warn,
             self._microphone,
-            partial(setattr, parts.controller, "rehearsing"),
+            lambda on: self._inbox.put(Rehearsal(on)),
         )
         recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
         marking = Marking(recorder, self._commands)
@@ -131,7 +131,7 @@ class OperatorPage:
         with serving(app, self._site.at, self._site.tls, work, self._warn):
             yield ears
 
-    def _about(self, parts: Shown, marking: Marking, dial: Dial) -> Record:
+    def _about(self, parts: RunParts, marking: Marking, dial: Dial) -> Record:
         """What a page that is opened has to know besides what it is told as it happens."""
         room = self._picture.about()
         return {
@@ -142,7 +142,7 @@ class OperatorPage:
             "microphone": "browser" if self._microphone else parts.hearing.device,
         }
 
-    def _look(self, parts: Shown, ears: _Watched, marking: Marking, dial: Dial) -> Record:
+    def _look(self, parts: RunParts, ears: _Watched, marking: Marking, dial: Dial) -> Record:
         """How things are now; on the server's thread."""
         linear, angular = parts.controller.velocities
         busy_until = max(

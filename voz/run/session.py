@@ -1,0 +1,221 @@
+"""One run of a robot: a clock, sources, receivers and watches, put together around a controller.
+
+    microphone, keyboard, ROS ──▶ Inbox ──▶ ┐
+    recordings, text, a bag  ──▶ (a Clock) ─┴▶ beat ──▶ Controller ──▶ receivers, each with a queue
+
+Sources have threads of their own and put messages into an inbox, or are the clock themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from msgspec.structs import replace
+
+from voz.config import Config
+from voz.control.bound import Place
+from voz.control.safety import zero_at_the_end
+from voz.control.table import CommandTable
+from voz.events import Ended, Event, Play, Receiver, Reply, Warning
+from voz.inbox import End, Inbox
+from voz.process.signals import let_signals_wake
+from voz.run.beat import beat
+from voz.run.clocks import Clock
+from voz.run.controller import Controller
+from voz.run.programs import Programs
+from voz.run.watch import Flood, Trouble, Watch
+from voz.settings import Speech
+from voz.speech.speaker import Speaker
+
+if TYPE_CHECKING:
+    from voz.robot.drawing.view import RoomView
+
+Odometry: TypeAlias = Callable[[float], Place | None]
+"""Returns where the robot is at a time of the run, s, without waiting; None if unknown."""
+
+
+class Ears(Protocol):
+    """What hears.
+
+    Attributes:
+        source: of its utterances.
+    """
+
+    source: str
+
+    def trouble(self, moving: bool) -> str | None:
+        """Return why nothing is heard right now, without waiting; None if all is well.
+
+        Args:
+            moving: whether the robot moves.
+        """
+
+
+@dataclass(frozen=True)
+class OpenRobots:
+    """The robots of a run, open, and what else gets its events.
+
+    Attributes:
+        receivers: called with every event, in order.
+        troubles: return why a robot is lost, by its name; none without a real clock.
+        odometry: returns where the robot is.
+        show: prints a line where the robots print, on any thread.
+        view: the simulated room, for a terminal.
+    """
+
+    receivers: list[Receiver]
+    troubles: Mapping[str, Trouble]
+    odometry: Odometry = lambda _: None
+    show: Callable[[str], None] = lambda _: None
+    view: RoomView | None = None
+
+
+class Session:
+    """One run: add receivers and watches, then `run` or `run_in_real_time`.
+
+    Attributes:
+        clock: the time, and what arrives.
+        controller: obeys; it has the table of commands, too.
+        receivers: called with every event, in order; none of them may wait for anything.
+        odometry: returns where the robot is.
+    """
+
+    def __init__(self, settings: Config, clock: Clock, listening: bool = False) -> None:
+        """Begin with the robot at rest; `listening` obeys commands before a `start speech`."""
+        self.clock = clock
+        self.receivers: list[Receiver] = []
+        self.odometry: Odometry = lambda _: None
+        self.controller = Controller(
+            self.receivers, settings.safety, listening, settings.table, lambda t: self.odometry(t)
+        )
+        self._watches: list[Watch | Flood] = []
+        self._at_once = False
+
+    def add_robots(self, robots: OpenRobots) -> None:
+        """Hand events to robots, take their odometry, and stop if one is lost (S5)."""
+        self.receivers += robots.receivers
+        self.odometry = robots.odometry
+        self.watch(robots.troubles)
+
+    def watch(self, troubles: Mapping[str, Trouble]) -> None:
+        """Stop when one of these returns why it is lost (S5); they have the names for messages."""
+        self._watches += [
+            Watch(self.controller, trouble, f"{name} is there")
+            for name, trouble in troubles.items()
+        ]
+
+    def watch_ears(self, ears: Ears) -> None:
+        """Stop when nothing is heard (S5), and send each changed velocity at once."""
+        controller = self.controller
+        watch = Watch(
+            controller, lambda: ears.trouble(controller.moving), "listening again", ears.source
+        )
+        self._watches.insert(0, watch)
+        self._at_once = True
+
+    def run(self, finish: Callable[[], None] = lambda: None) -> None:
+        """Drive until the clock has no more; zero velocity is sent last (S7).
+
+        Args:
+            finish: called after the last beat; its events come before that zero.
+        """
+        with zero_at_the_end(self._send_zero):
+            self._drive()
+            finish()
+
+    def run_in_real_time(self, inbox: Inbox) -> None:
+        """Drive until a message or a signal ends it; zero velocity is sent last (S7).
+
+        Args:
+            inbox: what the clock takes messages from; a signal puts the end into it.
+
+        Raises:
+            SystemExit: a signal came before.
+        """
+        self._watches.append(Flood(self.controller, inbox))
+        with (
+            zero_at_the_end(self._send_zero),
+            let_signals_wake(lambda: inbox.put(End())),
+        ):
+            self._drive()
+
+    def _drive(self) -> None:
+        looks = [watch.look for watch in self._watches]
+        raise_if_any(beat(self.controller, self.clock, looks, self._at_once))
+
+    def _send_zero(self) -> None:
+        self.controller.zero(self.clock.now())
+
+
+@contextmanager
+def speaking(
+    settings: Speech, replies: Sequence[str], warn: Callable[[str], None]
+) -> Iterator[Speaker | None]:
+    """Open who says the replies, for a `with` block; None if the robot is to be silent.
+
+    Args:
+        settings: whose voice, and whether at all.
+        replies: what is said often, to be rendered beforehand.
+        warn: takes what goes wrong, on any thread.
+    """
+    if not settings.enabled:
+        yield None
+        return
+    with Speaker(settings.voice, replies, warn) as speaker:
+        yield speaker
+
+
+def replies_to(speaker: Speaker | None) -> list[Receiver]:
+    """Return what lets a speaker say the replies and play the sounds; nothing if there is none."""
+
+    def receive(event: Event) -> None:
+        if speaker and isinstance(event, Reply):
+            speaker.say(event.text)
+        elif speaker and isinstance(event, Play):
+            speaker.play(event.sound)
+
+    return [receive] if speaker else []
+
+
+@contextmanager
+def starting_programs(
+    table: CommandTable, inbox: Inbox, clock: Clock, show: Callable[[str], None]
+) -> Iterator[Receiver]:
+    """Open what starts the programs and functions of commands, for a `with` block.
+
+    Args:
+        table: what each command does.
+        inbox: gets the end of each.
+        clock: the time of that.
+        show: takes each line that a program prints, on any thread.
+
+    Raises:
+        ConfigError: there is no such program or function.
+    """
+
+    def put(ended: Ended) -> None:
+        inbox.put(replace(ended, t=clock.now()))
+
+    with Programs(table, put, show) as programs:
+        yield programs.receive
+
+
+class Warn(Protocol):
+    """Takes a line for people, and whether it is good news, on any thread."""
+
+    def __call__(self, text: str, good: bool = False) -> None:
+        """Take it."""
+
+
+def warner(inbox: Inbox, clock: Clock) -> Warn:
+    """Return what puts a line into the inbox as a Warning, on any thread."""
+    return lambda text, good=False: inbox.put(Warning(clock.now(), text, good))
+
+
+def raise_if_any(error: Exception | None) -> None:
+    """Raise what ended the beat, if it was an error."""
+    if error:
+        raise error

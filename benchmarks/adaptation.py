@@ -29,7 +29,7 @@ from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.language.build import build
-from voz.language.files import LanguageFiles, find_language
+from voz.language.generated.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import FEWEST, Said, Score, calibrate, score

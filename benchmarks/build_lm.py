@@ -19,9 +19,9 @@ from machine import machine, peak_megabytes
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz.language.build import build
-from voz.language.commands import MAX_BYTES
-from voz.language.files import LanguageFiles, read_commands
-from voz.language.lexicon import read_cmudict
+from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.generated.language_files import LanguageFiles, read_commands
+from voz.language.pronunciation.lexicon import read_cmudict
 
 SMALL = Path(__file__).parent.parent / "lm" / "comandos_voz.txt"
 LARGE_SENTENCES = 50_000

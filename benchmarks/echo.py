@@ -22,7 +22,7 @@ from voz.audio.capture.files import read_blocks
 from voz.config import usual_commands
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
-from voz.language.files import find_language
+from voz.language.generated.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 from voz.speech.rendered import cached

@@ -25,9 +25,9 @@ from voz.audio import Samples
 from voz.audio.capture.files import to_int16
 from voz.config import load_config
 from voz.language.build import build
-from voz.language.files import LanguageFiles
-from voz.language.given import read_list
-from voz.language.languages import add_language, read_language, sources_of
+from voz.language.command_source import read_list
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.other_languages import add_language, read_language, sources_of
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.thresholds import needed
 from voz.settings import Recognition

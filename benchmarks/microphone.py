@@ -23,7 +23,7 @@ from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.audio.level import Fault, Level, faults, measure
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

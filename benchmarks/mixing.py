@@ -1,4 +1,4 @@
-"""How often commands are mixed up, by how alike they sound: what `voz.language.alike` estimates by.
+"""How often commands are mixed up, by how alike they sound: what `alike_report.py` estimates by.
 
 Run `python benchmarks/mixing.py audio_fixtures/manifest.tsv`. Each command is heard as it is and in
 white noise, and every other command of the list is its rival.
@@ -19,9 +19,9 @@ from machine import machine
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks, to_int16
-from voz.language.alike import mixed_up
-from voz.language.confusion import sound_alike
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.similarity.alike_report import mixed_up
+from voz.language.similarity.confusion import sound_alike
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language, load_language
 from voz.recognition.second_ear import second_ear_for

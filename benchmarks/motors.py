@@ -29,8 +29,8 @@ from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks, to_int16
 from voz.events import Event, Utterance
-from voz.language.files import find_language
-from voz.language.templates.commands import plain_commands
+from voz.language.generated.language_files import find_language
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.stream import Stream
 from voz.robot.simulator import SimulatedRobot

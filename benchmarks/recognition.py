@@ -34,7 +34,7 @@ from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.errors import AudioError, ConfigError, VozError
 from voz.language.build import build
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"

@@ -25,7 +25,7 @@ from voz.apps.evaluation.tables import shown_alarms
 from voz.apps.recordings.clips import Clip
 from voz.errors import AudioError, ConfigError, VozError
 from voz.files import read_json
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.settings import Recognition
 
 LM = Path(__file__).parent.parent / "lm"

@@ -34,8 +34,8 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.apps.recordings.rows import MANIFEST
 from voz.audio import SAMPLE_RATE
 from voz.language.build import build
-from voz.language.files import LanguageFiles
-from voz.language.templates.number_words import SMALL, TENS
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.sentences.number_words import SMALL, TENS
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

@@ -15,7 +15,7 @@ from loudspeaker import loudspeaker
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
 
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.language import Language, load_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition

@@ -10,7 +10,7 @@ from typing import Any
 from voz.config import Config, usual_commands
 from voz.control.table import USUAL
 from voz.events import Receiver
-from voz.language.templates.commands import plain_commands
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Source, run_paced, run_unpaced
 from voz.run.session import OpenRobots

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pocketsphinx
 
-from voz.language.acoustic_model import BYTE_ORDER, STATES, AcousticModel, read_phones
+from voz.language.acoustics.acoustic_model import BYTE_ORDER, STATES, AcousticModel, read_phones
 
 LIKE = {
     "SIL": "SIL", "a": "AA", "b": "B", "ch": "CH", "d": "DH", "e": "EH", "f": "F", "g": "G",

@@ -23,14 +23,15 @@ MODULES = {
 }
 
 
-def imported(module: ast.Module) -> Iterator[str]:
-    """The folders and modules of voz itself that a module imports, anywhere in it."""
+def imported(module: ast.Module, package: str = "voz") -> Iterator[str]:
+    """The folders and modules of a package that a module imports, anywhere in it."""
+    level = package.count(".") + 1
     for part in ast.walk(module):
         if isinstance(part, ast.ImportFrom) and part.module:
             names = [f"{part.module}.{name.name}" for name in part.names]
         else:
             names = [name.name for name in part.names] if isinstance(part, ast.Import) else []
-        yield from (name.split(".")[1] for name in names if name.startswith("voz."))
+        yield from (name.split(".")[level] for name in names if name.startswith(f"{package}."))
 
 
 def run_voz(folder: Path, *arguments: object) -> str:
@@ -58,6 +59,17 @@ def test_no_folder_imports_what_is_above_it() -> None:
     for above, folder in LATE:
         below[above].remove(folder)
     list(TopologicalSorter(below).static_order())  # raises CycleError where there is an arrow up
+
+
+def test_the_folders_of_language_import_one_way() -> None:
+    below: dict[str, set[str]] = {}
+    for path, module in MODULES.items():
+        if path[:2] == ("voz", "language") and len(path) > 3:
+            names = set(imported(module, "voz.language")) - {path[2]}
+            below.setdefault(path[2], set()).update(names)
+    assert below["sentences"] == below["acoustics"] == set()
+    assert set().union(*below.values()) <= set(below)  # nothing of what puts them together
+    list(TopologicalSorter(below).static_order())
 
 
 def test_the_core_imports_nothing_that_stands_around_it() -> None:

@@ -18,7 +18,7 @@ from documents import (
     generated,
     written,
 )
-from language.templates.of_text import commands_of
+from language.template_texts import commands_of
 from make_reference import API, SAMPLES
 from recordings import ROOT
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from recordings import FIXTURES, ROOT
 
-from voz.language.phone_distances import read_distances
+from voz.language.acoustics.phone_distances import read_distances
 
 
 def test_two_commands_give_a_table_that_voz_reads(tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ from voz.apps.batch.decoding import decode_recordings
 from voz.apps.batch.rows import Decoded
 from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
-from voz.language.files import LanguageFiles
-from voz.language.lexicon import GUESS
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.pronunciation.lexicon import GUESS
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

@@ -1,4 +1,4 @@
-"""Measure `voz/language/phone_distances.tsv` anew from recordings whose words are known.
+"""Measure `voz/language/acoustics/phone_distances.tsv` anew from recordings whose words are known.
 
 Each clip is searched once: for its own phones, and beside them for each variation in which one
 phone is replaced by another. What the replacement loses in log-likelihood, for each frame of the
@@ -26,9 +26,9 @@ from rich.progress import track
 from voz.apps.recordings.rows import records_in
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
-from voz.language.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
-from voz.language.phone_distances import DISTANCES
-from voz.language.spoken import USUAL_MODEL
+from voz.language.acoustics.phone_distances import DISTANCES
+from voz.language.acoustics.spoken_language import USUAL_MODEL
+from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import UNPRUNED
 from voz.recognition.phone_loop import fillers

@@ -23,7 +23,7 @@ from rich.progress import track
 
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
-from voz.language.lexicon import find_anywhere, look_up, read_cmudict
+from voz.language.pronunciation.lexicon import find_anywhere, look_up, read_cmudict
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 

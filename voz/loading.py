@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from voz.errors import CommandsError
-from voz.language.files import LanguageFiles, find_language
+from voz.language.generated.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import Profile, load_profile
 from voz.records import check_is_a
@@ -50,7 +50,7 @@ def _load_list(
     commands: Iterable[str], settings: Recognition, profile: Profile | None
 ) -> Recognizer:
     from voz.language.build import write
-    from voz.language.given import list_of
+    from voz.language.command_source import list_of
 
     lines = list(commands) if isinstance(commands, Iterable) else [commands]
     for line in lines:

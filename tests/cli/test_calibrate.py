@@ -19,7 +19,7 @@ from voz.apps.recordings.enrollment import prompts, read_kept
 from voz.apps.recordings.rows import MANIFEST, as_text
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
-from voz.language.files import LanguageFiles, read_sentences
+from voz.language.generated.language_files import LanguageFiles, read_sentences
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import Said, calibrate
 from voz.recognition.speaker.profiles import Profile, load_profile, save_profile

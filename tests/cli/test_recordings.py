@@ -14,7 +14,7 @@ import soundfile
 from calls import VOZ, in_process
 from recordings import GO_BACK, Recording
 
-from voz.language.files import PACKAGED
+from voz.language.generated.language_files import PACKAGED
 
 
 def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Recording) -> None:

@@ -13,8 +13,8 @@ from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
 from voz.language.build import build, check
-from voz.language.checks import check_files
-from voz.language.files import PACKAGED, LanguageFiles
+from voz.language.generated.file_checks import check_files
+from voz.language.generated.language_files import PACKAGED, LanguageFiles
 
 CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
 ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "sha256")

@@ -11,8 +11,8 @@ import pytest
 from recordings import Recording
 
 from voz.language.build import build
-from voz.language.files import LanguageFiles
-from voz.language.templates.commands import plain_commands
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import IN_DOUBT, MOST_RIVALS, Comparison, Evidence
 from voz.recognition.language import Language, load_language

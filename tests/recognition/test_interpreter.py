@@ -11,7 +11,7 @@ from recordings import Recording
 from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
-from voz.language.templates.commands import plain_commands
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.confidence import Around
 from voz.recognition.confidence_model import SCORE
 from voz.recognition.hypothesis import Hypothesis

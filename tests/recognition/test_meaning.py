@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.language.build import build
-from voz.language.files import LanguageFiles
-from voz.language.templates.commands import Parse
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.sentences.command_set import Parse
 from voz.recognition.meaning import ENOUGH, SCALE, most_sure, rival, stands_in_the_way
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import Match, Opinion

@@ -14,9 +14,9 @@ from spanish import LIKE, spanish
 from voz.audio import Samples
 from voz.config import load_config
 from voz.language.build import build
-from voz.language.files import LanguageFiles
-from voz.language.given import read_list
-from voz.language.languages import read_language, sources_of
+from voz.language.command_source import read_list
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.other_languages import read_language, sources_of
 from voz.recognition.evidence import Comparison
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import UnknownNetworkError

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from recordings import Recording, read_manifest
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.language.phone_distances import read_distances
+from voz.language.acoustics.phone_distances import read_distances
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.second_ear import (

@@ -11,7 +11,7 @@ import pytest
 from driving import COMMANDS, STARTED, STOPPED, speak, type_lines
 from hypothesis import given
 from hypothesis import strategies as st
-from language.templates.of_text import commands_of
+from language.template_texts import commands_of
 from recordings import FIXTURES, Recording
 
 from voz.events import (
@@ -24,7 +24,7 @@ from voz.events import (
     to_json,
     why_not,
 )
-from voz.language.templates.commands import plain_commands
+from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.sources import lines_typed
 from voz.settings import Safety

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from language.templates.of_text import commands_of
+from language.template_texts import commands_of
 
 from voz.events import Utterance
 from voz.inbox import Inbox

@@ -17,7 +17,7 @@ from live_terminal import Terminal
 from programs import wait_until
 
 from voz.inbox import Halt, Inbox
-from voz.language.templates.commands import plain_commands
+from voz.language.sentences.command_set import plain_commands
 from voz.run.text_commands import TextCommands
 from voz.terminal.keyboard import BACKSPACE, ENTER, LONGEST_PAUSE, STOP_KEYS, Line, keys
 

@@ -143,7 +143,7 @@ def _tell_errors(results: Iterable[Result]) -> None:
 
 def _operating_points(results: Iterable[Result], choice: EngineChoice) -> list[OperatingPoint]:
     from voz.apps.evaluation.operating_points import operating_points
-    from voz.language.files import read_commands
+    from voz.language.generated.language_files import read_commands
     from voz.recognition.recognizer import Recognizer
 
     model = Recognizer(choice.language, choice.settings).model

@@ -14,8 +14,8 @@ from voz.cli.terminal import put, show, tell, warn
 
 if TYPE_CHECKING:
     from voz.config import Config
-    from voz.language.given import Given
-    from voz.language.languages import OtherLanguage
+    from voz.language.command_source import Given
+    from voz.language.other_languages import OtherLanguage
 
 MOST_TOLD = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
@@ -43,7 +43,7 @@ def build_lm(
     """
     from voz.config import Config, load_config
     from voz.language import build
-    from voz.language.given import read_list
+    from voz.language.command_source import read_list
     from voz.run.commands import check_list
 
     settings = load_config(HERE) if HERE.is_file() else Config()
@@ -64,8 +64,8 @@ def build_lm(
 
 def _show_more(options: Building, commands: Path, given: Given) -> None:
     """Show what else is wanted of a list."""
-    from voz.language.alike import table
-    from voz.language.given import closest, draw_alike
+    from voz.language.command_source import closest, draw_alike
+    from voz.language.similarity.alike_report import table
 
     if options.count:
         _show_costs(given)
@@ -92,7 +92,7 @@ def _spoken(settings: Config) -> OtherLanguage | None:
     """Read the language that the settings name; None is English."""
     if settings.language == type(settings.language)():
         return None
-    from voz.language.languages import configured
+    from voz.language.other_languages import configured
 
     return configured(settings.language)
 
@@ -101,7 +101,7 @@ def _check_expected(given: Given, folder: Path) -> None:
     """Tell of the sentences in `tests.txt` that are not as they should be, and end if there are."""
     from voz.errors import CommandsError
     from voz.files import read_bytes
-    from voz.language.templates.expected import EXPECTED, disappointments
+    from voz.language.formats.expected_sentences import EXPECTED, disappointments
 
     path = folder / EXPECTED
     if not path.is_file():
@@ -145,7 +145,7 @@ def parse(
     """
     import msgspec
 
-    from voz.language.files import read_commands
+    from voz.language.generated.language_files import read_commands
 
     commands = read_commands(options.language(options.settings()))
     for text in texts:

@@ -21,7 +21,7 @@ from voz.apps.recordings.rows import MANIFEST
 from voz.audio.capture.microphone import open_microphone
 from voz.cli.terminal import show, warn
 from voz.errors import ConfigError
-from voz.language.files import LanguageFiles, read_sentences
+from voz.language.generated.language_files import LanguageFiles, read_sentences
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
 from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile

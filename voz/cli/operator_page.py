@@ -16,7 +16,7 @@ from voz.files import data_folder
 if TYPE_CHECKING:
     from voz.apps.web.site import Site
     from voz.inbox import Inbox
-    from voz.language.templates.commands import Commands
+    from voz.language.sentences.command_set import Commands
     from voz.robot.drawing.view import RoomView
     from voz.run.clocks import Clock
     from voz.run.live import Page

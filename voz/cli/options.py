@@ -18,7 +18,7 @@ from voz.files import check_not_read
 from voz.settings import SpokenLanguage
 
 if TYPE_CHECKING:
-    from voz.language.files import LanguageFiles
+    from voz.language.generated.language_files import LanguageFiles
 
 HERE = Path("voz.toml")
 """The settings where none are named: those of the folder that the user is in."""
@@ -76,14 +76,14 @@ class Common:
 
     def language(self, settings: Config) -> LanguageFiles:
         """Find language files that can be used; tell which, and whether their list has changed."""
-        from voz.language.checks import check_files
-        from voz.language.files import find_language, stale_warning
+        from voz.language.generated.file_checks import check_files
+        from voz.language.generated.language_files import find_language, stale_warning
 
         language = find_language(settings.lm)
         check_files(language)
         if settings.language != SpokenLanguage():
-            from voz.language.files import read_spoken
-            from voz.language.languages import check_same_language
+            from voz.language.generated.language_files import read_spoken
+            from voz.language.other_languages import check_same_language
 
             check_same_language(read_spoken(language), settings.language, language.folder)
         if self.verbose:
@@ -101,7 +101,7 @@ class Common:
             written: what will be written anew; None is left out.
             read: what the subcommand reads besides those that all have.
         """
-        from voz.language.files import STEM, find_language
+        from voz.language.generated.language_files import STEM, find_language
 
         settings = self.settings()
         language = find_language(settings.lm).folder.glob(f"{STEM}.*")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.inputs import Inputs
     from voz.apps.batch.many import Many
     from voz.apps.batch.tasks import Driving
-    from voz.language.files import LanguageFiles
+    from voz.language.generated.language_files import LanguageFiles
 
 MEGABYTE = 1_000_000
 
@@ -148,7 +148,7 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
 def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> Driving:
     """By which rules recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.driving import driving
-    from voz.language.files import name_of_list, read_commands
+    from voz.language.generated.language_files import name_of_list, read_commands
     from voz.run.commands import begins_listening, check_list
 
     settings, commands = options.settings(), read_commands(language)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
     from voz.config import Config
     from voz.events import Receiver
-    from voz.language.files import LanguageFiles
-    from voz.language.templates.commands import Commands
+    from voz.language.generated.language_files import LanguageFiles
+    from voz.language.sentences.command_set import Commands
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import Profile
     from voz.run.live import OtherRecognizer
@@ -44,7 +44,7 @@ def run(options: Running) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz.language.files import name_of_list, read_commands
+    from voz.language.generated.language_files import name_of_list, read_commands
     from voz.process.quiet_libraries import quiet_libraries
     from voz.run.unblocked import unblocked_output
 
@@ -261,7 +261,7 @@ def _recognizer(
     options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
     """Load the recognizer; if it adapts, what it learns at this place is kept for later runs."""
-    from voz.language.files import read_spoken
+    from voz.language.generated.language_files import read_spoken
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,

@@ -19,7 +19,7 @@ from voz.events import Partial, Utterance, later
 from voz.hearing.half_duplex import HalfDuplex, PlayedSound
 from voz.hearing.sound_watch import MUTED_IN_MOTION, Silence, SoundWatch
 from voz.inbox import Inbox
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 
 NO_BLOCK = 0.35

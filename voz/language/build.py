@@ -15,17 +15,17 @@ from msgspec.structs import replace
 
 from voz.errors import LanguageError
 from voz.files import atomic_write
-from voz.language import alike
-from voz.language.checks import fingerprint, locked
-from voz.language.commands import at_most
-from voz.language.files import PACKAGED, LanguageFiles, read_sentences
-from voz.language.given import Given, closest, read_list
-from voz.language.grammar import jsgf
-from voz.language.lexicon import GUESS, PRONUNCIATIONS, LexiconEntry
-from voz.language.ngram import arpa
-from voz.language.spoken import Spoken
-from voz.language.templates.grammar import structured_jsgf
-from voz.language.templates.stored import as_text
+from voz.language.acoustics.spoken_language import Spoken
+from voz.language.command_source import Given, closest, read_list
+from voz.language.formats.text_lines import at_most
+from voz.language.generated.file_checks import fingerprint, locked
+from voz.language.generated.jsgf_grammar import jsgf
+from voz.language.generated.language_files import PACKAGED, LanguageFiles, read_sentences
+from voz.language.generated.ngram import arpa
+from voz.language.generated.stored_commands import as_text
+from voz.language.generated.template_grammar import structured_jsgf
+from voz.language.pronunciation.lexicon import GUESS, PRONUNCIATIONS, LexiconEntry
+from voz.language.similarity import alike_report as alike
 
 
 @dataclass(frozen=True)

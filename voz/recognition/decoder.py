@@ -9,7 +9,7 @@ import pocketsphinx
 from voz.audio import Samples
 from voz.audio.denoise import energies
 from voz.errors import LanguageError
-from voz.language.templates.fsg import as_fsg
+from voz.language.generated.fsg import as_fsg
 from voz.recognition.accents import added
 from voz.recognition.language import Language
 from voz.settings import Search

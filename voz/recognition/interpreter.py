@@ -8,7 +8,7 @@ from voz.audio import Samples
 from voz.audio.denoise import cleaned
 from voz.audio.endpointing.segment import LONGEST_WORD, Segment
 from voz.events import Utterance
-from voz.language.templates.commands import Commands, Parse
+from voz.language.sentences.command_set import Commands, Parse
 from voz.recognition.confidence import Around, in_company
 from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
 from voz.recognition.decoder import mean_start

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, read_commands, read_pronunciations, read_spoken
-from voz.language.spoken import Spoken, english
-from voz.language.templates.commands import Commands
+from voz.language.acoustics.spoken_language import Spoken, english
+from voz.language.generated.file_checks import check_files
+from voz.language.generated.language_files import (
+    LanguageFiles,
+    read_commands,
+    read_pronunciations,
+    read_spoken,
+)
+from voz.language.sentences.command_set import Commands
 from voz.recognition.accents import Phones, with_accents
 
 
@@ -40,9 +45,7 @@ def load_language(files: LanguageFiles) -> Language:
     dictionary = read_pronunciations(files)
     spoken = read_spoken(files)
     if not spoken.is_usual:
-        from voz.language.languages import (
-            check_acoustic_model,  # numpy, which English needs for nothing
-        )
+        from voz.language.other_languages import check_acoustic_model
 
         check_acoustic_model(spoken, files.folder)
     said = with_accents(dictionary) if spoken.is_english else dictionary

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple, TypeGuard
 
-from voz.language.templates.commands import Parse
+from voz.language.sentences.command_set import Parse
 from voz.recognition.second_ear import Opinion
 
 SCALE = 3.0

@@ -15,9 +15,9 @@ from voz.audio.capture.arrays import converted
 from voz.audio.endpointing.segment import Segment, follow_closely, through
 from voz.audio.endpointing.segmenter import Segmenter, Voices
 from voz.events import Partial, Utterance
-from voz.language.checks import locked
-from voz.language.files import LanguageFiles
-from voz.language.templates.commands import Commands
+from voz.language.generated.file_checks import locked
+from voz.language.generated.language_files import LanguageFiles
+from voz.language.sentences.command_set import Commands
 from voz.recognition.confidence import Around
 from voz.recognition.confidence_model import Model
 from voz.recognition.interpreter import Interpreter

@@ -16,7 +16,7 @@ import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import ConfigError
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.accents import spellings
 from voz.recognition.ctc import Floats, Lattice, best_matches, lattice
 from voz.recognition.language import Language, load_language

@@ -9,8 +9,8 @@ from typing import Any, NoReturn
 from voz.control.table import CommandTable
 from voz.hearing.sound_watch import SILENT, Silence
 from voz.inbox import Inbox
-from voz.language.files import find_language, read_commands
-from voz.language.templates.commands import Commands, plain_commands
+from voz.language.generated.language_files import find_language, read_commands
+from voz.language.sentences.command_set import Commands, plain_commands
 from voz.ros1.driving import drive
 from voz.ros1.node import Ros1Node
 from voz.ros1.parameters import read_settings

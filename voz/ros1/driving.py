@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from voz.config import Config
 from voz.events import Event, Partial, Receiver, Twist, Warning
 from voz.inbox import End, Inbox
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
 from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.process import RobotProcess, RobotSpec

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from voz.control.table import CommandTable, check_commands
-from voz.language.commands import without_accents
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
+from voz.language.sentences.spelling import without_accents
 
 MOST_LOOKED_AT = 64
 """Sentences of a command that are looked at."""

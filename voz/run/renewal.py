@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 from voz.control.table import CommandTable
-from voz.language.files import LanguageFiles, name_of_list
+from voz.language.generated.language_files import LanguageFiles, name_of_list
 from voz.recognition.recognizer import Recognizer
 from voz.robot.mistakes import reason
 from voz.run.commands import check_list

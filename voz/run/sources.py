@@ -15,8 +15,8 @@ from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError
 from voz.events import Utterance, Warning, later
 from voz.files import shown_path
-from voz.language.commands import normalize
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
+from voz.language.sentences.spelling import normalize
 from voz.recognition.recognizer import Recognizer
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item

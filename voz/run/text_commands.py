@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Callable
 
 from voz.inbox import Inbox
-from voz.language.commands import normalize
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
+from voz.language.sentences.spelling import normalize
 from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
 
 MOST_REFUSED = 16

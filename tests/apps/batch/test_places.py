@@ -21,7 +21,7 @@ from voz.apps.batch.places import Place, exists, journal_path, place_for
 from voz.apps.batch.tasks import Setup
 from voz.config import Recognition
 from voz.errors import ConfigError
-from voz.language.files import PACKAGED
+from voz.language.generated.language_files import PACKAGED
 
 HEADER = Header("0.1.0", "print", "commands", "models", Recognition())
 NAMES = [str(GO_BACK), str(FIXTURES / "none.wav")]

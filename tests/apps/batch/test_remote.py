@@ -18,7 +18,7 @@ from voz.apps.batch.remote import fetched
 from voz.apps.batch.rows import Outcome, Unreadable
 from voz.apps.batch.tasks import Setup
 from voz.errors import AudioError
-from voz.language.files import PACKAGED
+from voz.language.generated.language_files import PACKAGED
 from voz.settings import Recognition
 
 

@@ -11,7 +11,7 @@ from voz.apps.batch.rows import Outcome
 from voz.apps.batch.stamps import look_again
 from voz.apps.batch.tasks import Files, Setup
 from voz.apps.batch.worker import work
-from voz.language.files import PACKAGED
+from voz.language.generated.language_files import PACKAGED
 from voz.settings import Recognition
 
 OTHER = FIXTURES / "commands" / "festival_slt__stop.flac"

@@ -24,7 +24,7 @@ from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.config import Recognition
 from voz.errors import ConfigError
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 
 
 @pytest.fixture(scope="module")

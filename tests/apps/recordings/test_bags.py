@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 from voz.apps.recordings.bags import HEARD, STRING, bag_of, check_bag, read_sayings
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
-from voz.language.templates.commands import plain_commands
+from voz.language.sentences.command_set import plain_commands
 from voz.run.sources import bag_replayed
 
 NAMES = ["drive.mcap", "drive.db3", "drive.bag", "drive"]

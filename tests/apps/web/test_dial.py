@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from voz.apps.web.dial import Dial
 from voz.errors import ConfigError
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 

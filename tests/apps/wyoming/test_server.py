@@ -27,8 +27,8 @@ from wyoming.info import Describe, Info
 
 from voz.audio.capture.files import read_blocks
 from voz.language.build import build
-from voz.language.given import read_list
-from voz.language.languages import read_language, sources_of
+from voz.language.command_source import read_list
+from voz.language.other_languages import read_language, sources_of
 from voz.settings import SpokenLanguage
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,7 @@ import msgspec
 from voz import __version__
 from voz.errors import ConfigError
 from voz.files import read_bytes
-from voz.language.files import LanguageFiles
+from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.confidence_model import MODEL, load_models
 from voz.recognition.network_file import DEFAULT_NETWORK
 from voz.recognition.speaker.profiles import Profile

@@ -7,8 +7,13 @@ from collections.abc import Iterator
 from voz.apps.doctor.finding import Finding, not_well
 from voz.config import Config
 from voz.errors import VozError
-from voz.language.checks import check_files
-from voz.language.files import LanguageFiles, find_language, read_sentences, stale_warning
+from voz.language.generated.file_checks import check_files
+from voz.language.generated.language_files import (
+    LanguageFiles,
+    find_language,
+    read_sentences,
+    stale_warning,
+)
 from voz.recognition.network_file import fingerprint_of
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.second_ear import why_missing

@@ -16,7 +16,7 @@ from voz.apps.recordings.clips import Clip
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError, ConfigError
-from voz.language.files import find_language
+from voz.language.generated.language_files import find_language
 from voz.recognition.confidence import Around
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition

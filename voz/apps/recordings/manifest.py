@@ -11,7 +11,7 @@ from voz.apps.recordings.clips import Clip, Kind
 from voz.apps.recordings.rows import Row, rows_in
 from voz.errors import ConfigError
 from voz.files import read_text, shown_path
-from voz.language.commands import normalize
+from voz.language.sentences.spelling import normalize
 
 COLUMNS = {
     "file": ("path", "file"),

@@ -9,8 +9,8 @@ from typing import TypeVar
 from voz.control.table import STOP
 from voz.events import Event, Twist, Utterance
 from voz.inbox import Halt, Inbox
-from voz.language.commands import normalize
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
+from voz.language.sentences.spelling import normalize
 from voz.run.sources import LONGEST, typed
 
 Kind = TypeVar("Kind")

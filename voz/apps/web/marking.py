@@ -9,8 +9,8 @@ from pathlib import Path
 from voz.apps.recordings.recorder import Recorder
 from voz.apps.web.board import Record
 from voz.errors import AudioError, ConfigError
-from voz.language.commands import normalize
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
+from voz.language.sentences.spelling import normalize
 
 MOST_KNOWN = 100
 """Recordings that can be played and marked: more than pages show."""

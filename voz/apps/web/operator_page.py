@@ -27,7 +27,7 @@ from voz.events import Event
 from voz.hearing.half_duplex import PlayedSound
 from voz.hearing.microphone_thread import Hearing, SoundFrom
 from voz.inbox import Halt, Inbox, Rehearsal
-from voz.language.templates.commands import Commands
+from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock
 from voz.run.live import RunParts
 from voz.run.session import Ears, warner

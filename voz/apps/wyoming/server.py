@@ -22,7 +22,7 @@ from wyoming.server import AsyncEventHandler, AsyncServer
 from voz import __version__
 from voz.errors import AudioError, ConfigError, VozError
 from voz.events import Utterance
-from voz.language.files import read_spoken
+from voz.language.generated.language_files import read_spoken
 from voz.recognition.listener import Listener
 from voz.recognition.recognizer import Recognizer
 

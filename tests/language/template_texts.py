@@ -1,0 +1,15 @@
+"""Templates from a text, as in a file."""
+
+from __future__ import annotations
+
+from voz.language.compiling.compile_templates import Compiled, compiled
+from voz.language.formats.template_list import parse_templates
+from voz.language.sentences.command_set import Commands
+
+
+def compile_text(text: str) -> Compiled:
+    return compiled(parse_templates(text.encode(), "l.txt"))
+
+
+def commands_of(text: str) -> Commands:
+    return compile_text(text).commands

@@ -1,0 +1,78 @@
+"""The language that people speak: its acoustic model, and what is known of the model's phones."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+
+import msgspec
+
+from voz.language.acoustics.phone_distances import Distances, read_distances
+
+ENGLISH_NAMES = frozenset({"english", "en"})
+
+USUAL_MODEL = "en-us/en-us"
+"""Of the pocketsphinx package."""
+
+
+class Spoken(msgspec.Struct, frozen=True, dict=True):
+    """A language that is spoken, as the language files keep it.
+
+    Attributes:
+        name: what the user calls it.
+        acoustic_model: the folder of the model, from that of the language files if it is not
+            absolute; None is pocketsphinx's own English one.
+        model: the SHA-256 of the model; empty for pocketsphinx's own.
+        frames: how many frames of 10 ms each phone lasts.
+        apart: what a frame of one phone loses, in nats, if it is taken for another.
+    """
+
+    name: str
+    acoustic_model: str | None
+    model: str
+    frames: dict[str, float]
+    apart: dict[str, dict[str, float]]
+
+    @property
+    def is_english(self) -> bool:
+        """Whether what voz knows of English alone holds: accents, and what the second ear hears."""
+        return self.name.lower() in ENGLISH_NAMES
+
+    @property
+    def code(self) -> str:
+        """What other programs call it: `en`, else the name that the user gave, such as `es`."""
+        return "en" if self.is_english else self.name
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether nothing was configured."""
+        return self.acoustic_model is None
+
+    @cached_property
+    def phones(self) -> frozenset[str]:
+        """The names of the phones."""
+        return frozenset(self.frames)
+
+    @cached_property
+    def distances(self) -> Distances:
+        """How far apart the phones are."""
+        return Distances(self.frames, self.apart)
+
+    def folder(self, language: Path) -> Path:
+        """Find the acoustic model.
+
+        Args:
+            language: the folder of the language files.
+        """
+        if self.acoustic_model is None:
+            import pocketsphinx  # 20 ms that who types commands need not wait for
+
+            return Path(pocketsphinx.get_model_path(USUAL_MODEL))
+        return language / self.acoustic_model
+
+
+def english() -> Spoken:
+    """English by the model that pocketsphinx brings, with distances that were measured."""
+    known = read_distances()
+    apart = {phone: dict(others) for phone, others in known.apart.items()}
+    return Spoken("English", None, "", dict(known.frames), apart)

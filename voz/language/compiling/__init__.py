@@ -1,0 +1,1 @@
+"""From templates to the commands that the rest of voz asks."""

@@ -1,0 +1,234 @@
+"""From the templates of all files to the commands that the other parts ask; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
+from typing import NamedTuple
+
+from voz.errors import CommandsError
+from voz.language.compiling.joining import MOST_STATES, Shared, TooManyStatesError, join
+from voz.language.compiling.layout import MOST_ARCS, TooManyArcsError, reader
+from voz.language.compiling.resolve import resolve
+from voz.language.formats.text_lines import at_most
+from voz.language.sentences.command_set import Commands, Meaning
+from voz.language.sentences.expression import Expression, Named, Numbers, Word
+from voz.language.sentences.expression_size import Size, plainest, size
+from voz.language.sentences.location import wrong
+from voz.language.sentences.number_range import in_words
+from voz.language.sentences.references import inside
+from voz.language.sentences.slot_reader import Reader
+from voz.language.sentences.template_source import Definition, Template, TemplateSource, shown
+
+MOST_WORDS = 30
+"""Of a sentence; a plain one of a list has at most 12."""
+
+MOST_SENTENCES = 10**10
+"""No ear tells more apart."""
+
+MOST_READINGS = 50
+"""Of an ambiguous sentence that are looked at."""
+
+
+class LineCost(NamedTuple):
+    """What a line of a file adds.
+
+    Attributes:
+        name: of the rule or list, or the command of the template.
+        place: where it stands, as `FILE:LINE`.
+        sentences: that it gives; of a rule or list, the ways to say it.
+        states: how many the search has for it; 0 for a rule or list, which others hold.
+        used_by: templates that hold it.
+    """
+
+    name: str
+    place: str
+    sentences: int
+    states: int
+    used_by: int
+
+
+class Compiled(NamedTuple):
+    """What templates were compiled to.
+
+    Attributes:
+        commands: the sentences and what they mean.
+        templates: without references.
+        warnings: what the user should know, one line each.
+        places: where each word stands first, as `FILE:LINE`.
+        costs: what each template, rule and list adds.
+    """
+
+    commands: Commands
+    templates: Sequence[Template]
+    warnings: tuple[str, ...]
+    places: Mapping[str, str]
+    costs: Sequence[LineCost]
+
+
+def compiled(source: TemplateSource) -> Compiled:
+    """Compile templates.
+
+    Args:
+        source: all files together.
+
+    Raises:
+        CommandsError: they cannot be used; the message says where and why.
+    """
+    if not source.templates:
+        raise CommandsError(f"{source.name}: holds no command; write one sentence a line")
+    templates, warnings = resolve(source)
+    _check_sizes(templates)
+    readers = [_reader(template) for template in templates]
+    try:
+        network, shared = join(readers)
+    except TooManyStatesError:
+        raise CommandsError(
+            f"{source.name}: has more than {MOST_STATES:,} places where words go on differently; "
+            "make lists shorter, or begin templates with different words"
+        ) from None
+    meanings = [
+        Meaning(
+            template.command or plainest(template.expression),
+            dict(template.constants),
+            one if _has_slots(one) else None,
+        )
+        for template, one in zip(templates, readers, strict=True)
+    ]
+    told = [line for one in shared for line in _ambiguous(one, templates, meanings)]
+    summary = f"{source.name}: {len(told)} sentences are there twice, or can be read in two ways"
+    warnings = (*warnings, *at_most(told, summary))
+    states = [len(one.arcs) for one in readers]
+    commands = Commands(network, meanings)
+    costs = [*_costs_of_templates(templates, commands, states), *_costs_of_names(source, templates)]
+    return Compiled(commands, templates, warnings, _places(source), costs)
+
+
+def _check_sizes(templates: Iterable[Template]) -> None:
+    known: dict[int, Size] = {}
+    total = 0
+    for template in templates:
+        ways, longest = size(template.expression, known)
+        total += ways
+        if longest > MOST_WORDS:
+            raise wrong(
+                template.place,
+                f"has up to {longest} words, more than {MOST_WORDS}; make the command shorter",
+            )
+        if total > MOST_SENTENCES:
+            raise wrong(
+                template.place,
+                f"this makes {total:,} sentences, more than can be told apart; make lists shorter "
+                f"or leave options out: at most {MOST_SENTENCES:,}",
+            )
+
+
+def _reader(template: Template) -> Reader:
+    try:
+        laid_out = reader(template.expression)
+    except TooManyArcsError:
+        raise wrong(
+            template.place,
+            f"has more than {MOST_ARCS:,} words with its lists and options written out; "
+            "use fewer lists in one template",
+        ) from None
+    if 0 in laid_out.ends:
+        raise wrong(
+            template.place, 'all of it may be left out; take the "[...]" away from one part'
+        )
+    return laid_out
+
+
+def _has_slots(one: Reader) -> bool:
+    return any(marks for arcs in one.arcs for found in arcs.values() for _, marks in found)
+
+
+def _ambiguous(
+    shared: Shared, templates: Sequence[Template], meanings: Sequence[Meaning]
+) -> Iterator[str]:
+    """Refuse or warn of a sentence that two templates give, or one in two ways."""
+    first, second = templates[shared.first], templates[shared.second]
+    words = shared.sentence.split()
+    if first is second:
+        slots = meanings[shared.first].reader
+        readings = islice(slots.readings(words), MOST_READINGS) if slots else ()
+        different = list(dict.fromkeys(map(_in_words, readings)))
+        if len(different) > 1:
+            yield (
+                f'{first.place}: "{shared.sentence}" can be read as {" or as ".join(different[:2])}'
+                "; the first is taken"
+            )
+        return
+    one, other = (_means(meanings[number], words) for number in (shared.first, shared.second))
+    if one == other:
+        yield f'{second.place}: "{shared.sentence}" is there twice (first in {first.place})'
+        return
+    raise wrong(
+        second.place,
+        f'"{shared.sentence}" is a sentence of "{one[0]}" already ({first.place}); '
+        "take it out of one of them",
+    )
+
+
+def _means(meaning: Meaning, words: Sequence[str]) -> tuple[str, str]:
+    slots = (meaning.reader.slots(words) if meaning.reader else None) or {}
+    return meaning.command, _in_words({**meaning.constants, **slots})
+
+
+def _in_words(slots: Mapping[str, object]) -> str:
+    return ", ".join(f"{name}={value}" for name, value in sorted(slots.items())) or "no slot"
+
+
+def _places(source: TemplateSource) -> dict[str, str]:
+    """Where each word stands first: what is in a rule or list stands there."""
+    places: dict[str, str] = {}
+    held: list[Definition | Template] = [*source.definitions.values(), *source.templates]
+    for definition in held:
+        for word in _words(definition.expression):
+            places.setdefault(word, f"{definition.place.file}:{definition.place.line}")
+    return places
+
+
+def _words(item: Expression) -> Iterator[str]:
+    if isinstance(item, Word):
+        yield item.text
+    elif isinstance(item, Numbers):
+        yield from _words(in_words(item))
+    for inner in inside(item):
+        yield from _words(inner)
+
+
+def _costs_of_templates(
+    templates: Sequence[Template], commands: Commands, states: Sequence[int]
+) -> Iterator[LineCost]:
+    sentences = commands.network.of_labels
+    for number, template in enumerate(templates):
+        name = template.command or plainest(template.expression)
+        place = f"{template.place.file}:{template.place.line}"
+        yield LineCost(name, place, sentences.get(number, 0), states[number], 1)
+
+
+def _costs_of_names(source: TemplateSource, templates: Sequence[Template]) -> Iterator[LineCost]:
+    known: dict[int, Size] = {}
+    holding: dict[tuple[str, str], int] = {}
+    ways: dict[tuple[str, str], int] = {}
+    for template in templates:
+        for named in set(_names(template.expression, set())):
+            key = named.kind, named.name
+            holding[key] = holding.get(key, 0) + 1
+            ways[key] = size(named, known).ways
+    for (kind, name), definition in source.definitions.items():
+        place = f"{definition.place.file}:{definition.place.line}"
+        if (kind, name) in ways:
+            used_by = holding[kind, name]
+            yield LineCost(shown(kind, name), place, ways[kind, name], 0, used_by)
+
+
+def _names(item: Expression, seen: set[int]) -> Iterator[Named]:
+    if isinstance(item, Named):
+        if id(item) in seen:
+            return
+        seen.add(id(item))
+        yield item
+    for inner in inside(item):
+        yield from _names(inner, seen)

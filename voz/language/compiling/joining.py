@@ -1,0 +1,128 @@
+"""Many templates as one network, and the sentences that two of them give; pure."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from voz.language.sentences.automaton import NONE, Arcs, Network, minimal
+from voz.language.sentences.slot_reader import Reader
+
+MOST_STATES = 300_000
+"""Before those are merged that are alike; more take minutes and gigabytes."""
+
+
+class Shared(NamedTuple):
+    """A sentence that two templates give, or one in two ways.
+
+    Attributes:
+        sentence: an example.
+        first: the number of the template that comes first.
+        second: of the other; the same if there is one alone.
+    """
+
+    sentence: str
+    first: int
+    second: int
+
+
+class TooManyStatesError(Exception):
+    """The templates together are too many."""
+
+
+def join(readers: Sequence[Reader]) -> tuple[Network, list[Shared]]:
+    """Make one network of templates: the subset construction.
+
+    Args:
+        readers: the templates; of those that give the same sentence the first has it.
+
+    Returns:
+        The network, whose labels are the templates' numbers, and which sentences are ambiguous.
+
+    Raises:
+        TooManyStatesError: they are too many.
+    """
+    joining = _Joining(readers)
+    joining.join()
+    return minimal(joining.arcs, joining.labels), list(joining.shared.values())
+
+
+class _Joining:
+    """The states of all readers under one numbering, and those of the network made of them."""
+
+    def __init__(self, readers: Sequence[Reader]) -> None:
+        self.begins: list[int] = []
+        self.steps: list[dict[str, list[int]]] = []
+        self.ends: dict[int, int] = {}
+        for number, reader in enumerate(readers):
+            begin = len(self.steps)
+            self.begins.append(begin)
+            self.ends.update(dict.fromkeys((begin + end for end in reader.ends), number))
+            self.steps += (
+                {word: [begin + to for to, _ in found] for word, found in arcs.items()}
+                for arcs in reader.arcs
+            )
+        self.arcs: Arcs = []
+        self.labels: list[int] = []
+        self.shared: dict[tuple[int, int], Shared] = {}
+        self._numbers: dict[tuple[int, ...], int] = {}
+        self._todo: list[tuple[int, ...]] = []
+        self._before: list[tuple[int, str]] = []  # one way to each state
+
+    def join(self) -> None:
+        self._number(tuple(self.begins), (NONE, ""))
+        for state, members in enumerate(self._todo):
+            self._end(state, [member for member in members if member in self.ends])
+            following: dict[str, list[int]] = {}
+            for member in members:
+                for word, targets in self.steps[member].items():
+                    following.setdefault(word, []).extend(targets)
+            arcs = {}
+            for word, targets in following.items():
+                apart = tuple(targets) if len(targets) == 1 else tuple(sorted(set(targets)))
+                arcs[word] = self._number(apart, (state, word))
+                if len(apart) < len(targets):
+                    twice = next(to for to in apart if targets.count(to) > 1)
+                    template = bisect_right(self.begins, twice) - 1
+                    self._share(arcs[word], twice, (template, template))
+            self.arcs.append(arcs)
+
+    def _number(self, members: tuple[int, ...], before: tuple[int, str]) -> int:
+        known = self._numbers.get(members)
+        if known is None:
+            if len(self._todo) == MOST_STATES:
+                raise TooManyStatesError
+            known = self._numbers[members] = len(self._todo)
+            self._todo.append(members)
+            self._before.append(before)
+        return known
+
+    def _end(self, state: int, ended: Sequence[int]) -> None:
+        """Note whose sentence ends in a state, and whose it might be too."""
+        labels = sorted(self.ends[member] for member in ended)
+        self.labels.append(labels[0] if labels else NONE)
+        for other in labels[1:]:
+            self._share(state, ended[0], (labels[0], other))
+
+    def _share(self, state: int, member: int, templates: tuple[int, int]) -> None:
+        """Keep a sentence of two templates, or of one in two ways, through a member of a state."""
+        if templates not in self.shared:
+            sentence = " ".join([*self._way_to(state), *self._way_on(member)])
+            self.shared[templates] = Shared(sentence, *templates)
+
+    def _way_to(self, state: int) -> list[str]:
+        words = []
+        while state:
+            state, word = self._before[state]
+            words.append(word)
+        return words[::-1]
+
+    def _way_on(self, member: int) -> list[str]:
+        """The words from a state of a reader to an end of it; every state has such."""
+        words = []
+        while member not in self.ends:
+            word, targets = next(iter(self.steps[member].items()))
+            words.append(word)
+            member = targets[0]
+        return words

@@ -1,0 +1,146 @@
+"""Put what names stand for in their place, and find names that are wrong; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TypeAlias
+
+from voz.language.sentences.expression import (
+    Choice,
+    Expression,
+    Named,
+    Numbers,
+    Permutation,
+    Reference,
+    Sequence,
+    Slot,
+    Word,
+)
+from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.references import inside, references
+from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource, shown
+
+DEEPEST = 30
+"""Rules within rules; Python's own limit is not far above."""
+
+
+def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
+    """Put what names stand for in their place.
+
+    Args:
+        source: all files together.
+
+    Returns:
+        The templates without references, and a line for each name that nobody uses.
+
+    Raises:
+        CommandsError: a name stands for nothing or for itself, or a sentence has a slot twice.
+    """
+    resolver = _Resolver(source)
+    templates = []
+    for template in source.templates:
+        expression = resolver.resolved(template.expression)
+        slots(expression, resolver.slots)
+        templates.append(replace(template, expression=expression))
+    unused = []
+    for (kind, name), definition in source.definitions.items():
+        if (kind, name) not in resolver.known:
+            resolver.named(kind, name, definition.place)  # it may still be wrong
+            unused.append(
+                f"{definition.place}: nobody uses the {kind} {shown(kind, name)}; use or remove it"
+            )
+    return templates, tuple(unused)
+
+
+class _Resolver:
+    def __init__(self, source: TemplateSource) -> None:
+        self._source = source
+        self._open: list[tuple[DefinitionKind, str]] = []
+        self.known: dict[tuple[DefinitionKind, str], Named] = {}
+        self.slots: dict[int, Slots] = {}
+        self._depths: dict[tuple[DefinitionKind, str], int] = {}
+
+    def named(self, kind: DefinitionKind, name: str, place: Location) -> Named:
+        """What a name stands for."""
+        if (kind, name) in self.known:
+            return self.known[kind, name]
+        if (kind, name) in self._open:
+            round_about = [*self._open[self._open.index((kind, name)) :], (kind, name)]
+            path = " in ".join(shown(*one) for one in reversed(round_about))
+            raise wrong(place, f"{path} never ends; write out what is said, it cannot hold itself")
+        definition = self._source.definitions.get((kind, name))
+        if definition is None:
+            raise wrong(place, self._unknown(kind, name))
+        if len(self._open) > DEEPEST:
+            raise wrong(place, f"more than {DEEPEST} names hold each other; use fewer")
+        self._open.append((kind, name))
+        item = self.resolved(definition.expression)
+        self._open.pop()
+        held = [(found.kind, found.name) for found in references(definition.expression)]
+        depth = self._depths[kind, name] = 1 + max((self._depths[one] for one in held), default=0)
+        if depth > DEEPEST:
+            raise wrong(definition.place, f"more than {DEEPEST} names hold each other; use fewer")
+        if kind == "list" and (inner := slots(item, self.slots)):
+            raise wrong(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
+        found = self.known[kind, name] = Named(kind, name, item)
+        return found
+
+    def _unknown(self, kind: DefinitionKind, name: str) -> str:
+        other: DefinitionKind = "rule" if kind == "list" else "list"
+        if (other, name) in self._source.definitions:
+            return f'"{name}" is a {other}; write {shown(other, name)}'
+        head = shown(kind, name) if kind == "rule" else name
+        says = "would you | please" if kind == "rule" else "red | green"
+        return f'there is no {kind} "{name}"; add a line, as in: {head} = {says}'
+
+    def resolved(self, item: Expression) -> Expression:
+        """An expression without references."""
+        if isinstance(item, Reference):
+            return self.named(item.kind, item.name, item.place)
+        if isinstance(item, (Word, Numbers, Named)):
+            return item
+        if isinstance(item, (Sequence, Choice, Permutation)):
+            return replace(item, items=tuple(map(self.resolved, item.items)))
+        return replace(item, item=self.resolved(item.item))
+
+
+Slots: TypeAlias = Mapping[str, Slot]
+
+
+def slots(item: Expression, known: dict[int, Slots]) -> Slots:
+    """Find the slots of an expression.
+
+    Args:
+        item: without references.
+        known: those of what names stand for, which this adds to.
+
+    Raises:
+        CommandsError: a sentence has a slot twice, or one in another.
+    """
+    if id(item) in known:
+        return known[id(item)]
+    each = [slots(inner, known) for inner in inside(item)]
+    if isinstance(item, (Sequence, Permutation)):
+        _check_twice(each)
+    merged = {name: slot for found in each for name, slot in found.items()}
+    if isinstance(item, Slot):
+        if merged:
+            raise wrong(item.place, f'the slot "{item.name}" holds another; write them apart')
+        return {item.name: item}
+    if isinstance(item, Named):
+        known[id(item)] = merged
+    return merged
+
+
+def _check_twice(each: Iterable[Slots]) -> None:
+    named: set[str] = set()
+    for found in each:
+        if twice := named & found.keys():
+            name = min(twice)
+            raise wrong(
+                found[name].place,
+                f'the slot "{name}" is twice in one sentence; give one another name, '
+                f"as in {{{name}:other}}",
+            )
+        named |= found.keys()

@@ -1,0 +1,1 @@
+"""The formats in which users write commands, read into what sentences are."""

@@ -1,0 +1,45 @@
+"""Sentences that must be commands, and those that must not: `tests.txt` beside a list; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from voz.language.formats.text_lines import text_lines
+from voz.language.sentences.command_set import Commands
+
+EXPECTED = "tests.txt"
+"""The name of the file."""
+
+NOT = "!"
+"""Before a sentence that must be no command; alone on a line, before all that follow."""
+
+
+def disappointments(commands: Commands, data: bytes, name: str) -> Iterator[str]:
+    """Find the lines that are not as they say.
+
+    Args:
+        commands: what a list holds.
+        data: the sentences, one a line, UTF-8; `#` begins a comment.
+        name: what messages call them.
+
+    Yields:
+        A line for each that fails.
+
+    Raises:
+        CommandsError: it is no such text.
+    """
+    none_follow = False
+    for number, line in text_lines(data, name):
+        text = line.strip()
+        if text == NOT:
+            none_follow = True
+            continue
+        wanted = not (none_follow or text.startswith(NOT))
+        text = text.lstrip(NOT).strip()
+        parse = commands.parse(text)
+        if wanted and parse is None:
+            meant = commands.meant(text)
+            perhaps = f'; the nearest is "{meant}"' if meant else ""
+            yield f'{name}:{number}: "{text}" should be a command and is none{perhaps}'
+        elif parse and not wanted:
+            yield f'{name}:{number}: "{text}" should be no command and is "{parse.command}"'

@@ -1,0 +1,161 @@
+"""The YAML of hassil, of Home Assistant's intents and of speech-to-phrase; pure.
+
+https://github.com/OHF-Voice/hassil has intents with `data`, speech-to-phrase `data` alone.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from voz.language.formats.notation import Notation
+from voz.language.formats.yaml_text import Yaml
+from voz.language.sentences.expression import Expression, Numbers, Tag, Value, choice, value_of
+from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.number_range import checked
+from voz.language.sentences.references import renamed
+from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
+
+if TYPE_CHECKING:
+    from yaml import Node
+
+SECTIONS = ("intents", "data")
+"""One of them is in every such file that has sentences."""
+
+LIMITS = {"requires_context", "excludes_context"}
+"""Sentences that count only at times; here they would count always."""
+
+
+class Sentences(Notation):
+    """The notation, in which numbers may be digits."""
+
+    DIGITS = True
+
+
+def parse_hassil(text: Yaml) -> TemplateSource:
+    """Parse a YAML file of hassil.
+
+    Raises:
+        CommandsError: it has something that cannot be.
+    """
+    source = TemplateSource(text.name)
+    parts = text.mapping(text.root, "intents, lists and expansion_rules")
+    _definitions(text, source, parts, "")
+    for name in ("wildcards", "skip_words"):
+        if name in parts and text.sequence(parts[name], "words"):
+            raise wrong(text.place(parts[name]), _WHY[name])
+    if "intents" in parts:
+        for intent, node in text.mapping(parts["intents"], "the intents").items():
+            block = text.mapping(node, "the data of the intent")
+            if "data" not in block:
+                raise wrong(text.place(node), 'there is no "data" here; write its sentences')
+            for number, data in enumerate(text.sequence(block["data"], "sentences"), start=1):
+                _block(text, source, intent, data, f"{intent}.{number}.")
+    if "data" in parts:
+        for number, node in enumerate(text.sequence(parts["data"], "sentences"), start=1):
+            _block(text, source, None, node, f"data.{number}.")
+    return source
+
+
+_WHY = {
+    "wildcards": "any words cannot be understood by a list; write the values as a list",
+    "skip_words": "words that may stand anywhere cannot be; write [please] where they may",
+    "wildcard": "any words cannot be understood by a list; write the values that there are",
+}
+
+
+def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, scope: str) -> None:
+    """Add the sentences of one intent, with what belongs to them alone."""
+    from yaml import MappingNode
+
+    if not isinstance(node, MappingNode):
+        _sentence(text, source, intent, node, {}, {})
+        return
+    parts = text.mapping(node, "sentences")
+    for name in LIMITS & parts.keys():
+        raise wrong(
+            text.place(parts[name]), f"{name} is unknown here; remove it or these sentences"
+        )
+    names = _definitions(text, source, parts, scope)
+    constants: dict[str, Value] = {}
+    for slot, value in text.mapping(parts["slots"], "slots").items() if "slots" in parts else ():
+        constants[slot] = value_of(text.text(value).text)
+    if "sentences" not in parts:
+        raise wrong(text.place(node), 'there are no "sentences" here; write some')
+    for sentence in text.sequence(parts["sentences"], "sentences"):
+        _sentence(text, source, intent, sentence, constants, names)
+
+
+def _sentence(
+    text: Yaml,
+    source: TemplateSource,
+    intent: str | None,
+    node: Node,
+    constants: dict[str, Value],
+    names: dict[tuple[DefinitionKind, str], str],
+) -> None:
+    passage = text.text(node)
+    expression = renamed(Sentences(passage).parse(), names)
+    source.templates.append(Template(intent, expression, passage.place(), constants))
+
+
+def _definitions(
+    text: Yaml, source: TemplateSource, parts: dict[str, Node], scope: str
+) -> dict[tuple[DefinitionKind, str], str]:
+    """Add lists and rules; give the names by which those of one intent are known elsewhere."""
+    lists = text.mapping(parts["lists"], "lists") if "lists" in parts else {}
+    rules = text.mapping(parts["expansion_rules"], "rules") if "expansion_rules" in parts else {}
+    names: dict[tuple[DefinitionKind, str], str] = {}
+    if scope:
+        names.update((("list", name), scope + name) for name in lists)
+        names.update((("rule", name), scope + name) for name in rules)
+    for name, node in lists.items():
+        source.define("list", scope + name, renamed(_list(text, node), names), text.place(node))
+    for name, node in rules.items():
+        body = renamed(Sentences(text.text(node)).parse(), names)
+        source.define("rule", scope + name, body, text.place(node))
+    return names
+
+
+def _list(text: Yaml, node: Node) -> Expression:
+    """A list: values, perhaps with what they mean, or a range of numbers."""
+    from yaml import MappingNode
+
+    place = text.place(node)
+    if isinstance(node, MappingNode):
+        parts = text.mapping(node, "values")
+        if "wildcard" in parts:
+            raise wrong(place, _WHY["wildcard"])
+        if "range" in parts:
+            return _range(text, parts["range"], place)
+        if "values" not in parts:
+            raise wrong(place, 'there are no "values" here; write some')
+        node = parts["values"]
+    values = [_value(text, value) for value in text.sequence(node, "values")]
+    if not values:
+        raise wrong(place, "the list is empty; write what may be said")
+    return choice(values)
+
+
+def _value(text: Yaml, node: Node) -> Expression:
+    from yaml import MappingNode
+
+    if not isinstance(node, MappingNode):
+        return Sentences(text.text(node)).parse()
+    parts = text.mapping(node, "in and out")
+    if "in" not in parts:
+        raise wrong(text.place(node), 'what is said is missing; write "in: ..."')
+    spoken = Sentences(text.text(parts["in"])).parse()
+    return Tag(spoken, value_of(text.text(parts["out"]).text)) if "out" in parts else spoken
+
+
+def _range(text: Yaml, node: Node, place: Location) -> Numbers:
+    parts = {name: text.text(value).text for name, value in text.mapping(node, "from, to").items()}
+    if unknown := {"multiplier", "fractions"} & parts.keys():
+        raise wrong(place, f"{min(unknown)} is unknown here; write from, to and step alone")
+    try:
+        first, last = Fraction(parts["from"]), Fraction(parts["to"])
+        step = Fraction(parts.get("step", "1"))
+    except (KeyError, ValueError, ZeroDivisionError):
+        raise wrong(place, "a range has numbers; write from: 0, to: 100, step: 5") from None
+    return checked(Numbers(first, last, step), place)

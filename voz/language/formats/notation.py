@@ -1,0 +1,157 @@
+"""The notation of voz, which is that of hassil and Home Assistant; pure.
+
+`[please] (go|drive) forward`, `{colour}`, `{angle: 5..180 by 5}`, `{thing:object}`, `<polite>`,
+`(a;b)`, `light[s]`; in a list `deep blue:blue`.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from itertools import product
+
+from voz.language.formats.parser import Parser, Passage, Token, spellings
+from voz.language.sentences.expression import (
+    Expression,
+    Numbers,
+    Reference,
+    Slot,
+    Tag,
+    Word,
+    choice,
+    value_of,
+)
+from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.number_range import checked
+from voz.language.sentences.spelling import MAX_LETTERS, normalize
+
+NAME = r"[A-Za-z_][\w-]*"
+"""Of a rule, a list or a slot."""
+
+MOST_SPELLINGS = 100
+"""Words that `light[s]` and the like may stand for."""
+
+_NUMBER = r"[-+]?(?:[0-9]{1,9}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})"
+_RANGE = re.compile(
+    rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})(?:\s*(?:by|,|/|\s)\s*({_NUMBER}))?\s*", re.ASCII
+)
+_SLOT = re.compile(rf"\s*({NAME})\s*(?::(.*))?", re.ASCII | re.DOTALL)
+_NAME = re.compile(rf"\s*({NAME})\s*", re.ASCII)
+
+
+class Notation(Parser):
+    """Parses an expression of voz's notation."""
+
+    TOKEN = re.compile(
+        r"(?P<slot>\{[^{}]*\})|(?P<rule><[^<>]*>)|(?P<value>:[^|()\[\]{}<>;]*)"
+        r"|(?P<mark>[()\[\]{}<>|;])|(?P<word>[^\s()\[\]{}<>|;:]+)"
+    )
+    PARTS = "|;"
+
+    def __init__(self, passage: Passage, values: bool = False) -> None:
+        """Split a passage; `values` says that alternatives may have some, as in a list."""
+        super().__init__(passage)
+        self.values = values
+
+    def alternative(self) -> Expression:
+        """Parse a sequence, and in a list the value behind it."""
+        found = super().alternative()
+        if self.next.kind != "value":
+            return found
+        token = self.take()
+        if not self.values:
+            self.fail('":" gives a value in a list alone, as in: colour = deep blue:blue', token.at)
+        if not token.text[1:].strip():
+            self.fail('there is no value behind ":"; write it or remove the ":"', token.at)
+        return Tag(found, value_of(" ".join(token.text[1:].split())))
+
+    def ends(self) -> bool:
+        """Whether the next token ends an alternative; a value does."""
+        return super().ends() or self.next.kind == "value"
+
+    def item(self, items: list[Expression]) -> None:
+        """Parse one more item; what touches a word is a part of it, as in `light[s]`."""
+        at = self.at
+        item = self.atom()
+        if items and self._touches(at):
+            items[-1] = self._joined(items[-1], item, self.tokens[at])
+        else:
+            items.append(item)
+
+    def _touches(self, at: int) -> bool:
+        """Whether a group and a word have no space between them, nor just inside the group."""
+        before, token, after = self.tokens[at - 1 : at + 2]
+        if token.spaced:
+            return False
+        if token.kind == "word":
+            return before.kind in ("slot", "rule") or (before.kind == "mark" and not before.spaced)
+        group = token.kind == "mark" and not after.spaced
+        return before.kind == "word" and (group or token.kind in ("slot", "rule"))
+
+    def _joined(self, first: Expression, second: Expression, token: Token) -> Expression:
+        one, other = spellings(first), spellings(second)
+        if one is None or other is None or len(one) * len(other) > MOST_SPELLINGS:
+            self.fail("only letters can touch a word, as in light[s]; write a space", token.at)
+        words = dict.fromkeys(normalize(a + b) for a, b in product(one, other))
+        if any(len(word) > MAX_LETTERS or not word for word in words):
+            self.fail("this makes no word; write a space", token.at)
+        return choice([Word(word) for word in words])
+
+    def other(self, token: Token) -> Expression:
+        """Parse a slot or a rule."""
+        if token.kind == "slot":
+            return slot(self.passage.part(token.at + 1, token.at + len(token.text) - 1))
+        if token.kind == "rule":
+            match = _NAME.fullmatch(token.text[1:-1])
+            if not match:
+                self.fail("a rule is named by one word, as in <polite>", token.at)
+            return Reference("rule", match[1], self.passage.place(token.at))
+        if token.kind == "value":
+            self.fail('":" stands behind the name of a template, or a value in a list', token.at)
+        return super().other(token)
+
+
+def slot(passage: Passage) -> Slot:
+    """Parse what is in the braces of a slot: `colour`, `thing:object` or `angle: 5..180 by 5`.
+
+    Raises:
+        CommandsError: it is something else.
+    """
+    place = passage.place()
+    match = _SLOT.fullmatch(passage.text)
+    if not match:
+        raise wrong(place, "a slot is named by one word, as in {colour}")
+    name, behind = match[1], match[2]
+    if behind is None:
+        return Slot(name, Reference("list", name, place), place)
+    if other := _NAME.fullmatch(behind):
+        return Slot(other[1], Reference("list", name, place), place)
+    if numbers := number_range(behind, passage.place(match.start(2))):
+        return Slot(name, numbers, place)
+    raise wrong(
+        passage.place(match.start(2)),
+        "behind the name stands another, as in {thing:object}, or numbers, as in "
+        "{angle: 5..180 by 5}",
+    )
+
+
+def list_body(passage: Passage) -> Expression:
+    """Parse what a list stands for: alternatives with their values, or a range of numbers.
+
+    Raises:
+        CommandsError: it is something else.
+    """
+    return number_range(passage.text, passage.place()) or Notation(passage, values=True).parse()
+
+
+def number_range(text: str, place: Location) -> Numbers | None:
+    """Parse a range of numbers, as `5..180 by 5`; None if it is none.
+
+    Raises:
+        CommandsError: it is one that cannot be.
+    """
+    match = _RANGE.fullmatch(text)
+    if not match:
+        return None
+    first, last, step = (Fraction(number or "1") for number in match.groups())
+    return checked(Numbers(first, last, step), place)

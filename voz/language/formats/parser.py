@@ -1,0 +1,230 @@
+"""What the notations have in common: words, groups and alternatives; pure."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate
+from typing import ClassVar, NamedTuple, NoReturn
+
+from voz.language.sentences.expression import (
+    Choice,
+    Expression,
+    Numbers,
+    Optional,
+    Permutation,
+    Word,
+    choice,
+    sequence,
+)
+from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.spelling import normalize, too_long, what_cannot_be_spoken
+
+DEEPEST = 40
+"""Groups within groups; Python's own limit is not far above."""
+
+MOST_PERMUTED = 5
+"""Six parts can stand in 720 orders."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A piece of a file that is parsed.
+
+    Attributes:
+        file: what messages call the file.
+        line: the number of its first line, from 1.
+        column: where it begins in that line, from 0.
+        text: the piece; it may have several lines.
+        whole: its first line with what is before and after; empty if that is the piece itself.
+    """
+
+    file: str
+    line: int
+    column: int
+    text: str
+    whole: str = ""
+
+    def place(self, at: int = 0) -> Location:
+        """Where a character of it stands in the file."""
+        down = bisect_right(self._begins, at) - 1
+        column = at - self._begins[down] + (0 if down else self.column)
+        shown = self.whole if self.whole and not down else self._lines[down]
+        return Location(self.file, self.line + down, column + 1, shown)
+
+    # Split once: a grammar of thousands of rules is one passage, of which each rule has a place.
+
+    @cached_property
+    def _lines(self) -> list[str]:
+        return self.text.split("\n")
+
+    @cached_property
+    def _begins(self) -> list[int]:
+        return [0, *accumulate(len(line) + 1 for line in self._lines)]
+
+    def part(self, start: int, end: int | None = None) -> Passage:
+        """A part of a passage that is one line."""
+        whole = self.whole or self.text
+        return Passage(self.file, self.line, self.column + start, self.text[start:end], whole)
+
+
+class Token(NamedTuple):
+    """A word or a mark, where it stands, and whether there is space before it."""
+
+    kind: str
+    text: str
+    at: int
+    spaced: bool
+
+
+class Parser:
+    """Parses one expression; the notations override what differs."""
+
+    TOKEN: ClassVar[re.Pattern[str]]
+    """Each kind of token has a group of its name; what is in none is space."""
+
+    PARTS: ClassVar[str] = "|"
+    """What stands between alternatives; `;` means in any order."""
+
+    DIGITS: ClassVar[bool] = False
+    """Whether a number may be written in digits; it is then said in words."""
+
+    OPTIONAL: ClassVar[tuple[str, str]] = ("[", "]")
+    GROUP: ClassVar[tuple[str, str]] = ("(", ")")
+
+    def __init__(self, passage: Passage) -> None:
+        """Split a passage into tokens."""
+        self.passage = passage
+        self.tokens = self._split()
+        self.at = 0
+        self.depth = 0
+
+    def parse(self) -> Expression:
+        """Parse all of it.
+
+        Raises:
+            CommandsError: it is no expression.
+        """
+        found = self.alternatives("")
+        token = self.tokens[self.at]
+        if token.kind != "end":
+            self.fail(f'"{token.text}" has no beginning; remove it', token.at)
+        return found
+
+    @property
+    def next(self) -> Token:
+        """The token that has not been taken yet."""
+        return self.tokens[self.at]
+
+    def take(self) -> Token:
+        """Take the next token."""
+        self.at += 1
+        return self.tokens[self.at - 1]
+
+    def fail(self, message: str, at: int) -> NoReturn:
+        """Raise an error about a place in the passage."""
+        raise wrong(self.passage.place(at), message)
+
+    def alternatives(self, opened: str) -> Expression:
+        """Parse what is in a group, or all; `opened` is what begins the group."""
+        parts, between = [self.alternative()], ""
+        while self.next.text in self.PARTS and self.next.kind == "mark":
+            token = self.take()
+            if token.text == ";" and not opened:
+                self.fail('";" says "in any order" and stands in a group, as in (a;b)', token.at)
+            if between and token.text != between:
+                self.fail(f'"{between}" and "{token.text}" are mixed; use groups', token.at)
+            between = token.text
+            parts.append(self.alternative())
+        if between == ";":
+            if len(parts) > MOST_PERMUTED:
+                self.fail(
+                    f"{len(parts)} parts in any order are too many; write at most {MOST_PERMUTED}",
+                    self.next.at,
+                )
+            return Permutation(tuple(parts))
+        return choice(parts)
+
+    def alternative(self) -> Expression:
+        """Parse a sequence, which has at least one item."""
+        items: list[Expression] = []
+        begin = self.next.at
+        while not (self.next.kind == "end" or self.ends()):
+            self.item(items)
+        if not items:
+            self.fail('an empty alternative; write "[...]" around what may be left out', begin)
+        return sequence(items)
+
+    def ends(self) -> bool:
+        """Whether the next token ends an alternative."""
+        closing = (self.OPTIONAL[1], self.GROUP[1])
+        return self.next.kind == "mark" and (self.next.text in (*closing, *self.PARTS))
+
+    def item(self, items: list[Expression]) -> None:
+        """Parse one more item of a sequence."""
+        items.append(self.atom())
+
+    def atom(self) -> Expression:
+        """Parse a word or a group."""
+        token = self.take()
+        if token.kind == "word":
+            return self.word(token)
+        if token.kind == "mark" and token.text in (self.OPTIONAL[0], self.GROUP[0]):
+            return self.group(token)
+        return self.other(token)
+
+    def other(self, token: Token) -> Expression:
+        """Parse what only some notations have."""
+        if token.kind == "mark" and token.text in "<{":
+            close = {"<": ">", "{": "}"}[token.text]
+            self.fail(f'"{token.text}" is not closed; write "{close}" behind the name', token.at)
+        return self.fail(f'"{token.text}" cannot stand here; remove it', token.at)
+
+    def group(self, token: Token) -> Expression:
+        """Parse a group behind its beginning."""
+        close = dict((self.OPTIONAL, self.GROUP))[token.text]
+        self.depth += 1
+        if self.depth > DEEPEST:
+            self.fail("too many groups within groups; use rules", token.at)
+        inner = self.alternatives(token.text)
+        if self.next.text != close or self.next.kind != "mark":
+            self.fail(f'"{token.text}" is not closed; write "{close}"', token.at)
+        self.take()
+        self.depth -= 1
+        return Optional(inner) if token.text == self.OPTIONAL[0] else inner
+
+    def word(self, token: Token) -> Expression:
+        """Check a word."""
+        if self.DIGITS and token.text.isascii() and token.text.isdigit() and len(token.text) <= 6:
+            return Numbers(Fraction(token.text), Fraction(token.text), Fraction(1))
+        if found := what_cannot_be_spoken(token.text):
+            self.fail(found[1], token.at + found[0])
+        if advice := too_long(token.text):
+            self.fail(advice, token.at)
+        return Word(normalize(token.text))
+
+    def _split(self) -> list[Token]:
+        text, end = self.passage.text, 0
+        found: list[Token] = []
+        for match in self.TOKEN.finditer(text):
+            if match.lastgroup:
+                spaced = match.start() > end or not found
+                found.append(Token(match.lastgroup, match.group(), match.start(), spaced))
+                end = match.end()
+        return [*found, Token("end", "", len(text.rstrip()), True)]
+
+
+def spellings(item: Expression) -> list[str] | None:
+    """All that a group of single words may be, nothing too; None if it is something else."""
+    if isinstance(item, Word):
+        return [item.text]
+    if isinstance(item, Optional):
+        inner = spellings(item.item)
+        return None if inner is None else ["", *inner]
+    if isinstance(item, Choice):
+        each = [spellings(one) for one in item.items]
+        return None if None in each else [text for texts in each for text in texts or ()]
+    return None

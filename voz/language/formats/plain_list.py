@@ -1,0 +1,76 @@
+"""The plain command list: one sentence a line; pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from voz.errors import CommandsError
+from voz.language.formats.text_lines import at_most, text_lines
+from voz.language.sentences.spelling import normalize, too_long, what_cannot_be_spoken
+
+MAX_WORDS = 12
+
+
+@dataclass(frozen=True)
+class CommandList:
+    """A command list that can be used.
+
+    Attributes:
+        name: what messages call the list, mostly its path.
+        sentences: the commands, normalized, each once, in the order of the list.
+        lines: the line in which each sentence stands, counted from 1.
+        warnings: what the user should know, one line each.
+    """
+
+    name: str
+    sentences: tuple[str, ...]
+    lines: tuple[int, ...]
+    warnings: tuple[str, ...] = ()
+
+    def places(self) -> dict[str, str]:
+        """Give each word of the commands and where it first stands, as `FILE:LINE`."""
+        places: dict[str, str] = {}
+        for sentence, line in zip(self.sentences, self.lines, strict=True):
+            for word in sentence.split():
+                if word not in places:
+                    places[word] = f"{self.name}:{line}"
+        return places
+
+
+def parse_commands(data: bytes, name: str) -> CommandList:
+    """Parse a command list: one sentence a line, `#` begins a comment.
+
+    Args:
+        data: the bytes of the list, UTF-8.
+        name: what messages call the list.
+
+    Raises:
+        CommandsError: the list cannot be used; the message says which line and why.
+    """
+    lines: dict[str, int] = {}
+    repeats: list[str] = []
+    for number, text in text_lines(data, name):
+        _check_sentence(text, f"{name}:{number}")
+        sentence = normalize(text)
+        first = lines.setdefault(sentence, number)
+        if first != number:
+            repeats.append(
+                f'{name}:{number}: "{sentence}" is there twice (first in line {first}); kept once'
+            )
+    if not lines:
+        raise CommandsError(f"{name}: holds no command; write one sentence a line")
+    summary = f"{name}: {len(repeats)} lines repeat an earlier one; each sentence is kept once"
+    return CommandList(name, tuple(lines), tuple(lines.values()), at_most(repeats, summary))
+
+
+def _check_sentence(text: str, where: str) -> None:
+    """Raise CommandsError, beginning with `where`, if the text is no usable sentence."""
+    if found := what_cannot_be_spoken(text):
+        raise CommandsError(f"{where}: {found[1]}")
+    words = text.split()
+    if len(words) > MAX_WORDS:
+        raise CommandsError(
+            f"{where}: has {len(words)} words, more than {MAX_WORDS}; make the command shorter"
+        )
+    if advice := too_long(max(words, key=len)):
+        raise CommandsError(f"{where}: {advice}")

@@ -1,0 +1,179 @@
+"""Rhasspy's `sentences.ini`; pure.
+
+`[Intent]` begins the sentences of one, `name = ...` is a rule of it, `<Intent.name>` of another,
+`word:other` says what counts for a word, `(red | green){colour}` is a slot, `$name` a list in
+`slots/name` beside the file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from fractions import Fraction
+
+from voz.language.formats.parser import Parser, Passage, Token
+from voz.language.formats.text_lines import whole_lines
+from voz.language.sentences.expression import (
+    NOTHING,
+    Expression,
+    Numbers,
+    Reference,
+    Slot,
+    Tag,
+    choice,
+    value_of,
+)
+from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.number_range import checked
+from voz.language.sentences.references import references, renamed
+from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
+
+_INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
+_RULE = re.compile(r"\s*([\w-]+)\s*=")
+_TAG = re.compile(r"\{\s*([A-Za-z_][\w-]*)\s*(?::([^{}!]*))?(?:!\w+)*\s*\}")
+_RANGE = re.compile(r"(-?[0-9]{1,6})\.\.(-?[0-9]{1,6})(?:,([0-9]{1,6}))?", re.ASCII)
+
+ReadSlots = Callable[[str], tuple[str, bytes] | None]
+"""Reads the list of a name: what messages call its file, and its bytes; None if there is none."""
+
+
+class Sentence(Parser):
+    """Parses a template of Rhasspy."""
+
+    TOKEN = re.compile(
+        r"(?P<tag>\{[^{}]*\})|(?P<rule><[^<>]*>)|(?P<list>\$[\w/.-]+)"
+        r"|(?P<value>:(?:\([^()]*\)|[^\s()\[\]{}<>|]*))|(?P<converter>!\w+)"
+        r"|(?P<mark>[()\[\]{}<>|])|(?P<word>[^\s()\[\]{}<>|:!$]+)"
+    )
+    DIGITS = True
+
+    def item(self, items: list[Expression]) -> None:
+        """Parse one more item; values, converters and tags belong to the one before."""
+        token = self.next
+        if token.kind == "value":
+            self.take()
+            item = items.pop() if items and not token.spaced else NOTHING
+            items.append(Tag(item, value_of(" ".join(token.text.strip(":()").split()))))
+        elif token.kind == "tag":
+            if not items:
+                self.fail("a tag stands behind what it names, as in (red){colour}", token.at)
+            self.take()
+            items.append(self._slot(items.pop(), token))
+        elif token.kind == "converter":
+            self.take()  # a number is one already, and words are in lower case
+        else:
+            items.append(self.atom())
+
+    def _slot(self, item: Expression, token: Token) -> Slot:
+        match = _TAG.fullmatch(token.text)
+        if not match:
+            self.fail("a tag is one word, perhaps with a value, as in {colour:red}", token.at)
+        place = self.passage.place(token.at)
+        value = match[2]
+        return Slot(match[1], item if value is None else Tag(item, value_of(value.strip())), place)
+
+    def word(self, token: Token) -> Expression:
+        """Check a word; it may be a range of numbers."""
+        if match := _RANGE.fullmatch(token.text):
+            first, last, step = (Fraction(number or "1") for number in match.groups())
+            return checked(Numbers(first, last, step), self.passage.place(token.at))
+        return super().word(token)
+
+    def other(self, token: Token) -> Expression:
+        """Parse a rule or a list."""
+        place = self.passage.place(token.at)
+        if token.kind == "rule":
+            return Reference("rule", token.text[1:-1].strip(), place)
+        if token.kind == "list":
+            return Reference("list", token.text[1:], place)
+        return super().other(token)
+
+
+def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSource:
+    """Parse a `sentences.ini`.
+
+    Args:
+        data: its bytes, UTF-8.
+        name: what messages call it.
+        read_slots: reads the lists that it names.
+
+    Raises:
+        CommandsError: it has something that cannot be.
+    """
+    source = TemplateSource(name)
+    intent = ""
+    own: dict[str, dict[tuple[DefinitionKind, str], str]] = {}
+    for number, line in whole_lines(data, name):
+        text = line.partition("#")[0].rstrip()
+        if not text.strip() or text.lstrip().startswith(";"):
+            continue
+        if match := _INTENT.fullmatch(text):
+            intent = match[1].strip()
+            continue
+        passage = Passage(name, number, 0, text)
+        if not intent:
+            raise wrong(passage.place(), "this stands before the first [Intent]; write that above")
+        _add(source, intent, passage, own.setdefault(intent, {}))
+    _use_names(source, own)
+    _add_lists(source, read_slots)
+    return source
+
+
+def _add(
+    source: TemplateSource, intent: str, line: Passage, own: dict[tuple[DefinitionKind, str], str]
+) -> None:
+    if match := _RULE.match(line.text):
+        own["rule", match[1]] = f"{intent}.{match[1]}"
+        body = Sentence(line.part(match.end())).parse()
+        source.define("rule", f"{intent}.{match[1]}", body, line.place())
+        return
+    begin = len(line.text) - len(line.text.lstrip())
+    if line.text.startswith("\\[", begin):  # a sentence that begins with an option
+        begin += 1
+    expression = Sentence(line.part(begin)).parse()
+    source.templates.append(Template(intent, expression, line.place(begin)))
+
+
+def _use_names(
+    source: TemplateSource, own: dict[str, dict[tuple[DefinitionKind, str], str]]
+) -> None:
+    """Give the rules of an intent the names by which the others know them."""
+    source.templates = [
+        Template(t.command, renamed(t.expression, own.get(t.command or "", {})), t.place)
+        for t in source.templates
+    ]
+    for (kind, name), definition in list(source.definitions.items()):
+        names = own.get(name.rpartition(".")[0], {})
+        body = renamed(definition.expression, names)
+        source.definitions[kind, name] = type(definition)(body, definition.place)
+
+
+def _add_lists(source: TemplateSource, read_slots: ReadSlots) -> None:
+    """Read the lists that are named; a list may name others."""
+    todo = [template.expression for template in source.templates]
+    todo += [definition.expression for definition in source.definitions.values()]
+    for expression in todo:
+        for found in references(expression):
+            if found.kind == "list" and ("list", found.name) not in source.definitions:
+                values, place = _list(found, read_slots)
+                source.define("list", found.name, values, place)
+                todo.append(values)
+
+
+def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location]:
+    read = read_slots(named.name)
+    if read is None:
+        raise wrong(
+            named.place,
+            f'there is no list "${named.name}"; write its values, one a line, into the file '
+            f"slots/{named.name} beside this one",
+        )
+    file, data = read
+    lines = [
+        Passage(file, number, 0, line)
+        for number, whole in whole_lines(data, file)
+        if (line := whole.partition("#")[0].rstrip())
+    ]
+    if not lines:
+        raise wrong(named.place, f"{file} is empty; write values, one a line")
+    return choice([Sentence(line).parse() for line in lines]), lines[0].place()

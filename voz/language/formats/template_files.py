@@ -1,0 +1,123 @@
+"""Reads a file of templates and those that it imports, in any format. An edge: it reads files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TypeAlias
+
+from voz.errors import CommandsError
+from voz.files import read_bytes, shown_path
+from voz.language.formats.template_list import has_templates, parse_templates
+from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.sentences.location import wrong
+from voz.language.sentences.template_source import TemplateSource
+
+MOST_FILES = 100
+"""That import each other."""
+
+
+def of_another_program(path: Path) -> bool:
+    """Tell by the ending of its name whether a file is in the format of another program."""
+    return path.suffix.lower() in OTHERS
+
+
+def is_templates(path: Path, data: bytes) -> bool:
+    """Tell whether a file has more than plain sentences."""
+    return of_another_program(path) or has_templates(data)
+
+
+def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
+    """Read a file of templates and those that it imports.
+
+    Args:
+        path: of the file; its ending tells the format.
+
+    Returns:
+        What they hold together, and the bytes of each file that was read.
+
+    Raises:
+        CommandsError: one of them cannot be read or used.
+    """
+    read: dict[Path, bytes] = {}
+    source = _read(path, read)
+    return source, read
+
+
+def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
+    data = read[path] = read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
+    parse = OTHERS.get(path.suffix.lower(), _sentences)
+    source = parse(data, shown_path(path), path, read)
+    for name, place in source.imports:
+        other = path.parent / name
+        if len(read) >= MOST_FILES:
+            raise wrong(place, f"more than {MOST_FILES} files import each other; put some together")
+        if any(_same(other, known) for known in read):
+            continue
+        try:
+            source.add(_read(other, read))
+        except CommandsError as error:
+            if other in read:
+                raise
+            raise wrong(place, f"{error}") from None
+    return source
+
+
+def _same(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:
+        return False
+
+
+def _sentences(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
+    return parse_templates(data, name)
+
+
+def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
+    from voz.language.formats.rhasspy import parse_rhasspy
+
+    def slots(named: str) -> tuple[str, bytes] | None:
+        file = path.parent / "slots" / named
+        if ".." in file.parts or not file.is_file():
+            return None
+        data = read[file] = read_bytes(file, CommandsError, "give a readable text file", MAX_BYTES)
+        return shown_path(file), data
+
+    return parse_rhasspy(data, name, slots)
+
+
+def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
+    from voz.language.formats.hassil import SECTIONS, parse_hassil
+    from voz.language.formats.rhino import parse_rhino
+    from voz.language.formats.yaml_text import Yaml
+
+    text = Yaml(data, name)
+    parts = text.mapping(text.root, "intents (of hassil) or a context (of Rhino)")
+    if "context" in parts:
+        return parse_rhino(text)
+    if not parts.keys() & {*SECTIONS, "lists", "expansion_rules"}:
+        raise wrong(
+            text.place(text.root),
+            'here stands "intents" (of hassil) or "context" (of Rhino); nothing else is read',
+        )
+    return parse_hassil(text)
+
+
+def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
+    from voz.language.formats.jsgf import parse_jsgf
+
+    return parse_jsgf(data, name)
+
+
+Parse: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], TemplateSource]
+"""Parses a file; the path and what was read are for those that name others."""
+
+OTHERS: Mapping[str, Parse] = {
+    ".ini": _rhasspy,
+    ".yaml": _yaml,
+    ".yml": _yaml,
+    ".gram": _jsgf,
+    ".jsgf": _jsgf,
+}
+"""What parses a file with such an ending; any other file is in voz's own notation."""

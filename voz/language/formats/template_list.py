@@ -1,0 +1,75 @@
+"""A file in voz's own notation: a template, a rule, a list or an import a line; pure."""
+
+from __future__ import annotations
+
+import re
+
+from voz.language.formats.notation import NAME, Notation, list_body
+from voz.language.formats.parser import Passage
+from voz.language.formats.text_lines import whole_lines
+from voz.language.sentences.location import wrong
+from voz.language.sentences.spelling import composed
+from voz.language.sentences.template_source import Template, TemplateSource
+
+_MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
+_IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
+_RULE = re.compile(rf"\s*<({NAME})>\s*=", re.ASCII)
+_LIST = re.compile(rf"\s*({NAME})\s*=", re.ASCII)
+_COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
+
+
+def has_templates(data: bytes) -> bool:
+    """Tell whether a command list has more than plain sentences; comments do not count."""
+    lines = (line.partition(b"#")[0] for line in data.replace(b"\r", b"\n").split(b"\n"))
+    return any(_MARKS.search(line) or _is_import(line) for line in lines)
+
+
+def _is_import(line: bytes) -> bool:
+    return bool(_IMPORT.fullmatch(line.decode("utf-8", "replace").strip("\ufeff")))
+
+
+def parse_templates(data: bytes, name: str) -> TemplateSource:
+    """Parse a file in voz's own notation.
+
+    Args:
+        data: its bytes, UTF-8.
+        name: what messages call it.
+
+    Raises:
+        CommandsError: a line cannot be used; the message says where and why.
+    """
+    source = TemplateSource(name)
+    for number, whole in whole_lines(data, name):
+        text = whole.partition("#")[0].rstrip()
+        if text.strip():
+            _add(source, Passage(name, number, 0, text))
+    return source
+
+
+def _add(source: TemplateSource, line: Passage) -> None:
+    place = line.place(len(line.text) - len(line.text.lstrip()))
+    if match := _IMPORT.fullmatch(line.text):
+        source.imports.append((match[1], line.place(match.start(1))))
+    elif match := _RULE.match(line.text):
+        body = Notation(_behind(line, match)).parse()
+        source.define("rule", match[1], body, place)
+    elif match := _LIST.match(line.text):
+        source.define("list", match[1], list_body(_behind(line, match)), place)
+    elif match := _COMMAND.match(line.text):
+        expression = Notation(_behind(line, match)).parse()
+        source.templates.append(Template(composed(" ".join(match[1].split())), expression, place))
+    elif "=" in line.text:
+        at = line.text.index("=")
+        raise wrong(
+            line.place(at),
+            '"=" stands behind the name of a list or a rule, as in: colour = red | green',
+        )
+    else:
+        source.templates.append(Template(None, Notation(line).parse(), place))
+
+
+def _behind(line: Passage, match: re.Match[str]) -> Passage:
+    """What is behind the `=` or the `:`; raises CommandsError if that is nothing."""
+    if not line.text[match.end() :].strip():
+        raise wrong(line.place(match.end() - 1), "there is nothing behind this; write what is said")
+    return line.part(match.end())

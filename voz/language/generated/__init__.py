@@ -1,0 +1,1 @@
+"""The files that are made from a list: their contents, names and checks."""

@@ -1,0 +1,109 @@
+"""Whether language files are whole and belong together. An edge: it reads them.
+
+pocketsphinx crashes on a model that is cut or changed, and on files of two languages Python fails
+in odd places. `voz build-lm` leaves a fingerprint, which tells of any change. Files of lmtool, or
+of an older voz, have none: they are read here, strictly, before pocketsphinx gets them.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+
+from voz.errors import LanguageError
+from voz.files import read_bytes, shown_path
+from voz.language.generated.jsgf_grammar import jsgf
+from voz.language.generated.language_files import (
+    AGAIN,
+    LanguageFiles,
+    parse_sentences,
+    read_plain,
+    read_pronunciations,
+)
+from voz.language.generated.ngram import check_arpa
+
+
+def check_files(files: LanguageFiles) -> None:
+    """Check that language files can be used.
+
+    Raises:
+        LanguageError: one is missing or damaged, or they do not belong together.
+    """
+    if shown_path(files.folder) != str(files.folder):
+        raise LanguageError(
+            f"{shown_path(files.folder)}: is no name in UTF-8, and pocketsphinx reads no other; "
+            "rename the folder"
+        )
+    with locked(files.folder, fcntl.LOCK_SH):
+        if files.fingerprint.exists():
+            _check_fingerprint(files)
+            return
+        if files.templates.exists():
+            raise LanguageError(f"{files.fingerprint}: is missing; {AGAIN}")
+        words = read_pronunciations(files)
+        sentences = parse_sentences(read_plain(files.sentences), files.sentences)
+        check_words(sentences, words, files.sentences)
+        if read_plain(files.grammar) != jsgf(sentences):
+            raise LanguageError(f"{files.grammar}: is not of {files.sentences}; {AGAIN}")
+        check_model(read_plain(files.lm), words, files.lm)
+
+
+def check_words(
+    sentences: Sequence[str], words: Mapping[str, object], path: Path, advice: str = AGAIN
+) -> None:
+    """Check that sentences have no word that a dictionary lacks; `path` is theirs.
+
+    Raises:
+        LanguageError: they have.
+    """
+    for word in dict.fromkeys(word for sentence in sentences for word in sentence.split()):
+        if word not in words or "(" in word:
+            raise LanguageError(f'{path}: "{word[:60]}" is not in the dictionary; {advice}')
+
+
+def check_model(text: str, words: Mapping[str, object], path: Path, advice: str = AGAIN) -> None:
+    """Check that a trigram model can be used with a dictionary; `path` is the model's.
+
+    Raises:
+        LanguageError: it cannot.
+    """
+    try:
+        check_arpa(text, words)
+    except ValueError as error:
+        raise LanguageError(f"{path}: cannot be used, {error}; {advice}") from None
+
+
+def fingerprint(contents: Mapping[str, str]) -> str:
+    """Write the SHA-256 of files, by their names, as `sha256sum` does."""
+    return "".join(_line(name, text.encode()) for name, text in contents.items())
+
+
+@contextmanager
+def locked(folder: Path, how: int) -> Iterator[None]:
+    """Keep the files of a folder as they are, from all that ask in this way.
+
+    Args:
+        folder: the folder.
+        how: `fcntl.LOCK_SH` to read them, `fcntl.LOCK_EX` to write them.
+    """
+    with ExitStack() as opened:
+        with suppress(OSError):  # some network drives have no locks; then the fingerprint tells
+            descriptor = os.open(folder, os.O_RDONLY)
+            opened.callback(os.close, descriptor)
+            fcntl.flock(descriptor, how)
+        yield
+
+
+def _check_fingerprint(files: LanguageFiles) -> None:
+    lines = read_plain(files.fingerprint).splitlines(keepends=True)
+    for path in files.generated:
+        if _line(path.name, read_bytes(path, LanguageError, AGAIN)) not in lines:
+            raise LanguageError(f"{path}: is not what `voz build-lm` has written; {AGAIN}")
+
+
+def _line(name: str, data: bytes) -> str:
+    return f"{sha256(data).hexdigest()}  {name}\n"

@@ -1,0 +1,281 @@
+"""The language files: what they are called, where they are looked for. An edge: it reads them."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from voz.errors import CommandsError, LanguageError
+from voz.files import read_bytes, read_json, shown_path
+from voz.language.acoustics.spoken_language import Spoken, english
+from voz.language.formats.plain_list import parse_commands
+from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.generated.stored_commands import Stored, commands_in
+from voz.language.pronunciation.lexicon import PHONES
+from voz.language.sentences.command_set import Commands, plain_commands
+from voz.language.sentences.spelling import MAX_LETTERS, SIGN
+
+STEM = "comandos_voz"
+PACKAGED = Path(__file__).parent.parent.parent / "lm"
+AGAIN = "make the language files again with `voz build-lm`"
+
+_WORD = re.compile(rf"((?:[^\W_]|{SIGN}|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
+"""Of a dictionary. The underscore is for voz's own words, others mean something in a grammar."""
+
+
+@dataclass(frozen=True)
+class LanguageFiles:
+    """The files of one language, all in one folder.
+
+    Attributes:
+        folder: the folder, as the user or the search named it.
+    """
+
+    folder: Path
+
+    @property
+    def commands(self) -> Path:
+        """The command list."""
+        return self.folder / f"{STEM}.txt"
+
+    @property
+    def dictionary(self) -> Path:
+        """The pronunciations of all words, for the decoder."""
+        return self.folder / f"{STEM}.dic"
+
+    @property
+    def lm(self) -> Path:
+        """The trigram model, for the decoder."""
+        return self.folder / f"{STEM}.lm"
+
+    @property
+    def grammar(self) -> Path:
+        """The JSGF grammar, for the decoder."""
+        return self.folder / f"{STEM}.gram"
+
+    @property
+    def sentences(self) -> Path:
+        """The sentences that the files were generated from."""
+        return self.folder / f"{STEM}.sent"
+
+    @property
+    def vocabulary(self) -> Path:
+        """The words of the sentences."""
+        return self.folder / f"{STEM}.vocab"
+
+    @property
+    def pronounce_log(self) -> Path:
+        """Where each pronunciation comes from."""
+        return self.folder / f"{STEM}.log_pronounce"
+
+    @property
+    def templates(self) -> Path:
+        """What templates were compiled to; a plain list has no such file."""
+        return self.folder / f"{STEM}.templates"
+
+    @property
+    def spoken(self) -> Path:
+        """Which acoustic model belongs to them; where it is voz's usual English, there is none."""
+        return self.folder / f"{STEM}.language"
+
+    @property
+    def generated(self) -> tuple[Path, ...]:
+        """All that is generated from the command list."""
+        read = (self.dictionary, self.lm, self.grammar, self.sentences)
+        others = [path for path in (self.templates, self.spoken) if path.exists()]
+        return (*read, self.vocabulary, self.pronounce_log, *others)
+
+    @property
+    def fingerprint(self) -> Path:
+        """The SHA-256 of each file that is generated, as `sha256sum` writes them."""
+        return self.folder / f"{STEM}.sha256"
+
+
+def find_language(folder: str | Path | None) -> LanguageFiles:
+    """Find the language files: in the folder given, else in `lm/` here, else in the package.
+
+    Args:
+        folder: where the user says that they are; None searches.
+
+    Raises:
+        LanguageError: the folder lacks a file that recognition needs.
+    """
+    here = LanguageFiles(Path("lm"))
+    if folder is not None:
+        files = LanguageFiles(Path(folder))
+    elif here.grammar.is_file():
+        files = here
+    else:
+        files = LanguageFiles(PACKAGED)
+    for path in (files.dictionary, files.lm, files.grammar, files.sentences):
+        if not path.is_file():
+            raise LanguageError(
+                f"{path}: is missing; make the language files with `voz build-lm LIST --out "
+                f"{shown_path(path.parent)}`"
+            )
+    return files
+
+
+def read_sentences(files: LanguageFiles) -> list[str]:
+    """Read the sentences that the language files were generated from, in the order of the list.
+
+    Raises:
+        LanguageError: the file cannot be read or holds something else.
+    """
+    return parse_sentences(read_plain(files.sentences), files.sentences)
+
+
+def read_commands(files: LanguageFiles) -> Commands:
+    """Read what the language files were generated from: sentences, or templates.
+
+    Raises:
+        LanguageError: the file cannot be read or holds something else.
+    """
+    stored = _stored(files)
+    return commands_in(stored) if stored else plain_commands(read_sentences(files))
+
+
+def _stored(files: LanguageFiles) -> Stored | None:
+    """What templates were compiled to; None for a plain list."""
+    if not files.templates.exists():
+        return None
+    return read_json(files.templates, Stored, LanguageError, AGAIN)
+
+
+def name_of_list(files: LanguageFiles) -> str:
+    """Name the list that language files were made from, as messages call it.
+
+    Raises:
+        LanguageError: the file with what templates were compiled to cannot be read.
+    """
+    stored = _stored(files)
+    if stored and stored.sources:  # the list is the first of them
+        return os.path.normpath(files.folder / next(iter(stored.sources)))
+    if files.commands.is_file():
+        return str(files.commands)
+    return f"the list from which {files.folder} was made"
+
+
+def parse_sentences(text: str, path: Path, advice: str = AGAIN) -> list[str]:
+    """Parse sentences; arguments and errors are those of `parse_dictionary`."""
+    sentences = []
+    for number, line in enumerate(_lines(text), start=1):
+        words = line.split()
+        if len(words) < 3 or (words[0], words[-1]) != ("<s>", "</s>"):
+            raise LanguageError(f"{path}:{number}: is no line `<s> sentence </s>`; {advice}")
+        sentences.append(" ".join(words[1:-1]))
+    if not sentences:
+        raise LanguageError(f"{path}: is empty; {advice}")
+    return sentences
+
+
+def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
+    """Read the phones of each word of the dictionary; variants are words, as `the(2)`.
+
+    Raises:
+        LanguageError: the dictionary cannot be read or holds something else.
+    """
+    phones = read_spoken(files).phones
+    return parse_dictionary(read_plain(files.dictionary), files.dictionary, phones=phones)
+
+
+def read_spoken(files: LanguageFiles) -> Spoken:
+    """Read which language is spoken: English, unless the language files say another.
+
+    Raises:
+        LanguageError: the file cannot be read or holds something else.
+    """
+    if not files.spoken.exists():
+        return english()
+    return read_json(files.spoken, Spoken, LanguageError, AGAIN)
+
+
+def parse_dictionary(
+    text: str, path: Path, advice: str = AGAIN, phones: Collection[str] = PHONES
+) -> dict[str, tuple[str, ...]]:
+    """Parse a dictionary, as strictly as pocketsphinx needs it.
+
+    Args:
+        text: what `read_plain` has read.
+        path: what messages call it.
+        advice: what the user can do if it cannot be used.
+        phones: those of the acoustic model.
+
+    Raises:
+        LanguageError: a line is something else; the message says which.
+    """
+    words: dict[str, tuple[str, ...]] = {}
+    for number, line in enumerate(_lines(text), start=1):
+        word, *said = line.split() or [""]
+        match = _WORD.fullmatch(word)
+        if not match or not said or any(phone not in phones for phone in said):
+            raise LanguageError(f"{path}:{number}: is no line `word PHONE PHONE`; {advice}")
+        if word in words or (match[2] and match[1] not in words):
+            raise LanguageError(f"{path}:{number}: {word} stands in the wrong place; {advice}")
+        words[word] = tuple(said)
+    return words
+
+
+def read_plain(path: Path, advice: str = AGAIN) -> str:
+    """Read a text whose lines mean the same to Python and to C: no other control characters.
+
+    Raises:
+        LanguageError: it cannot be read or is none.
+    """
+    try:
+        text = read_bytes(path, LanguageError, advice).decode()
+    except UnicodeDecodeError:
+        raise LanguageError(f"{path}: is not text; {advice}") from None
+    text = text.replace("\r\n", "\n")
+    if not text.replace("\n", "").replace("\t", "").isprintable():
+        raise LanguageError(f"{path}: is not text; {advice}")
+    return text
+
+
+def _lines(text: str) -> list[str]:
+    return text.removesuffix("\n").split("\n") if text else []
+
+
+def stale_warning(files: LanguageFiles) -> str | None:
+    """Compare the command list with what the other files were generated from.
+
+    Returns:
+        A line that tells the user what to do, None if the list has the same sentences or there
+        is no list in the folder.
+
+    Raises:
+        LanguageError: the sentences cannot be read.
+    """
+    if stored := _stored(files):
+        changed = [name for name, known in stored.sources.items() if _sha(files, name) != known]
+        if not changed:
+            return None
+        return (
+            f"{files.folder / changed[0]} has changed since the last `voz build-lm`: run it again"
+        )
+    if not files.commands.is_file():
+        return None
+    try:
+        data = read_bytes(files.commands, CommandsError, "", MAX_BYTES)
+        listed = set(parse_commands(data, str(files.commands)).sentences)
+    except CommandsError:
+        listed = set()  # it could be used when it was built, so it has changed
+    if listed == set(read_sentences(files)):
+        return None
+    return _changed(files.commands)
+
+
+def _changed(path: Path) -> str:
+    return f"{path} has changed since the last `voz build-lm`: run it again"
+
+
+def _sha(files: LanguageFiles, name: str) -> str | None:
+    """The SHA-256 of a file that templates were read from; None if it cannot be read."""
+    try:
+        return sha256(read_bytes(files.folder / name, CommandsError, "", MAX_BYTES)).hexdigest()
+    except CommandsError:
+        return None

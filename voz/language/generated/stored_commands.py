@@ -1,0 +1,38 @@
+"""Compiled templates as a file, for the program that runs; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import msgspec
+
+from voz.language.sentences.automaton import Network
+from voz.language.sentences.command_set import Commands, Meaning
+
+
+class Stored(msgspec.Struct, frozen=True):
+    """What is kept of templates.
+
+    Attributes:
+        sources: the SHA-256 of each file that they were read from, by its path from here.
+        arcs: of the network.
+        labels: of the network.
+        meanings: of the labels.
+    """
+
+    sources: dict[str, str]
+    arcs: list[dict[str, int]]
+    labels: list[int]
+    meanings: list[Meaning]
+
+
+def as_text(commands: Commands, sources: Mapping[str, str]) -> str:
+    """Write commands as JSON; the same for the same arguments."""
+    network = commands.network
+    stored = Stored(dict(sources), network.arcs, network.labels, list(commands.meanings))
+    return msgspec.json.encode(stored).decode() + "\n"
+
+
+def commands_in(stored: Stored) -> Commands:
+    """The commands again."""
+    return Commands(Network(stored.arcs, stored.labels), stored.meanings)

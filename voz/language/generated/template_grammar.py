@@ -1,0 +1,102 @@
+"""The grammar of templates in JSGF, as they are written: rules, groups, options; pure.
+
+pocketsphinx copies a rule wherever it is named, so this takes as much memory as the templates, not
+as their sentences. Weights make every sentence as likely as any other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from itertools import permutations
+
+from voz.language.generated.jsgf_grammar import NAME, written_as_tree
+from voz.language.sentences.expression import (
+    Choice,
+    Expression,
+    Named,
+    Numbers,
+    Optional,
+    Permutation,
+    Slot,
+    Tag,
+    Word,
+)
+from voz.language.sentences.expression import Sequence as InARow
+from voz.language.sentences.expression_size import Size, size
+from voz.language.sentences.number_range import values
+from voz.language.sentences.number_words import wordings
+
+
+def structured_jsgf(expressions: Iterable[Expression]) -> str:
+    """Write the grammar of templates.
+
+    Args:
+        expressions: of the templates, without references.
+
+    Returns:
+        The text of a JSGF file with one public rule, `<command>`.
+    """
+    writer = _Writer()
+    alternatives = writer.alternatives(list(expressions), "\n    | ")
+    rules = "".join(f"\n<{name}> = {body};\n" for name, body in writer.rules.items())
+    public = f"public <command> =\n      {alternatives}\n    ;\n"
+    return f"#JSGF V1.0;\n\ngrammar {NAME};\n\n{public}{rules}"
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.rules: dict[str, str] = {}
+        self._names: dict[int | Numbers, str] = {}
+        self._kept: list[Expression] = []  # else another could get the id of one
+        self._sizes: dict[int, Size] = {}
+
+    def alternatives(self, items: Sequence[Expression], between: str = " | ") -> str:
+        """Write what may be chosen, with weights where some say more than others."""
+        ways = [size(item, self._sizes).ways for item in items]
+        weighted = max(ways) > 1 and len(items) > 1
+        return between.join(
+            (f"/{count}/ " if weighted else "") + self.write(item)
+            for count, item in zip(ways, items, strict=True)
+        )
+
+    def write(self, item: Expression) -> str:
+        """Write an expression."""
+        if isinstance(item, Word):
+            return item.text
+        if isinstance(item, InARow):
+            return " ".join(map(self.write, item.items)) or "<NULL>"
+        if isinstance(item, Choice):
+            return f"( {self.alternatives(item.items)} )"
+        if isinstance(item, Optional):
+            ways = size(item.item, self._sizes).ways
+            return f"[ {f'/{ways}/ ' if ways > 1 else ''}{self.write(item.item)} ]"
+        if isinstance(item, Permutation):
+            orders = (" ".join(map(self.write, order)) for order in permutations(item.items))
+            return f"( {' | '.join(orders)} )"
+        if isinstance(item, Numbers):
+            return self._numbers(item)
+        if isinstance(item, Named):
+            return self._named(item)
+        assert isinstance(item, (Tag, Slot))
+        return self.write(item.item)
+
+    def _named(self, item: Named) -> str:
+        if id(item) not in self._names:
+            self._kept.append(item)
+            body = self.write(item.item)
+            self._names[id(item)] = self._rule(re.sub(r"\W", "_", item.name), body)
+        return f"<{self._names[id(item)]}>"
+
+    def _numbers(self, item: Numbers) -> str:
+        if item not in self._names:
+            said = dict.fromkeys(text for number in values(item) for text in wordings(number))
+            self._names[item] = self._rule("number", " | ".join(written_as_tree(said)))
+        return f"<{self._names[item]}>"
+
+    def _rule(self, name: str, body: str) -> str:
+        number = 1
+        while (unique := name if number == 1 else f"{name}_{number}") in {*self.rules, "command"}:
+            number += 1
+        self.rules[unique] = body
+        return unique

@@ -1,0 +1,244 @@
+"""Languages other than English: what the settings name, and users' copies. An edge: it reads them.
+
+voz brings none of them: their models have licences of their own.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import NamedTuple
+
+from voz.errors import ConfigError, LanguageError
+from voz.files import data_folder, shown_path
+from voz.language.acoustics.acoustic_model import unusable
+from voz.language.acoustics.model_distances import distances_of
+from voz.language.acoustics.spoken_language import Spoken
+from voz.language.pronunciation.dictionaries import Rules, read_dictionary, read_rules
+from voz.settings import SpokenLanguage
+
+MODEL, DICTIONARY, RULES = "model", "dictionary.txt", "rules.txt"
+"""What a copy is called in its folder."""
+
+MODEL_FILES = ("mdef", "means", "variances", "transition_matrices", "feat.params")
+WEIGHTS = ("sendump", "mixture_weights")
+"""Of which a model has one at least."""
+
+_DICTIONARIES = ("*.dic", "*.dict", "*dictionary*.txt")
+
+
+class Sources(NamedTuple):
+    """Where a language is from.
+
+    Attributes:
+        name: what the user calls it.
+        acoustic_model: the folder of the model.
+        dictionary: the pronunciations of its words.
+        rules: how other words are said, by their letters; None without.
+    """
+
+    name: str
+    acoustic_model: Path
+    dictionary: Path
+    rules: Path | None
+
+
+class OtherLanguage(NamedTuple):
+    """A language that is read.
+
+    Attributes:
+        spoken: its acoustic model and phones.
+        dictionary: the pronunciations of each word.
+        rules: how other words are said; None without.
+    """
+
+    spoken: Spoken
+    dictionary: Mapping[str, tuple[str, ...]]
+    rules: Rules | None
+
+
+def sources_of(settings: SpokenLanguage) -> Sources | None:
+    """Find what the settings name; what they leave out is in the copy that was added.
+
+    Returns:
+        Where it is; None is English as ever.
+
+    Raises:
+        ConfigError: something is missing.
+    """
+    if settings == SpokenLanguage():
+        return None
+    copy = _folder_of(settings.name)
+    model = _given(settings.acoustic_model, copy / MODEL, "acoustic_model", settings.name)
+    dictionary = _given(settings.dictionary, copy / DICTIONARY, "dictionary", settings.name)
+    rules = copy / RULES if settings.acoustic_model is None else None
+    if settings.pronunciations is not None:
+        rules = _given(settings.pronunciations, copy, "pronunciations", settings.name)
+    return Sources(settings.name, model, dictionary, rules if rules and rules.is_file() else None)
+
+
+def configured(settings: SpokenLanguage) -> OtherLanguage | None:
+    """Read what the settings name; None is English. Errors are those of both functions it calls."""
+    sources = sources_of(settings)
+    return read_language(sources) if sources else None
+
+
+def read_language(sources: Sources) -> OtherLanguage:
+    """Read a language.
+
+    Raises:
+        LanguageError: the model, the dictionary or the rules cannot be used.
+    """
+    spoken = spoken_by(sources)
+    dictionary = read_dictionary(sources.dictionary, spoken.phones)
+    rules = read_rules(sources.rules, spoken.phones) if sources.rules else None
+    return OtherLanguage(spoken, dictionary, rules)
+
+
+def spoken_by(sources: Sources) -> Spoken:
+    """Read what language files keep of a language; errors are those of `read_language`."""
+    folder = sources.acoustic_model
+    digest = model_digest(folder)
+    found = distances_of(folder)
+    apart = {phone: dict(others) for phone, others in found.apart.items()}
+    return Spoken(sources.name, str(folder), digest, dict(found.frames), apart)
+
+
+def model_digest(folder: Path) -> str:
+    """Sum up an acoustic model.
+
+    Raises:
+        LanguageError: a file of it is missing.
+    """
+    weights = [name for name in WEIGHTS if (folder / name).is_file()]
+    total = sha256()
+    try:
+        for name in (*MODEL_FILES, *(weights or WEIGHTS[:1])):
+            total.update((folder / name).read_bytes())
+    except OSError as error:
+        raise unusable(folder, f"{name}: {error.strerror}") from None
+    return total.hexdigest()
+
+
+def add_language(given: Path, name: str, dictionary: Path | None = None) -> Sources:
+    """Copy a language into the user's data folder, where settings find it by its name.
+
+    Args:
+        given: a folder, in which or below which there are an acoustic model and a dictionary.
+        name: what to call it.
+        dictionary: the dictionary, if there are several; rules are beside it, if there are any.
+
+    Returns:
+        Where the copy is.
+
+    Raises:
+        LanguageError: it cannot be used or copied.
+        ConfigError: the name cannot be that of a folder.
+    """
+    target = _folder_of(name)  # what it is called is told at once, what it holds takes seconds
+    words = dictionary or _only(_found(given, _DICTIONARIES), given, "dictionary")
+    model = _only(_found(given, ("mdef",)), given, "mdef of an acoustic model").parent
+    rules = words.with_name(RULES)
+    source = Sources(name, model, words, rules if rules.is_file() else None)
+    read_language(source)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".voz-", dir=target.parent) as work:
+            _copy(source, Path(work))
+            shutil.rmtree(target, ignore_errors=True)
+            shutil.move(Path(work) / name, target)
+    except OSError as error:
+        raise LanguageError(f"{target}: cannot be written ({error.strerror})") from None
+    return Sources(name, target / MODEL, target / DICTIONARY, target / RULES if source[3] else None)
+
+
+def added_languages() -> list[str]:
+    """List the names of the copies that there are."""
+    return sorted(path.parent.name for path in _folder_of("_").parent.glob(f"*/{DICTIONARY}"))
+
+
+def _copy(source: Sources, folder: Path) -> None:
+    target = folder / source.name
+    shutil.copytree(source.acoustic_model, target / MODEL, copy_function=shutil.copyfile)
+    shutil.copyfile(source.dictionary, target / DICTIONARY)
+    if source.rules:
+        shutil.copyfile(source.rules, target / RULES)
+    for path in (target, target / MODEL):
+        path.chmod(0o755)  # what was copied may have been made read-only
+
+
+def _found(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
+    if not folder.is_dir():
+        raise LanguageError(f"{shown_path(folder)}: is no folder; give that of a language")
+    every = (path for pattern in patterns for path in folder.rglob(pattern) if path.is_file())
+    return sorted({path for path in every if path.name != "noisedict"})
+
+
+def _only(found: list[Path], folder: Path, what: str) -> Path:
+    if len(found) == 1:
+        return found[0]
+    named = ", ".join(shown_path(path) for path in found[:4])
+    raise LanguageError(
+        f"{shown_path(folder)}: has several of what may be its {what} ({named}); name one"
+        if found
+        else f"{shown_path(folder)}: has no {what}; give a folder with CMUSphinx's files"
+    )
+
+
+def _given(named: str | None, copy: Path, setting: str, name: str) -> Path:
+    path = copy if named is None else Path(named).expanduser()
+    if path.exists():
+        return path
+    raise ConfigError(
+        f'[language] "{name}": {shown_path(path)} is not there; set {setting}, '
+        "or take a copy with `voz language add DIR`"
+    )
+
+
+def _folder_of(name: str) -> Path:
+    if not re.fullmatch(r"\w[\w.-]{0,59}", name):
+        raise ConfigError(f"{name!r} cannot be the name of a language; use letters and digits")
+    return data_folder("languages") / name
+
+
+def check_same_language(spoken: Spoken, settings: SpokenLanguage, folder: Path) -> None:
+    """Refuse language files of another language than the settings name.
+
+    Raises:
+        LanguageError: they are.
+        ConfigError: the settings name what is not there.
+    """
+    sources = sources_of(settings)
+    if sources is None:
+        return
+    same = spoken.name == sources.name and spoken.model == model_digest(sources.acoustic_model)
+    if not same:
+        raise LanguageError(
+            f"{shown_path(folder)}: made for {spoken.name}, and [language] says {sources.name}"
+            + ("" if spoken.name != sources.name else " by another acoustic model")
+            + "; make the language files again with `voz build-lm`"
+        )
+
+
+def check_acoustic_model(spoken: Spoken, folder: Path) -> None:
+    """Check that the acoustic model of language files is there, and what it was.
+
+    Args:
+        spoken: what the files say.
+        folder: where they are.
+
+    Raises:
+        LanguageError: it is not.
+    """
+    if spoken.is_usual:
+        return
+    model = spoken.folder(folder)
+    if model_digest(model) != spoken.model:
+        raise LanguageError(
+            f"{model}: is another acoustic model than these language files were made for; "
+            "make them again with `voz build-lm`"
+        )

@@ -1,0 +1,1 @@
+"""How words are pronounced: dictionaries, compounds, rules and guesses."""

@@ -1,0 +1,181 @@
+"""Pronunciations of a language that is not English: a dictionary's, and by rules of its letters.
+
+Pure, but for `read_dictionary` and `read_rules`.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from voz.errors import CommandsError, LanguageError
+from voz.files import read_text, shown_path
+from voz.language.pronunciation.lexicon import PRONUNCIATIONS, LexiconEntry
+from voz.language.sentences.spelling import normalize
+
+ADVICE = "give a dictionary in CMUSphinx's format: a word and its phones a line"
+RULES_ADVICE = "give rules: letters, a tab and their phones a line"
+
+BY_RULE = "letter-to-sound rules"
+
+MOST_BYTES = 100_000_000
+
+_NAME = re.compile(r"(.+?)(\([0-9]{1,3}\))?")
+
+
+class Rules(NamedTuple):
+    """How the letters of a language are said.
+
+    Attributes:
+        phones: of each group of letters, none for letters that are silent. `^` before it stands
+            for the beginning of a word, `$` behind it for the end.
+        longest: letters of the longest group, with such marks.
+    """
+
+    phones: Mapping[str, tuple[str, ...]]
+    longest: int
+
+
+def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Read a dictionary as people publish them: sorted or not, separated by spaces or tabs.
+
+    Args:
+        path: of the dictionary, UTF-8; `##` and `;;;` begin comments.
+        phones: those of the acoustic model.
+
+    Returns:
+        The pronunciations of each word, in lower case, the usual one first.
+
+    Raises:
+        LanguageError: it cannot be read, or names a phone that the model does not have.
+    """
+    text = read_text(path, LanguageError, ADVICE, MOST_BYTES)
+    found: dict[str, dict[str, None]] = {}
+    for number, line in enumerate(text.split("\n"), start=1):
+        word, *said = line.split() or [""]
+        if not word or word.startswith(("##", ";;;", "<")):
+            continue
+        strange = [phone for phone in said if phone not in phones]
+        if strange or not said:
+            what = f'the acoustic model has no phone "{strange[0]}"' if strange else "has no phones"
+            raise LanguageError(f"{shown_path(path)}:{number}: {what}; {ADVICE}")
+        match = _NAME.fullmatch(normalize(word))
+        assert match  # it is not empty
+        found.setdefault(match[1], {})[" ".join(said)] = None
+    if not found:
+        raise LanguageError(f"{shown_path(path)}: holds no word; {ADVICE}")
+    return {word: tuple(ways) for word, ways in found.items()}
+
+
+def read_rules(path: Path, phones: Collection[str]) -> Rules:
+    """Read the rules of a language.
+
+    Args:
+        path: lines `letters<TAB>PHONE PHONE`, of which the longest that fits holds; UTF-8; `#`
+            begins a comment.
+        phones: those of the acoustic model.
+
+    Raises:
+        LanguageError: a line is no rule, or names a phone that the model does not have.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    text = read_text(path, LanguageError, RULES_ADVICE, MOST_BYTES)
+    for number, line in enumerate(text.split("\n"), start=1):
+        letters, *said = line.partition("#")[0].split() or [""]
+        where = f"{shown_path(path)}:{number}"
+        if not letters:
+            continue
+        if not letters.removeprefix("^").removesuffix("$") or letters in found:
+            raise LanguageError(f'{where}: "{letters}" is no letter, or there twice')
+        if strange := [phone for phone in said if phone not in phones]:
+            raise LanguageError(f'{where}: the acoustic model has no phone "{strange[0]}"')
+        found[normalize(letters)] = tuple(said)
+    if not found:
+        raise LanguageError(f"{shown_path(path)}: holds no rule; {RULES_ADVICE}")
+    return Rules(found, max(map(len, found)))
+
+
+def by_rules(word: str, rules: Rules) -> tuple[str, ...]:
+    """Say a word by rules, from left to right, the longest rule that fits at each place.
+
+    Returns:
+        Its phones; none if there is no rule for one of its letters.
+    """
+    marked, at = f"^{word}$", 1
+    said: list[str] = []
+    while at < len(marked) - 1:
+        rule = _longest_rule(marked, at, rules)
+        if rule is None:
+            return ()
+        letters, begin = rule
+        said += rules.phones[letters]
+        at = begin + len(letters)
+    return tuple(said)
+
+
+def _longest_rule(marked: str, at: int, rules: Rules) -> tuple[str, int] | None:
+    """The rule for the letters from a place on, and where it begins: at the mark, if it has one."""
+    begins = (at - 1, at) if at == 1 else (at,)
+    for length in range(rules.longest, 0, -1):
+        for begin in begins:
+            letters = marked[begin : begin + length]
+            if len(letters) == length and letters in rules.phones and letters not in "^$":
+                return letters, begin
+    return None
+
+
+def letters_of(words: Iterable[str]) -> frozenset[str]:
+    """All that is a letter in some words."""
+    return frozenset(char for word in words for char in word if char.isalpha())
+
+
+def pronounce_by(
+    places: Mapping[str, str],
+    user: Mapping[str, tuple[str, ...]],
+    dictionary: Mapping[str, tuple[str, ...]],
+    rules: Rules | None,
+) -> dict[str, LexiconEntry]:
+    """Find out how words are pronounced; the first that knows one decides.
+
+    Args:
+        places: the words, and where each stands for messages, as `FILE:LINE`.
+        user: the user's own pronunciations.
+        dictionary: what `read_dictionary` gives.
+        rules: for words that neither has.
+
+    Returns:
+        An entry for each word, sorted by word.
+
+    Raises:
+        CommandsError: a word cannot be pronounced.
+    """
+    entries: dict[str, LexiconEntry] = {}
+    for word in places:
+        if word in user:
+            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS)
+        elif word in dictionary:
+            entries[word] = LexiconEntry(dictionary[word], "dictionary")
+        elif rules and (said := by_rules(word, rules)):
+            entries[word] = LexiconEntry((" ".join(said),), BY_RULE)
+        else:
+            raise _unknown(word, places[word], letters_of(dictionary), rules)
+    return dict(sorted(entries.items()))
+
+
+def _unknown(word: str, place: str, letters: Collection[str], rules: Rules | None) -> CommandsError:
+    """Say why a word cannot be pronounced, and what to do."""
+    strange = [c for c in word if c.isalpha() and c not in letters]
+    if strange:
+        name = unicodedata.name(strange[0], "unknown").lower()
+        return CommandsError(
+            f'{place}: "{word}" has the letter "{strange[0]}" ({name}), which no word of the '
+            f"dictionary has; write another, or the word's phones in {PRONUNCIATIONS}"
+        )
+    also = ", and no rule fits its letters" if rules else ""
+    return CommandsError(
+        f'{place}: "{word}" is not in the dictionary{also}; write its phones in {PRONUNCIATIONS} '
+        "beside the list, or set `pronunciations` in [language] to a file of rules"
+    )

@@ -1,0 +1,248 @@
+"""Pronunciations: the user's, the CMU dictionary's, of compounds, and guesses from the letters.
+
+Only `read_cmudict` does I/O.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise, product
+from pathlib import Path
+
+from voz.errors import CommandsError
+from voz.language.formats.text_lines import text_lines
+from voz.language.pronunciation.letter_to_sound import FestivalError
+from voz.language.sentences.spelling import LETTER, normalize
+
+# What the acoustic model knows.
+PHONE_NAMES = (
+    "AA AE AH AO AW AY B CH D DH EH ER EY F G HH IH IY JH K L M N NG OW OY P R S SH T TH "
+    "UH UW V W Y Z ZH"
+)
+PHONES = frozenset(PHONE_NAMES.split())
+PRONUNCIATIONS = "pronunciations.txt"
+GUESS = "letter-to-sound (a guess)"
+MIN_PART = 3  # letters of the shortest part of a compound
+MAX_PARTS = 3
+
+_USER_WORD = re.compile(rf"((?:{LETTER}|')+)(\([0-9]+\))?")
+_ENGLISH_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
+_NOT_ENGLISH = re.compile(r"[^a-z']")
+
+Guesser = Callable[[Sequence[str]], dict[str, str]]
+
+
+@dataclass(frozen=True)
+class LexiconEntry:
+    """How a word is pronounced.
+
+    Attributes:
+        phones: its pronunciations, the usual one first, each such as "K OW L AH".
+        origin: where they come from, for people to read.
+    """
+
+    phones: tuple[str, ...]
+    origin: str
+
+
+def read_cmudict() -> bytes:
+    """Read the CMU dictionary of the pocketsphinx package, sorted by word, as it is.
+
+    It is neither decoded nor parsed: 135,000 lines would take longer than all the rest of
+    building a small language.
+    """
+    import pocketsphinx  # 20 ms that who types commands need not wait for
+
+    return Path(pocketsphinx.get_model_path("en-us/cmudict-en-us.dict")).read_bytes()
+
+
+def look_up(cmudict: bytes, word: str) -> tuple[str, ...]:
+    """Look a word up in the CMU dictionary, by bisection.
+
+    Args:
+        cmudict: lines `word PH PH` and `word(2) PH PH`, sorted by word.
+        word: in lower case.
+
+    Returns:
+        Its pronunciations, none if the dictionary does not have it where it should.
+    """
+    offsets = range(len(cmudict))
+    start = bisect_left(offsets, word.encode(), key=lambda offset: _word_at(cmudict, offset))
+    return _pronunciations_at(cmudict, start, word)
+
+
+def find_anywhere(cmudict: bytes, word: str) -> tuple[str, ...]:
+    """Look a word up in the CMU dictionary wherever it stands.
+
+    In pocketsphinx 5.0 a few words, `stilton` for one, are not where the order has them. This
+    takes 2 ms and finds them.
+    """
+    return _pronunciations_at(cmudict, cmudict.find(f"\n{word} ".encode()) + 1, word)
+
+
+def _word_at(cmudict: bytes, offset: int) -> bytes:
+    start = cmudict.rfind(b"\n", 0, offset) + 1
+    return cmudict[start : cmudict.find(b" ", start)].partition(b"(")[0]
+
+
+def _pronunciations_at(cmudict: bytes, start: int, word: str) -> tuple[str, ...]:
+    """Read the lines from an offset on as long as they are the word's."""
+    found = []
+    while start < len(cmudict) and _word_at(cmudict, start) == word.encode():
+        end = cmudict.find(b"\n", start)
+        found.append(cmudict[start:end].partition(b" ")[2].decode())
+        start = end + 1
+    return tuple(found)
+
+
+def parse_pronunciations(
+    data: bytes, name: str, phones_known: Collection[str] | None = None
+) -> dict[str, tuple[str, ...]]:
+    """Parse the user's pronunciations: lines `word PH PH`, several for the same word if need be.
+
+    Args:
+        data: the bytes of the file, UTF-8; `#` begins a comment.
+        name: what messages call the file.
+        phones_known: those of another language's acoustic model; None is English.
+
+    Returns:
+        The pronunciations of each word, in the order of the file.
+
+    Raises:
+        CommandsError: a line is no pronunciation, or names a phone that does not exist.
+    """
+    found: dict[str, dict[str, None]] = {}
+    for number, text in text_lines(data, name):
+        where = f"{name}:{number}"
+        word, *phones = text.split()
+        pattern = _ENGLISH_WORD if phones_known is None else _USER_WORD
+        match = pattern.fullmatch(normalize(word))
+        if not match:
+            raise CommandsError(
+                f"{where}: {word!a} is no word; write a word of the letters a to z, "
+                "then its phones, as in: cocacola K OW K AH K OW L AH"
+            )
+        found.setdefault(match.group(1), {})[_check_phones(phones, where, phones_known)] = None
+    return {word: tuple(phones) for word, phones in found.items()}
+
+
+def _check_phones(phones: Sequence[str], where: str, known: Collection[str] | None) -> str:
+    """Bring phones into the model's form: for English upper case, no stress digits."""
+    plain = list(phones) if known else [phone.upper().rstrip("012") for phone in phones]
+    if not plain:
+        raise CommandsError(f"{where}: has no phones; write them after the word")
+    for given, phone in zip(phones, plain, strict=True):
+        if phone not in (known or PHONES):
+            names = " ".join(sorted(known)) if known else PHONE_NAMES
+            raise CommandsError(f"{where}: {given!a} is no phone; the phones are {names}")
+    return " ".join(plain)
+
+
+def check_english(places: Mapping[str, str]) -> None:
+    """Refuse words with letters that English does not have.
+
+    Args:
+        places: the words, and where each stands for messages.
+
+    Raises:
+        CommandsError: there is one.
+    """
+    for word, place in places.items():
+        if wrong := _NOT_ENGLISH.search(word):
+            raise CommandsError(
+                f'{place}: "{wrong.group()}" is not one of the letters a to z; write the word with '
+                "plain letters and its pronunciation in pronunciations.txt, or set [language]"
+            )
+
+
+def pronounce(
+    places: Mapping[str, str],
+    user: Mapping[str, tuple[str, ...]],
+    cmudict: bytes,
+    guess: Guesser,
+) -> dict[str, LexiconEntry]:
+    """Find out how words are pronounced; the first of the four sources that knows one decides.
+
+    Args:
+        places: the words, and where each stands for messages, as `FILE:LINE`.
+        user: the user's own pronunciations.
+        cmudict: what `read_cmudict` gives.
+        guess: `letter_to_sound.guess`, or another that guesses the phones of unknown words.
+
+    Returns:
+        An entry for each word, sorted by word.
+
+    Raises:
+        CommandsError: a word cannot be pronounced.
+    """
+
+    def known(word: str) -> tuple[str, ...]:
+        return user.get(word) or look_up(cmudict, word)
+
+    entries: dict[str, LexiconEntry] = {}
+    for word in places:
+        if word in user:
+            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS)
+        elif phones := look_up(cmudict, word) or find_anywhere(cmudict, word):
+            entries[word] = LexiconEntry(phones, "cmudict")
+        elif parts := split_compound(word, known):
+            entries[word] = LexiconEntry(_join(parts, known), f"compound {'+'.join(parts)}")
+    unknown = [word for word in places if word not in entries]
+    entries.update(_guess_all(unknown, places, guess))
+    return dict(sorted(entries.items()))
+
+
+def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]:
+    """Split a word into words that are known: as few as can be, the shortest as long as can be.
+
+    Args:
+        word: the word, in lower case.
+        known: says, by a value that counts as true, that a part is a word.
+
+    Returns:
+        The parts, none if it cannot be split. Of two equally good splits the one with the
+        longer beginning is taken.
+    """
+    for count in range(2, MAX_PARTS + 1):
+        splits = [parts for parts in _splits(word, count) if all(map(known, parts))]
+        if splits:
+            return max(splits, key=lambda parts: (min(map(len, parts)), [*map(len, parts)]))
+    return ()
+
+
+def _splits(word: str, count: int) -> Iterator[tuple[str, ...]]:
+    """Cut a word into `count` parts that are not too short, in all ways."""
+    for cuts in combinations(range(1, len(word)), count - 1):
+        parts = tuple(word[start:end] for start, end in pairwise((0, *cuts, len(word))))
+        if min(map(len, parts)) >= MIN_PART:
+            yield parts
+
+
+def _join(parts: Sequence[str], known: Callable[[str], tuple[str, ...]]) -> tuple[str, ...]:
+    """Pronounce a compound in all the ways in which its parts can be."""
+    return tuple(dict.fromkeys(" ".join(phones) for phones in product(*map(known, parts))))
+
+
+def _guess_all(
+    words: Sequence[str], places: Mapping[str, str], guess: Guesser
+) -> dict[str, LexiconEntry]:
+    """Guess the pronunciations of words that stand nowhere; refuse the first without any."""
+    if not words:
+        return {}
+    try:
+        guesses = guess(words)
+    except FestivalError as error:
+        raise CommandsError(
+            f'{places[words[0]]}: "{words[0]}" is in no dictionary, and {error}, '
+            f"or add the word to {PRONUNCIATIONS}"
+        ) from None
+    for word in words:
+        if word not in guesses or not PHONES.issuperset(guesses[word].split()):
+            raise CommandsError(
+                f'{places[word]}: nothing knows how to pronounce "{word}"; '
+                f"use another word or add it to {PRONUNCIATIONS}"
+            )
+    return {word: LexiconEntry((guesses[word],), GUESS) for word in words}

@@ -1,0 +1,1 @@
+"""What sentences are: templates, the automaton that holds all sentences, what they mean."""

@@ -1,0 +1,255 @@
+"""What the parts ask about the commands of a language, plain lists and templates alike; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import chain
+from types import MappingProxyType
+from typing import NamedTuple
+
+import msgspec
+
+from voz.errors import LanguageError
+from voz.language.sentences.automaton import NONE, Network, tree
+from voz.language.sentences.expression import Value
+from voz.language.sentences.letter_distance import Letters
+from voz.language.sentences.neighbors import Costs, nearest
+from voz.language.sentences.slot_reader import Reader
+from voz.language.sentences.spelling import without_accents
+from voz.language.sentences.typed_text import tokens
+
+MOST_LISTED = 5_000
+"""Sentences of templates that are written down one by one; of more some are drawn."""
+
+UNLIKE = 0.4
+"""Of the letters of a line that is no sentence, the share that may be wrong to guess which."""
+
+NO_SLOTS: Mapping[str, Value] = MappingProxyType({})
+
+
+class Meaning(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What the sentences of a template mean.
+
+    Attributes:
+        command: its name.
+        constants: slots that are always the same.
+        reader: finds the others; None if there are none.
+    """
+
+    command: str
+    constants: dict[str, Value] = {}
+    reader: Reader | None = None
+
+
+class Parse(NamedTuple):
+    """What a sentence means.
+
+    Attributes:
+        text: the sentence in words, as it is spoken.
+        command: the name of its template.
+        slots: their values by name.
+    """
+
+    text: str
+    command: str
+    slots: Mapping[str, Value] = NO_SLOTS
+
+    def is_one_of(self, names: Collection[str]) -> bool:
+        """Tell whether it, or its command, is among some names."""
+        return self.text in names or self.command in names
+
+
+class Commands(Collection[str]):
+    """All sentences of a language, however many, and what each means.
+
+    A sentence is in it, can be counted and looked at as in a list; `len` is how many there are.
+
+    Attributes:
+        network: the sentences; their labels are places in `meanings`.
+        meanings: of each template, or of each sentence of a plain list.
+    """
+
+    def __init__(self, network: Network, meanings: Sequence[Meaning]) -> None:
+        """Take what templates were compiled to."""
+        self.network = network
+        self.meanings = meanings
+
+    def __len__(self) -> int:
+        return self.network.count
+
+    def __iter__(self) -> Iterator[str]:
+        """All sentences in the order of the list; raises what `listed` does."""
+        return iter(self.listed)
+
+    def __contains__(self, text: object) -> bool:
+        return isinstance(text, str) and self._label(text.split()) is not None
+
+    @property
+    def few(self) -> bool:
+        """Whether they can be written down one by one, as every plain list can."""
+        return len(self) <= max(MOST_LISTED, len(self.meanings))
+
+    @cached_property
+    def listed(self) -> list[str]:
+        """All sentences in the order of the list.
+
+        Raises:
+            LanguageError: they are too many to be written down.
+        """
+        if not self.few:
+            raise LanguageError(
+                f"{len(self):,} sentences are too many for this, which looks at each of them; "
+                f"use templates of at most {MOST_LISTED:,}"
+            )
+        return self.network.sentences()
+
+    @property
+    def longest(self) -> int:
+        """Words of the longest sentence."""
+        return self.network.longest
+
+    @property
+    def vocabulary(self) -> tuple[str, ...]:
+        """All words, each once."""
+        return self.network.words
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The commands, each once, in the order of the list."""
+        return tuple(dict.fromkeys(meaning.command for meaning in self.meanings))
+
+    def parse(self, text: str) -> Parse | None:
+        """Find what a sentence means, spoken or typed.
+
+        Args:
+            text: typed text may have digits, capitals and a full stop, and lack accents.
+
+        Returns:
+            Its command and slots; None if it is no sentence of the language.
+        """
+        words = text.split()
+        label = self._label(words)
+        if label is None:
+            typed = tokens(text)
+            found = next(chain(self._spoken(typed), self._spoken(self._accented(typed))), None)
+            if found is None:
+                return None
+            words, label = found
+        meaning = self.meanings[label]
+        slots: Mapping[str, Value] = meaning.constants
+        if meaning.reader:
+            slots = {**slots, **(meaning.reader.slots(words) or {})}
+        return Parse(" ".join(words), meaning.command, slots)
+
+    def may_go_on(self, text: str) -> bool:
+        """Tell whether a longer sentence begins with this one."""
+        state = self.network.walk(text.split())
+        return state is not None and bool(self.network.arcs[state])
+
+    def is_begun(self, text: str) -> bool:
+        """Tell whether a longer sentence begins with what was typed, which may have digits."""
+        return bool(words := tokens(text)) and any(
+            self.network.arcs[state] for state, _ in self._walked(words)
+        )
+
+    def going_on(self, text: str) -> frozenset[str]:
+        """Name the commands of the longer sentences that begin with this one."""
+        begin = self.network.walk(text.split())
+        if begin is None:
+            return frozenset()
+        found: set[str] = set()
+        seen, waiting = {begin}, [begin]
+        while waiting:
+            for after in self.network.arcs[waiting.pop()].values():
+                if self.network.labels[after] != NONE:
+                    found.add(self.meanings[self.network.labels[after]].command)
+                waiting += {after} - seen
+                seen.add(after)
+        return frozenset(found)
+
+    def sample(self, number: int, seed: int = 0) -> list[str]:
+        """Draw sentences, each as likely as any other, none twice; the same seed the same."""
+        return self.network.sample(number, seed)
+
+    def examples(self) -> list[str]:
+        """All sentences if they are few; else some with all words, each drawn as likely."""
+        if self.few:
+            return self.listed
+        drawn = self.sample(MOST_LISTED)
+        return drawn + self.network.with_words(set(self.vocabulary) - _words(drawn))
+
+    def named(self, names: Collection[str], most: int) -> list[str]:
+        """Sentences that mean one of some commands or are named themselves, in the list's order.
+
+        Args:
+            names: of commands, or sentences.
+            most: of each template; the shortest come first.
+        """
+        labels = [n for n, meaning in enumerate(self.meanings) if meaning.command in names]
+        found = [text for label in labels for text in self.network.with_label(label, most)]
+        return list(dict.fromkeys([*found, *(text for text in names if text in self)]))
+
+    def neighbors(self, text: str, most: int, sound: Costs) -> list[str]:
+        """Find the sentences that sound most like one: a word or two are another, or one too many.
+
+        Args:
+            text: a sentence of the language.
+            most: how many at most.
+            sound: knows how the words sound.
+
+        Returns:
+            The sentences, the nearest first; fewer if there are no more so near.
+        """
+        return [near.sentence for near in nearest(self.network, text.split(), sound, most)]
+
+    def meant(self, text: str) -> str | None:
+        """Guess which sentence somebody wanted to type; None if nothing is like it."""
+        words = [word for ways in tokens(text) for word in ways[0].split()][: self.longest + 3]
+        found = nearest(self.network, words, Letters(), 1, changes=len(words))
+        close = found and found[0].cost <= UNLIKE * sum(map(len, words))
+        return found[0].sentence if close else None
+
+    def _label(self, words: Sequence[str]) -> int | None:
+        state = self.network.walk(words)
+        label = NONE if state is None else self.network.labels[state]
+        return None if label == NONE else label
+
+    def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
+        """Give typed words their accents; one that may have several is each of them."""
+        return [[word for way in ways for word in self._accents.get(way, [way])] for ways in typed]
+
+    @cached_property
+    def _accents(self) -> dict[str, list[str]]:
+        """The words that may be meant by one without accents."""
+        found: dict[str, list[str]] = {}
+        for word in self.vocabulary:
+            found.setdefault(without_accents(word), []).append(word)
+        return found
+
+    def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
+        """The sentences that typed text may be; numbers have several wordings."""
+        for state, words in self._walked(typed):
+            if self.network.labels[state] != NONE:
+                yield words, self.network.labels[state]
+
+    def _walked(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
+        """The states to which typed text leads, each with the words on its way."""
+        begun: list[tuple[int, list[str]]] = [(0, [])]
+        for ways in typed:
+            begun = [
+                (after, [*words, *way.split()])
+                for state, words in begun
+                for way in ways
+                if (after := self.network.walk(way.split(), state)) is not None
+            ]
+        return begun
+
+
+def _words(sentences: Iterable[str]) -> set[str]:
+    return {word for sentence in sentences for word in sentence.split()}
+
+
+def plain_commands(sentences: Sequence[str]) -> Commands:
+    """The commands of a plain list: each sentence is its own command."""
+    return Commands(tree(sentences), [Meaning(sentence) for sentence in sentences])

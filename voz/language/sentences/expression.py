@@ -1,0 +1,127 @@
+"""What a template says, as a tree that never changes; pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from voz.language.sentences.location import Location
+
+Value: TypeAlias = str | int | float
+"""Of a slot: words, or a number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """One word, in lower case."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """One after the other; none of them is no word at all."""
+
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of them."""
+
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Optional:
+    """It or nothing."""
+
+    item: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Permutation:
+    """All of them in any order."""
+
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Tag:
+    """What counts as a value, however it is spoken."""
+
+    item: Expression
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """A number in words: from the first to the last, so far apart, in all usual wordings."""
+
+    first: Fraction
+    last: Fraction
+    step: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """What is spoken here is the value of a name."""
+
+    name: str
+    item: Expression
+    place: Location = field(compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The name of a rule or a list, which says what it stands for elsewhere."""
+
+    kind: Literal["rule", "list"]
+    name: str
+    place: Location = field(compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """What a reference stands for, with its name."""
+
+    kind: Literal["rule", "list"]
+    name: str
+    item: Expression
+
+
+Expression: TypeAlias = (
+    Word | Sequence | Choice | Optional | Permutation | Tag | Numbers | Slot | Reference | Named
+)
+
+NOTHING = Sequence(())
+"""No word."""
+
+
+def sequence(items: list[Expression]) -> Expression:
+    """Put expressions one after the other; one alone stays as it is."""
+    return items[0] if len(items) == 1 else Sequence(tuple(items))
+
+
+def choice(items: list[Expression]) -> Expression:
+    """Offer expressions; one alone stays as it is."""
+    return items[0] if len(items) == 1 else Choice(tuple(items))
+
+
+def phrase(text: str) -> Expression:
+    """Words in a row."""
+    return sequence([Word(word) for word in text.split()])
+
+
+def value_of(text: str) -> Value:
+    """Read a value: a number if it is one."""
+    try:
+        return tidy(Fraction(text)) if text[:1] in "+-.0123456789" and "/" not in text else text
+    except ValueError:
+        return text
+
+
+def tidy(number: Fraction) -> int | float:
+    """Write a number without a fraction as a whole one."""
+    return int(number) if number.denominator == 1 else float(number)

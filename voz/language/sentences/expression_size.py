@@ -1,0 +1,83 @@
+"""How much an expression says, without writing it all down; pure."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import factorial, prod
+from typing import NamedTuple
+
+from voz.language.sentences.expression import (
+    Choice,
+    Expression,
+    Named,
+    Numbers,
+    Optional,
+    Permutation,
+    Reference,
+    Sequence,
+    Slot,
+    Tag,
+    Word,
+)
+from voz.language.sentences.number_range import in_words
+
+
+class Size(NamedTuple):
+    """How much an expression says.
+
+    Attributes:
+        ways: to say it; a sentence that it gives twice counts twice.
+        longest: words of the longest.
+    """
+
+    ways: int
+    longest: int
+
+
+def size(item: Expression, known: dict[int, Size]) -> Size:
+    """Measure an expression.
+
+    Args:
+        item: without references.
+        known: what names stand for, which this adds to.
+    """
+    if isinstance(item, Word):
+        return Size(1, 1)
+    if isinstance(item, Numbers):
+        return _size_of_numbers(item)
+    if isinstance(item, (Sequence, Permutation)):
+        each = [size(one, known) for one in item.items]
+        orders = factorial(len(each)) if isinstance(item, Permutation) else 1
+        return Size(orders * prod(one.ways for one in each), sum(one.longest for one in each))
+    if isinstance(item, Choice):
+        each = [size(one, known) for one in item.items]
+        return Size(sum(one.ways for one in each), max(one.longest for one in each))
+    if isinstance(item, Optional):
+        inner = size(item.item, known)
+        return Size(inner.ways + 1, inner.longest)
+    if isinstance(item, Named):
+        if id(item) not in known:
+            known[id(item)] = size(item.item, known)
+        return known[id(item)]
+    assert isinstance(item, (Tag, Slot)), Reference
+    return size(item.item, known)
+
+
+@lru_cache(maxsize=1000)
+def _size_of_numbers(numbers: Numbers) -> Size:
+    return size(in_words(numbers), {})
+
+
+def plainest(item: Expression) -> str:
+    """The first sentence of a template without what may be left out; a slot is its name."""
+    if isinstance(item, Word):
+        return item.text
+    if isinstance(item, Slot):
+        return f"{{{item.name}}}"
+    if isinstance(item, (Sequence, Permutation)):
+        return " ".join(filter(None, map(plainest, item.items)))
+    if isinstance(item, Choice):
+        return plainest(item.items[0])
+    if isinstance(item, (Tag, Named)):
+        return plainest(item.item)
+    return plainest(in_words(item)) if isinstance(item, Numbers) else ""

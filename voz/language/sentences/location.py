@@ -1,0 +1,39 @@
+"""Places in files, and errors that show them; pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from voz.errors import CommandsError
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """Where something stands, for messages.
+
+    Attributes:
+        file: what messages call the file.
+        line: counted from 1.
+        column: counted from 1; 0 is the whole line.
+        text: the line.
+    """
+
+    file: str
+    line: int
+    column: int = 0
+    text: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" + (f":{self.column}" if self.column else "")
+
+    def excerpt(self) -> tuple[str, ...]:
+        """The line with a caret below the column; nothing if the column is not known."""
+        if not self.column:
+            return ()
+        text = self.text.replace("\t", " ").rstrip()
+        return text, " " * (self.column - 1) + "^"
+
+
+def wrong(place: Location, message: str) -> CommandsError:
+    """Make an error that says where, and shows it."""
+    return CommandsError(f"{place}: {message}", place.excerpt())

@@ -1,0 +1,80 @@
+"""The states of a template, which find the values of slots in a sentence; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
+
+import msgspec
+
+from voz.language.sentences.expression import Value
+
+Mark: TypeAlias = tuple[str, Value]
+"""`{` and `}` are the ends of a slot, `<` and `>` those of what counts as a value."""
+
+Marks: TypeAlias = tuple[Mark, ...]
+
+MarkedArc: TypeAlias = tuple[int, Marks]
+"""The state that a word leads to, and what begins or ends before the word."""
+
+
+class Reader(msgspec.Struct, frozen=True):
+    """The states of a template; the first is where it begins, and nothing leads back.
+
+    Attributes:
+        arcs: of each state, by word.
+        ends: the states in which a sentence may end, and what ends there.
+    """
+
+    arcs: list[dict[str, list[MarkedArc]]]
+    ends: dict[int, Marks]
+
+    def slots(self, words: Sequence[str]) -> dict[str, Value] | None:
+        """Find what the slots are in a sentence; None if it is none of the template.
+
+        Of several ways to read it that which comes first in the template is taken.
+        """
+        return next(self.readings(words), None)
+
+    def readings(self, words: Sequence[str]) -> Iterator[dict[str, Value]]:
+        """All ways to read a sentence, perhaps some of them twice."""
+        dead: set[tuple[int, int]] = set()
+        for marks in self._paths(words, 0, 0, dead):
+            yield _values(words, marks)
+
+    def _paths(
+        self, words: Sequence[str], at: int, state: int, dead: set[tuple[int, int]]
+    ) -> Iterator[list[Marks]]:
+        """The marks before each word of a sentence from one on, and behind it."""
+        if at == len(words):
+            if state in self.ends:
+                yield [self.ends[state]]
+            return
+        if (at, state) in dead:
+            return
+        found = False
+        for target, marks in self.arcs[state].get(words[at], ()):
+            for rest in self._paths(words, at + 1, target, dead):
+                found = True
+                yield [marks, *rest]
+        if not found:
+            dead.add((at, state))
+
+
+def _values(words: Sequence[str], marks: Sequence[Marks]) -> dict[str, Value]:
+    """What the slots are, by the marks before each word and at the end."""
+    found: dict[str, Value] = {}
+    name, parts, tagged = "", list[Value](), 0
+    for word, here in zip([*words, ""], marks, strict=True):
+        for mark, value in here:
+            if mark == "{":
+                name, parts = str(value), []
+            elif mark == "<":
+                tagged = len(parts)
+            elif mark == ">":
+                parts[tagged:] = [value] if value != "" else []
+            elif parts:
+                found[name] = parts[0] if len(parts) == 1 else " ".join(map(str, parts))
+                name = ""
+        parts.append(word)
+    return {name: value for name, value in found.items() if value != ""}

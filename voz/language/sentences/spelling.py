@@ -1,0 +1,69 @@
+"""How words are written: one form for all parts, and which characters nobody can say; pure."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+MAX_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
+
+SIGN = r"(?:(?!\w)[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
+"""What some scripts put to a letter, and is none by itself."""
+
+LETTER = rf"(?:[^\W\d_]|{SIGN})"
+"""Of any language; which of them a language has, its dictionary says."""
+
+# Of the white space only the space and the tab are meant to be in a line of text: the others
+# that `\s` knows below U+0020 are control characters.
+_UNUSUAL = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
+
+
+def normalize(text: str) -> str:
+    """Bring a command, from a list or typed, into the one form that all parts compare.
+
+    Returns:
+        The text in lower case, with single spaces and none at its ends; a letter with its accent
+        is one character.
+    """
+    return " ".join(composed(text.lower()).split())
+
+
+def composed(text: str) -> str:
+    """Write each letter with its accent as one character, whatever the editor made of it."""
+    return unicodedata.normalize("NFC", text)
+
+
+def without_accents(text: str) -> str:
+    """Leave out all accents, as who types on a keyboard without them does."""
+    letters = unicodedata.normalize("NFD", text)
+    return "".join(letter for letter in letters if not unicodedata.combining(letter))
+
+
+def what_cannot_be_spoken(text: str) -> tuple[int, str] | None:
+    """Find the first character that cannot stand in a command: where, and what to do about it."""
+    for found in _UNUSUAL.finditer(text):
+        if unicodedata.category(found.group())[0] not in "LM":  # letters, and signs put to them
+            return found.start(), _advice(found.group())
+    return None
+
+
+def too_long(word: str) -> str:
+    """Say that a word is too long to be one; empty if it is not."""
+    if len(word) <= MAX_LETTERS:
+        return ""
+    return (
+        f'"{word[:MAX_LETTERS]}..." has {len(word)} letters, '
+        f"more than {MAX_LETTERS}; write it as several words"
+    )
+
+
+def _advice(char: str) -> str:
+    """Say why a character cannot stand in a command, and what to write instead."""
+    shown = f'"{char}"' if char.isprintable() else f"the character U+{ord(char):04X}"
+    if char.isnumeric():
+        return f"{shown} is a digit; write the number as words"
+    if unicodedata.category(char) == "Pd":
+        return f"{shown} cannot be spoken; write a space instead"
+    if char in "‘’`´":  # noqa: RUF001 (what editors and keyboards make of an apostrophe)
+        return f"{shown} cannot be spoken; write a plain apostrophe (') instead"
+    return f"{shown} cannot be spoken; remove it"

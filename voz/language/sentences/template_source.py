@@ -1,0 +1,80 @@
+"""What a file of templates holds, in whatever format it is written; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal
+
+from voz.language.sentences.expression import Expression, Value
+from voz.language.sentences.location import Location, wrong
+
+DefinitionKind = Literal["rule", "list"]
+
+
+@dataclass(frozen=True)
+class Template:
+    """Sentences that mean one command.
+
+    Attributes:
+        command: its name; None if the template itself names it.
+        expression: the sentences.
+        place: where it stands.
+        constants: slots that it has however it is said.
+    """
+
+    command: str | None
+    expression: Expression
+    place: Location
+    constants: Mapping[str, Value] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True)
+class Definition:
+    """What a rule or a list stands for, and where that stands."""
+
+    expression: Expression
+    place: Location
+
+
+@dataclass
+class TemplateSource:
+    """What is in a file and those that it imports.
+
+    Attributes:
+        name: what messages call the file.
+        templates: in their order.
+        definitions: of rules and lists, by kind and name.
+        imports: names of other files, and where they are asked for.
+    """
+
+    name: str
+    templates: list[Template] = field(default_factory=list)
+    definitions: dict[tuple[DefinitionKind, str], Definition] = field(default_factory=dict)
+    imports: list[tuple[str, Location]] = field(default_factory=list)
+
+    def define(
+        self, kind: DefinitionKind, name: str, expression: Expression, place: Location
+    ) -> None:
+        """Add what a name stands for.
+
+        Raises:
+            CommandsError: it stands for something else already.
+        """
+        if before := self.definitions.get((kind, name)):
+            raise wrong(
+                place, f'the {kind} "{name}" is there already ({before.place}); use another name'
+            )
+        self.definitions[kind, name] = Definition(expression, place)
+
+    def add(self, other: TemplateSource) -> None:
+        """Add what an imported file holds; errors are those of `define`."""
+        self.templates += other.templates
+        for (kind, name), definition in other.definitions.items():
+            self.define(kind, name, definition.expression, definition.place)
+
+
+def shown(kind: DefinitionKind, name: str) -> str:
+    """Write a name as it is used in a template."""
+    return f"<{name}>" if kind == "rule" else f"{{{name}}}"

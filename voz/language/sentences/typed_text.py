@@ -1,0 +1,38 @@
+"""Typed text as it would be spoken; pure."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+from voz.language.sentences.number_words import wordings
+from voz.language.sentences.spelling import SIGN, composed
+
+_LETTERS = rf"(?:[^\W_]|{SIGN})+"
+_TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?")
+_PLAIN = str.maketrans(
+    {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001
+)
+"""What keyboards make of an apostrophe, and signs that are words."""
+
+_HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
+
+
+def tokens(text: str) -> list[list[str]]:
+    """Split typed text into words and numbers.
+
+    Args:
+        text: with capitals, digits and a full stop if it likes.
+
+    Returns:
+        For each word or number the ways to say it: a word in lower case, a number in all wordings.
+    """
+    plain = _HYPHEN.sub(" ", composed(text.lower()).translate(_PLAIN))
+    return [_said(token) for token in _TOKEN.findall(plain)]
+
+
+def _said(token: str) -> list[str]:
+    try:
+        return list(wordings(Fraction(token)))
+    except ValueError:  # no number, or too large to be said
+        return [token]

@@ -1,0 +1,85 @@
+"""Draws how alike commands sound. Needs matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import permutations
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from voz.errors import VozError
+from voz.extras import how_to_install
+from voz.language.acoustics.phone_distances import Distances
+from voz.language.similarity.alike_report import RISKY
+from voz.language.similarity.confusion import sound_alike
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_PICTURED = 60
+"""More make a picture that nobody can read."""
+
+
+def draw(
+    commands: Sequence[str],
+    pronunciations: Mapping[str, Sequence[str]],
+    path: Path,
+    distances: Distances | None = None,
+) -> None:
+    """Draw how alike all commands sound, as a matrix.
+
+    Args:
+        commands: normalized sentences, each once.
+        pronunciations: the pronunciations of each of their words.
+        path: the picture; its ending decides between PNG and SVG.
+        distances: how far apart the phones are; None for those of English.
+
+    Raises:
+        VozError: matplotlib is missing, there are too many commands, or the picture cannot be
+            written.
+    """
+    if path.suffix.lower() not in (".png", ".svg"):
+        raise VozError(f"{path}: is no name for a picture; end it with .png or .svg")
+    if len(commands) > MOST_PICTURED:
+        raise VozError(
+            f"{len(commands)} commands are too many for a picture; give a list of at most "
+            f"{MOST_PICTURED}"
+        )
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise VozError(f"matplotlib is not installed; {how_to_install('report')}") from None
+    figure = Figure(figsize=(3 + len(commands) / 2, 2 + len(commands) / 2), layout="constrained")
+    _draw_matrix(figure, commands, _matrix(commands, pronunciations, distances))
+    try:
+        figure.savefig(path, dpi=120)
+    except OSError as error:
+        raise VozError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _draw_matrix(figure: Figure, commands: Sequence[str], cells: list[list[float]]) -> None:
+    axes = figure.add_subplot()
+    # Two commands are rarely under 0.4: with colors from 0 on all would be the same red.
+    image = axes.imshow(cells, cmap="YlOrRd", vmin=0.4, vmax=1.0)
+    figure.colorbar(image, shrink=0.8)
+    places = range(len(commands))
+    axes.set_xticks(places, commands, rotation=45, ha="right", rotation_mode="anchor")
+    axes.set_yticks(places, commands)
+    for row, column in permutations(places, 2):
+        alike = cells[row][column]
+        color, weight = ("white", "bold") if alike >= RISKY else ("black", "normal")
+        axes.text(
+            column, row, f"{alike:.2f}", ha="center", va="center", fontsize=8,
+            color=color, weight=weight,
+        )  # fmt: skip
+    axes.set_title("How alike the commands sound; bold: worth a warning")
+
+
+def _matrix(
+    commands: Sequence[str],
+    pronunciations: Mapping[str, Sequence[str]],
+    distances: Distances | None,
+) -> list[list[float]]:
+    pairs = sound_alike(commands, pronunciations, at_least=0.0, distances=distances)
+    alike = {frozenset((pair.first, pair.second)): pair.alike for pair in pairs}
+    return [[alike.get(frozenset((row, column)), 1.0) for column in commands] for row in commands]

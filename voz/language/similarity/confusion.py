@@ -1,0 +1,193 @@
+"""Which commands sound alike to the acoustic model; pure.
+
+The distance of two commands is what the recognizer would lose, in log-likelihood for each frame,
+by taking one for the other: each phone that is said is explained by the phones of the other
+command, in order, and lasts as long as it does. So it is no plain edit distance: a hidden Markov
+model stretches a phone over as many frames as it likes for nothing but the mismatch, and skips
+one in no less than three. How badly one phone explains another is measured, see
+`phone_distances.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, islice, product, takewhile
+
+from voz.language.acoustics.phone_distances import Distances, read_distances
+
+UNLIKE = 7.5
+"""Nats that a frame loses on average when a phone is explained by one with nothing in common."""
+
+LEAST_FRAMES = 3
+"""A phone's model has three states, and each takes a frame at least."""
+
+NOTEWORTHY = 0.65
+"""From here on a pair is worth a place in the table."""
+
+MOST_VARIANTS = 8
+"""Ways to say a command that are compared; a sentence of many words can have thousands."""
+
+
+@dataclass(frozen=True)
+class AlikePair:
+    """Two commands and how alike they sound.
+
+    Attributes:
+        first: the command that stands first in the list.
+        second: the other.
+        alike: 1 if they sound the same, near 0 if nothing in them does.
+        differ: the phones of each that the other does not share at its beginning or end.
+    """
+
+    first: str
+    second: str
+    alike: float
+    differ: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class _Spoken:
+    """One way to say a command, with what comparing it needs again and again."""
+
+    phones: tuple[str, ...]
+    frames: float
+    cheapest: Mapping[str, float]  # what each phone loses at least if explained by this command
+
+
+def sound_alike(
+    commands: Sequence[str],
+    pronunciations: Mapping[str, Sequence[str]],
+    at_least: float = NOTEWORTHY,
+    distances: Distances | None = None,
+) -> list[AlikePair]:
+    """Find the pairs of commands that sound alike.
+
+    Args:
+        commands: normalized sentences, each once.
+        pronunciations: the pronunciations of each of their words, such as "K OW L AH".
+        at_least: how alike a pair must be, 0 to 1; the higher, the faster.
+        distances: how far apart the phones are; None for those of English.
+
+    Returns:
+        The pairs, the most alike first.
+    """
+    distances = distances or read_distances()
+    farthest = -math.log(at_least) * UNLIKE if at_least > 0 else math.inf
+    spoken = {command: _ways_to_say(command, pronunciations, distances) for command in commands}
+    pairs = []
+    for first, second in combinations(commands, 2):
+        loss, said = _closest(spoken[first], spoken[second], distances, farthest)
+        if loss <= farthest:
+            alike = math.exp(-loss / UNLIKE)
+            pairs.append(AlikePair(first, second, alike, _difference(*said)))
+    return sorted(pairs, key=lambda pair: -pair.alike)
+
+
+def loss_between(one: Sequence[str], other: Sequence[str], distances: Distances) -> float:
+    """Compute what is lost if one sequence of phones is taken for another, in nats.
+
+    It is the mean of both directions; each has at least one phone.
+    """
+    frames = [sum(distances.frames[phone] for phone in phones) for phones in (one, other)]
+    there, back = (_Spoken(tuple(p), f, {}) for p, f in zip((one, other), frames, strict=True))
+    return (
+        _loss(there, back, distances, math.inf) * frames[0]
+        + _loss(back, there, distances, math.inf) * frames[1]
+    ) / 2
+
+
+def _ways_to_say(
+    command: str, pronunciations: Mapping[str, Sequence[str]], distances: Distances
+) -> list[_Spoken]:
+    words = [pronunciations[word] for word in command.split()]
+    ways = (" ".join(parts).split() for parts in islice(product(*words), MOST_VARIANTS))
+    return [_spoken(tuple(phones), distances) for phones in ways]
+
+
+def _spoken(phones: tuple[str, ...], distances: Distances) -> _Spoken:
+    present = set(phones)
+    cheapest = {
+        phone: distances.frames[phone] * min(apart[other] for other in present)
+        for phone, apart in distances.apart.items()
+    }
+    return _Spoken(phones, sum(distances.frames[phone] for phone in phones), cheapest)
+
+
+def _closest(
+    first: Sequence[_Spoken], second: Sequence[_Spoken], distances: Distances, farthest: float
+) -> tuple[float, tuple[_Spoken, _Spoken]]:
+    """Compare two commands in all ways to say them; a loss above `farthest` may be any such."""
+    said = (first[0], second[0])
+    least = math.inf
+    for one, other in product(first, second):
+        # Most pairs are far apart even if order and length did not matter: that is cheap to see.
+        if _at_least(one, other) > min(farthest, least):
+            continue
+        # One direction alone may lose twice as much as both on average.
+        there = _loss(one, other, distances, 2 * farthest)
+        back = _loss(other, one, distances, 2 * farthest - there)
+        loss = (there + back) / 2
+        if loss < least:
+            least, said = loss, (one, other)
+    return least, said
+
+
+def _at_least(one: _Spoken, other: _Spoken) -> float:
+    """Bound the loss from below: each phone is explained by the best of the other command."""
+    there = sum(map(other.cheapest.__getitem__, one.phones)) / one.frames
+    back = sum(map(one.cheapest.__getitem__, other.phones)) / other.frames
+    return (there + back) / 2
+
+
+def _loss(said: _Spoken, taken: _Spoken, distances: Distances, farthest: float) -> float:
+    """Compute what each frame of one command loses if it is taken for the other, in nats.
+
+    Dynamic programming: `losses[n]` is the least loss if, of what was said so far, n phones of
+    `taken` are the explanation. A phone that was said is explained by the next phone of `taken`
+    or by a neighbor of that place; a phone of `taken` that nobody said takes its least frames
+    from what was said around it. A loss above `farthest` is not computed to its end.
+    """
+    costs = [[distances.apart[phone][other] for other in taken.phones] for phone in said.phones]
+    losses = [0.0]
+    for each in costs[0]:
+        losses.append(losses[-1] + LEAST_FRAMES * each)
+    for phone, cost, following in zip(said.phones, costs, [*costs[1:], costs[-1]], strict=True):
+        losses = _next_losses(losses, cost, following, distances.frames[phone])
+        if min(losses) > farthest * said.frames:
+            return math.inf
+    return losses[-1] / said.frames
+
+
+def _next_losses(
+    losses: Sequence[float], cost: Sequence[float], following: Sequence[float], frames: float
+) -> list[float]:
+    """Go on by one phone that was said; written for speed, for it takes nearly all the time."""
+    before = cost[0]
+    least = losses[0] + frames * before
+    reached = [least]
+    for place, now in enumerate(cost):
+        after = following[place]
+        unsaid = least + LEAST_FRAMES * (now if now < after else after)
+        as_next = losses[place] + frames * now
+        ahead = cost[place + 1] if place + 1 < len(cost) else now
+        beside = losses[place + 1] + frames * (now if now < ahead else ahead)
+        least = min(unsaid, as_next, beside)
+        reached.append(least)
+    return reached
+
+
+def _difference(one: _Spoken, other: _Spoken) -> tuple[str, str]:
+    """Leave out the phones that both begin with, and those that both end with."""
+    first, second = one.phones, other.phones
+    begin = _shared(first, second)
+    first, second = first[begin:], second[begin:]
+    end = _shared(first[::-1], second[::-1])
+    return " ".join(first[: len(first) - end]), " ".join(second[: len(second) - end])
+
+
+def _shared(first: Iterable[str], second: Iterable[str]) -> int:
+    """Count the phones that are the same before the first that is not."""
+    same = (one == other for one, other in zip(first, second, strict=False))
+    return sum(1 for _ in takewhile(bool, same))

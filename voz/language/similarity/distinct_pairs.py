@@ -1,0 +1,68 @@
+"""Which pairs that sound alike are worth reporting: each way to be misunderstood once; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from functools import lru_cache
+
+from voz.language.sentences.command_set import Commands, Parse
+from voz.language.sentences.expression import Value
+from voz.language.sentences.number_words import wordings
+from voz.language.similarity.confusion import AlikePair
+
+NUMBER = "{number}"
+"""What stands for every number that is spoken: nobody can choose another word for one."""
+
+
+def distinct(pairs: Iterable[AlikePair], commands: Commands) -> list[AlikePair]:
+    """Keep the most alike of the pairs that mix up the same meanings.
+
+    Two numbers in the same slot are no difference, and what differs in nothing else is left out. So
+    is a pair that differs in all that another pair differs in, and in more.
+
+    Args:
+        pairs: sentences that sound alike.
+        commands: what the sentences mean.
+
+    Returns:
+        The pairs that are left, the most alike first.
+    """
+    kept: dict[frozenset[object], AlikePair] = {}
+    parse = lru_cache(maxsize=None)(commands.parse)
+    for pair in sorted(pairs, key=lambda pair: -pair.alike):
+        first, second = parse(pair.first), parse(pair.second)
+        differs = _difference(first, second) if first and second else frozenset()
+        if differs and not any(known <= differs for known in kept):
+            kept[differs] = pair
+    return list(kept.values())
+
+
+def _difference(first: Parse, second: Parse) -> frozenset[object]:
+    """The two commands; of the same command each slot that differs, with both of its values."""
+    if first.command != second.command:
+        return frozenset([frozenset([first.command, second.command])])
+    one, other = _without_numbers(first), _without_numbers(second)
+    return frozenset(
+        (name, frozenset([one.get(name), other.get(name)]))
+        for name in {*one, *other}
+        if one.get(name) != other.get(name)
+    )
+
+
+def _without_numbers(parse: Parse) -> Mapping[str, Value]:
+    return {
+        name: NUMBER if _is_spoken_as_number(value, parse.text) else value
+        for name, value in parse.slots.items()
+    }
+
+
+def _is_spoken_as_number(value: Value, sentence: str) -> bool:
+    """Whether a value is said as a number; `fast` may also mean one."""
+    if isinstance(value, str):
+        return False
+    try:
+        ways = wordings(Fraction(str(value)))
+    except ValueError:  # nobody says it
+        return False
+    return any(f" {way} " in f" {sentence} " for way in ways)

@@ -1,0 +1,69 @@
+"""Which sentences of very many sound alike; pure.
+
+Some are compared with those that are nearest to them in sound: to compare each with each other
+takes a time that grows with their square.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import exp
+from random import Random
+
+from voz.language.acoustics.phone_distances import Distances
+from voz.language.sentences.command_set import Commands
+from voz.language.sentences.neighbors import Near, nearest
+from voz.language.similarity.alike_report import differing, words_that_differ
+from voz.language.similarity.confusion import UNLIKE, AlikePair
+from voz.language.similarity.word_distances import WordDistances
+
+LOOKED_AT = 60
+"""Sentences of a long list that are compared with their neighbors; it takes a second or two."""
+
+NEIGHBORS = 50
+"""Of each: most of them may be the same sentence with another number in it."""
+
+USUAL_FRAMES = 85.0
+"""Of a command, 10 ms each: those that come with voz have so many on average."""
+
+
+def pairs_of_many(
+    commands: Commands,
+    pronunciations: Mapping[str, Sequence[str]],
+    distances: Distances | None = None,
+) -> list[AlikePair]:
+    """Find pairs that sound alike among very many sentences.
+
+    Args:
+        commands: of a long list.
+        pronunciations: of each of its words, such as "K OW L AH".
+        distances: how far apart the phones are; None for those of English.
+
+    Returns:
+        The pairs; of those that differ in the same words the most alike. How alike they are
+        depends on the words that differ, and not on the length of the rest.
+    """
+    spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
+    sound = WordDistances(spellings, distances)
+    found: dict[frozenset[str], AlikePair] = {}
+    for sentence in _drawn(commands):
+        for near in nearest(commands.network, sentence.split(), sound, NEIGHBORS):
+            pair = _pair(sentence, near, sound)
+            words = words_that_differ(pair)
+            if words not in found or pair.alike > found[words].alike:
+                found[words] = pair
+    return list(found.values())
+
+
+def _drawn(commands: Commands) -> list[str]:
+    """Draw sentences: of as many templates as possible one, then others."""
+    every = range(len(commands.meanings))
+    labels = sorted(Random(0).sample(every, min(LOOKED_AT, len(every))))
+    each = [text for label in labels for text in commands.network.with_label(label, 1)]
+    return list(dict.fromkeys([*each, *commands.sample(LOOKED_AT)]))[:LOOKED_AT]
+
+
+def _pair(sentence: str, near: Near, sound: WordDistances) -> AlikePair:
+    one, other = differing(sentence, near.sentence)
+    alike = exp(-near.cost / USUAL_FRAMES / UNLIKE)
+    return AlikePair(sentence, near.sentence, alike, (sound.phones(one), sound.phones(other)))

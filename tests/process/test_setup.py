@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 IMPORTED = "import os; before = dict(os.environ); import voz; print(dict(os.environ) == before)"
 CALLED = "import os, voz.cli; voz.cli.main(['--version']); print(os.environ[{name!r}])"
 THREADS = "OPENBLAS_NUM_THREADS"
@@ -41,3 +43,31 @@ def test_where_nobody_has_a_home_matplotlib_looks_for_none() -> None:
     assert (
         printed(f"import os; os.environ.pop('MPLCONFIGDIR', None){NOBODY}{called}")[1] == os.devnull
     )
+
+
+ALLOCATES = """
+import ctypes
+import numpy as np
+from voz.process.setup import give_back_large_blocks
+
+NAMES = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+
+class Usage(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_size_t) for name in NAMES.split()]
+
+libc = ctypes.CDLL(None)
+libc.mallinfo2.restype = Usage
+if {set_it}:
+    give_back_large_blocks()
+np.ones(16 << 20, np.uint8)  # freed at once: glibc learns from it
+before = libc.mallinfo2().hblkhd
+block = np.ones(8 << 20, np.uint8)
+print(libc.mallinfo2().hblkhd - before >= 8 << 20)  # whether it is the system's own
+"""
+
+
+@pytest.mark.parametrize("set_it", [True, False])
+def test_large_blocks_are_the_systems_own_if_that_is_set(set_it: bool) -> None:
+    command = [sys.executable, "-c", ALLOCATES.format(set_it=set_it)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == f"{set_it}\n"

@@ -44,7 +44,7 @@ def as_a_terminal_has_them() -> None:
 def test_before_a_run_drives_a_signal_ends_it_by_way_of_what_tidies_up(number: int) -> None:
     done = program(f"""
         try: send({number})
-        finally: print(signals.ended_by())
+        finally: print(signals.first_signal())
     """)
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, f"{number}\n", "")
 
@@ -69,30 +69,30 @@ def test_signals_that_whoever_started_it_has_blocked_end_it_all_the_same() -> No
 def test_while_a_run_drives_a_signal_only_wakes_it() -> None:
     done = program("""
         inbox = queue.SimpleQueue()
-        with signals.let_signals_wake(lambda: inbox.put("over")):
+        with signals.defer_signals(lambda: inbox.put("over")):
             send(signal.SIGTERM)
-            print(inbox.get(), signals.ended_by())
+            print(inbox.get(), signals.first_signal())
             send(signal.SIGINT)
-            print(inbox.get(), signals.ended_by())
+            print(inbox.get(), signals.first_signal())
     """)
     assert (done.returncode, done.stdout, done.stderr) == (0, "over 15\nover 15\n", "")
 
 
 def test_a_second_ctrl_c_does_not_keep_the_robot_from_being_stopped() -> None:
     done = program("""
-        with signals.let_signals_wake(lambda: None):
+        with signals.defer_signals(lambda: None):
             send(signal.SIGINT)
         for _ in range(3):
             send(signal.SIGINT)
             send(signal.SIGTERM)
-        print("stopped", signals.ended_by())
+        print("stopped", signals.first_signal())
     """)
     assert (done.returncode, done.stdout, done.stderr) == (0, "stopped 2\n", "")
 
 
 def test_after_a_run_that_ended_by_itself_a_signal_ends_the_program_again() -> None:
     done = program("""
-        with signals.let_signals_wake(lambda: print("woken")):
+        with signals.defer_signals(lambda: print("woken")):
             pass
         send(signal.SIGTERM)
         print("goes on")
@@ -104,7 +104,7 @@ def test_a_signal_that_was_swallowed_before_is_found_when_the_run_is_to_begin() 
     done = program("""
         try: send(signal.SIGINT)
         except BaseException: pass
-        with signals.let_signals_wake(lambda: None):
+        with signals.defer_signals(lambda: None):
             print("drives")
     """)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
@@ -129,7 +129,7 @@ def test_a_signal_that_comes_while_one_is_swallowed_waits_for_the_next_try() -> 
             code = signals._swallowed.__code__
             signals._received(number, type("Frame", (), {"f_code": code}))
         where_it_is_swallowed(signal.SIGINT)
-        print("noted", int(signals.ended_by()))
+        print("noted", int(signals.first_signal()))
         try: signals._received(signal.SIGTERM, sys._getframe())
         finally: print("ended")
     """)
@@ -143,7 +143,7 @@ def test_while_python_ends_a_signal_is_silent() -> None:
         late = Late()
         try: send(signal.SIGTERM)
         except SystemExit: pass
-        signals.let_go()
+        signals.restore_default_handlers()
     """)
     assert (done.returncode, done.stderr) == (-signal.SIGHUP, "")
 
@@ -183,7 +183,15 @@ def signaled_at_import(
 
 @pytest.mark.parametrize(
     "module",
-    ["voz.cli.streams", "inspect", "typer", "voz.cli.run", "msgspec", "numpy", "pocketsphinx"],
+    [
+        "voz.process.standard_streams",
+        "inspect",
+        "typer",
+        "voz.cli.run",
+        "msgspec",
+        "numpy",
+        "pocketsphinx",
+    ],
 )
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_among_the_imports_is_a_quiet_end(module: str, number: int) -> None:
@@ -206,4 +214,25 @@ def test_nothing_is_imported_before_the_signals_are_taken_but_what_is_small() ->
 
 
 def test_exit_codes_are_those_of_a_shell() -> None:
-    assert signals.BY_SIGNAL + signal.SIGINT == 130
+    assert signals.SIGNAL_EXIT_CODE + signal.SIGINT == 130
+
+
+HANGS = """
+import atexit, sys, threading, time
+from voz.process.signals import force_exit, is_audio_thread_left
+atexit.register(time.sleep, 60)  # as PortAudio waits for a server that hangs
+assert not is_audio_thread_left()
+threading.Thread(target=time.sleep, args=(60,), name="voz-hearing", daemon=True).start()
+if is_audio_thread_left():
+    force_exit(130)
+try:
+    sys.exit(5)
+finally:
+    print("all is saved", flush=True)
+"""
+
+
+def test_all_is_saved_and_the_exit_code_is_that_of_what_ended_it() -> None:
+    done = subprocess.run([sys.executable, "-c", HANGS], capture_output=True, text=True, timeout=30)
+    assert done.returncode == 130
+    assert done.stdout == "all is saved\n"

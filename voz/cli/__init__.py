@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     signals.install()
     setup.set_up()
-    from voz.cli.streams import let_go_of_streams, open_streams
+    from voz.process.standard_streams import discard_unwritable_output, open_streams
 
     open_streams()
     code = 0
@@ -39,18 +39,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if signals.exit_code() is None:
             raise
     finally:
-        signals.let_go()
-    let_go_of_streams()
+        signals.restore_default_handlers()
+    discard_unwritable_output()
     by_signal = signals.exit_code()
     code = code if by_signal is None else by_signal
-    if arguments is None:
-        _end(code)
+    if arguments is None and signals.is_audio_thread_left():
+        signals.force_exit(code)
     return code
-
-
-def _end(code: int) -> None:
-    """Let the process end with a code, also if a thread hangs in the sound system."""
-    from voz.process.ending import end_by_force, lingering
-
-    if lingering():
-        end_by_force(code)

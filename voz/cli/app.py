@@ -28,7 +28,7 @@ from voz.cli.speech import say, sound
 from voz.cli.terminal import show, tell, writing_results
 from voz.cli.view import view
 from voz.errors import CommandsError, RobotMistake, VozError
-from voz.process.signals import BY_SIGNAL
+from voz.process.signals import SIGNAL_EXIT_CODE
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it
 
@@ -99,7 +99,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
         # click itself notices a broken pipe, too, and ends with 1, which is `STALE`.
         if BrokenPipeError not in (type(end), type(end.__context__)):
             raise
-        return BY_SIGNAL + signal.SIGPIPE
+        return SIGNAL_EXIT_CODE + signal.SIGPIPE
     except CommandsError as error:
         code = _wrong_call(str(error))
         for line in error.excerpt:

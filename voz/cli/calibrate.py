@@ -44,7 +44,7 @@ def calibrate(
         profiles.delete_profile(name)
     else:
         from voz.cli.make_profile import make_profile
-        from voz.process.quiet_libraries import quiet_libraries
+        from voz.process.standard_streams import quiet_libraries
 
         settings = options.settings()
         with quiet_libraries():

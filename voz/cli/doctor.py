@@ -46,7 +46,7 @@ def doctor(
 
     Example: voz doctor --robot ros2
     """
-    from voz.process.quiet_libraries import quiet_libraries
+    from voz.process.standard_streams import quiet_libraries
     from voz.robot.robots import robot_names
 
     settings = options.settings(robot=robot or None)

@@ -47,7 +47,7 @@ def decode(
 
     Example: voz decode recordings/ --out heard.jsonl
     """
-    from voz.process.quiet_libraries import quiet_libraries
+    from voz.process.standard_streams import quiet_libraries
 
     options.check()
     settings = options.settings()

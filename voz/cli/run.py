@@ -45,8 +45,7 @@ def run(options: Running) -> None:
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
     from voz.language.generated.language_files import name_of_list, read_commands
-    from voz.process.quiet_libraries import quiet_libraries
-    from voz.run.unblocked import unblocked_output
+    from voz.process.standard_streams import quiet_libraries, unblocked_output
 
     options.check()
     settings = options.settings()

@@ -92,7 +92,7 @@ def sound(
 @contextmanager
 def _sounding(patient: bool = False) -> Iterator[SoundClient]:
     """Give a client. If there is no loudspeaker that is an error, unless one is waited for."""
-    from voz.process.quiet_libraries import quiet_libraries
+    from voz.process.standard_streams import quiet_libraries
     from voz.speech.sound_client import SoundClient
 
     problems: list[str] = []

@@ -1,4 +1,4 @@
-"""Small matrices on one thread: several of numpy's wait for each other, worst on a busy machine."""
+"""Functions whose small matrices numpy multiplies on one thread."""
 
 from __future__ import annotations
 
@@ -13,18 +13,17 @@ R = TypeVar("R")
 
 
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function compute its matrices on one thread, whatever is set for the process.
+    """Decorate a function so that BLAS uses one thread in it, whatever is set for the process.
 
-    With two, beside other programs on two cores, the second ear takes 130 ms for a word and not 6;
-    to say so costs 10 microseconds.
+    On two busy cores two threads wait for each other: 130 ms for a word in place of 6.
     """
 
     @wraps(function)
-    def alone(*args: P.args, **kwargs: P.kwargs) -> R:
+    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
         with _libraries().limit(limits=1):
             return function(*args, **kwargs)
 
-    return alone
+    return limited
 
 
 @cache

@@ -1,4 +1,7 @@
-"""Signals that end the program: by an exception while it starts, by a message while it drives."""
+"""How the program ends: by a signal, or although a thread hangs in an audio library.
+
+A signal raises an exception while the program starts, and sends a message while it drives.
+"""
 
 from __future__ import annotations
 
@@ -9,93 +12,91 @@ import sys
 import time
 from contextlib import contextmanager
 
-TYPE_CHECKING = False  # `typing` takes its time, and until they are taken signals are tracebacks
+TYPE_CHECKING = False  # `typing` is slow, and until `install` a signal is a traceback
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from types import FrameType
 
-BY_SIGNAL = 128
-"""Exit code when a signal ended the program, to which the signal's number is added."""
+SIGNAL_EXIT_CODE = 128
+"""Exit code of a program that a signal ended, plus the signal's number."""
 
-AGAIN = 0.02
-"""After an exception was swallowed, the next try, s: what swallowed it is over by then."""
+RESEND_DELAY = 0.02
+"""Delay before a signal whose exception was swallowed is sent again, s."""
 
+AUDIO_THREADS = ("voz-hearing", "voz-loudspeaker", "voz-renderer", "voz-speaker")
+"""The threads that may be in PortAudio or a sound server's library."""
 
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT)
+TERMINATING_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT)
 
 
 class _State:
-    taken: Sequence[signal.Signals] = ()
+    handled: Sequence[signal.Signals] = ()
     first: int | None = None
-    as_in_shells = True
+    shell_exit_code = True
     wake: Callable[[], None] | None = None
-    only_noted = False
+    ignore_more = False
 
 
-def install(as_in_shells: bool = True) -> None:
-    """Take the signals that end a program; the first thing it does, before it imports others.
+def install(shell_exit_code: bool = True) -> None:
+    """Handle the signals that end a program; to be called first, before other imports.
 
-    Until a run drives, each raises SystemExit, which ends the program by way of all `finally`
-    blocks.
+    Outside `defer_signals` each raises SystemExit, so that all `finally` blocks are run.
 
     Args:
-        as_in_shells: whether the exit code is 128 and the number of the first; else it is 0.
+        shell_exit_code: whether the exit code is 128 and the signal's number; else it is 0.
     """
-    _State.first, _State.wake, _State.only_noted = None, None, False
-    _State.as_in_shells = as_in_shells
-    # A shell starts what it puts in the background with Ctrl-C ignored, and a robot must stop all
-    # the same; whoever says `nohup` means it.
-    numbers = list(ENDING)
+    _State.first, _State.wake, _State.ignore_more = None, None, False
+    _State.shell_exit_code = shell_exit_code
+    # SIGINT also where a shell has it ignored, in the background: a robot must stop. `nohup` is
+    # respected.
+    numbers = list(TERMINATING_SIGNALS)
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
-    _State.taken = numbers
+    _State.handled = numbers
     for number in numbers:
         signal.signal(number, _received)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)  # who started it may have blocked them
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)  # the parent process may have blocked them
     sys.unraisablehook = _swallowed
 
 
-def let_go() -> None:
-    """Let signals do what they do to any program: all is stopped, and only its end is left.
-
-    An exception that they raise while Python ends would be printed, and caught by nobody.
-    """
-    for number in _State.taken:
+def restore_default_handlers() -> None:
+    """Handle signals no more: an exception while Python ends would be printed, not caught."""
+    for number in _State.handled:
         signal.signal(number, signal.SIG_DFL)
 
 
-def ended_by() -> int | None:
-    """The number of the first signal that came; None if none did."""
+def first_signal() -> int | None:
+    """The number of the first signal that was received, if any."""
     return _State.first
 
 
 def exit_code() -> int | None:
-    """What the program is to end with, as a signal came; None if none did."""
+    """The exit code if a signal was received, else None."""
     if _State.first is None:
         return None
-    return BY_SIGNAL + _State.first if _State.as_in_shells else 0
+    return SIGNAL_EXIT_CODE + _State.first if _State.shell_exit_code else 0
 
 
 @contextmanager
-def let_signals_wake(wake: Callable[[], None]) -> Iterator[None]:
-    """Let signals only be noted in a `with` block, as an exception could cut anything in two.
+def defer_signals(wake: Callable[[], None]) -> Iterator[None]:
+    """Let signals call `wake` instead of raising in a `with` block.
 
-    After a signal has ended the block others are noted, and nothing more: a second Ctrl-C must
-    not keep the robot from being stopped.
+    After a signal has ended the block, more signals do nothing: a second Ctrl-C must not keep the
+    robot from being stopped.
 
     Args:
-        wake: is called at each, between any two lines of the main thread: it only puts a message
-            into a queue.
+        wake: called between any two lines of the main thread: it may only put a message into a
+            queue.
 
     Raises:
-        SystemExit: a signal came before, and something swallowed what it raised.
+        SystemExit: a signal was received before, and its exception was swallowed.
     """
     _State.wake = wake
     try:
         _end_if_asked()
         yield
     finally:
-        _State.only_noted = _State.first is not None
+        _State.ignore_more = _State.first is not None
         _State.wake = None
 
 
@@ -103,10 +104,10 @@ def _received(number: int, frame: FrameType | None) -> None:
     if _State.first is None:
         _State.first = number
     if frame is not None and frame.f_code is _swallowed.__code__:
-        return  # what it raised there would be printed; the next try is on its way
+        return  # an exception there would be printed; `_signal_again` is on its way
     if _State.wake:
         _State.wake()
-    elif not _State.only_noted:
+    elif not _State.ignore_more:
         _end_if_asked()
 
 
@@ -116,14 +117,31 @@ def _end_if_asked() -> None:
 
 
 def _swallowed(unraisable: sys.UnraisableHookArgs) -> None:
-    """Take an exception that nobody can catch: ours, in a callback of an import, is tried again."""
+    """Called with an exception that nobody can catch, as in a callback of an import."""
     if not (isinstance(unraisable.exc_value, SystemExit) and _State.first is not None):
         sys.__unraisablehook__(unraisable)
     if _State.first is not None:
-        # Raised here it would be swallowed again; such a thread keeps no program from its end.
+        # Raised here it would be swallowed again; a `_thread` does not delay the program's end.
         _thread.start_new_thread(_signal_again, (_State.first,))
 
 
 def _signal_again(number: int) -> None:
-    time.sleep(AGAIN)
+    time.sleep(RESEND_DELAY)
     os.kill(os.getpid(), number)
+
+
+def is_audio_thread_left() -> bool:
+    """Whether a thread that may hang in an audio library is still running."""
+    import threading
+
+    return any(thread.name in AUDIO_THREADS for thread in threading.enumerate())
+
+
+def force_exit(code: int) -> None:
+    """Let the program end with an exit code after all is saved, without waiting for its threads.
+
+    PortAudio's own exit handler would wait for a hanging sound server forever, or crash.
+    """
+    import atexit
+
+    atexit.register(os._exit, code)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from voz.errors import RobotMistake, VozError
 from voz.printable import printable
-from voz.process.signals import ended_by
+from voz.process.signals import first_signal
 from voz.robot.base import Robot
 
 VOZ = str(Path(__file__).parents[1]) + os.sep
@@ -107,4 +107,4 @@ def _shown(file: str, line: int | None) -> str:
 def is_by_signal(error: BaseException) -> bool:
     """Whether somebody ends the program, by Ctrl-C also the one of who uses voz as a library."""
     by_python = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    return ended_by() is not None or (isinstance(error, KeyboardInterrupt) and by_python)
+    return first_signal() is not None or (isinstance(error, KeyboardInterrupt) and by_python)

@@ -10,11 +10,9 @@ from typing import NoReturn
 from voz.errors import VozError
 from voz.printable import printable
 from voz.process import signals
-from voz.process.ending import end_by_force, lingering
-from voz.process.quiet_libraries import quiet_libraries
 from voz.process.setup import set_up
+from voz.process.standard_streams import quiet_libraries, unblocked_output
 from voz.ros1.node import Ros1Node
-from voz.run.unblocked import unblocked_output
 
 WRONG_CALL = 2
 """Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
@@ -27,7 +25,7 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
         name: of the node, unless it is given another on the command line.
         work: what it does.
     """
-    signals.install(as_in_shells=False)
+    signals.install(shell_exit_code=False)
     set_up()
     code = 1
     try:
@@ -44,9 +42,9 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
             raise
         code = by_signal
     finally:
-        signals.let_go()
-        if lingering():
-            end_by_force(code)
+        signals.restore_default_handlers()
+        if signals.is_audio_thread_left():
+            signals.force_exit(code)
     sys.exit(code)
 
 

@@ -12,7 +12,7 @@ from voz.events import Event, Receiver, Utterance, Warning, to_json
 from voz.hearing.microphone_thread import Hearing
 from voz.hearing.sound_watch import SILENT
 from voz.inbox import End, Halt, Inbox, Rehearsal
-from voz.process.signals import let_signals_wake
+from voz.process.signals import defer_signals
 from voz.ros1.driving import logged
 from voz.ros1.microphone import make_hearing
 from voz.ros1.node import Ros1Node
@@ -79,7 +79,7 @@ def recognize(node: Ros1Node) -> None:
         rospy.Service("~stop", Empty, _service(ears.stop))
         node.before_the_end(lambda: inbox.put(End()))
         log = parts.enter_context(logged(inbox.put))
-        parts.enter_context(let_signals_wake(lambda: inbox.put(End())))
+        parts.enter_context(defer_signals(lambda: inbox.put(End())))
         told, due = "", 0.0
         while True:
             taken = clock.take(due)

@@ -21,7 +21,7 @@ from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
 from voz.events import Ended, Event, Play, Receiver, Reply, Warning
 from voz.inbox import End, Inbox
-from voz.process.signals import let_signals_wake
+from voz.process.signals import defer_signals
 from voz.run.beat import beat
 from voz.run.clocks import Clock
 from voz.run.controller import Controller
@@ -138,7 +138,7 @@ class Session:
         self._watches.append(Flood(self.controller, inbox))
         with (
             zero_at_the_end(self._send_zero),
-            let_signals_wake(lambda: inbox.put(End())),
+            defer_signals(lambda: inbox.put(End())),
         ):
             self._drive()
 

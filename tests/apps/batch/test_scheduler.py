@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from voz.apps.batch.rows import Nothing, Outcome
 from voz.apps.batch.scheduler import Scheduler
 from voz.apps.batch.tasks import Files, Result, Task
-from voz.process.pool import Died
+from voz.process.worker_pool import WorkerDied
 
 Given = tuple[Future[Result], Files]
 
@@ -43,7 +43,7 @@ class Blaming:
             fatal = any("poison" in name for _, task in under_way for name in task.names)
             for future, task in under_way:
                 if fatal:
-                    future.set_exception(Died("by poison"))
+                    future.set_exception(WorkerDied("by poison"))
                 else:
                     future.set_result(tuple(Outcome((Nothing(n, 1.0),)) for n in task.names))
 

@@ -20,7 +20,7 @@ from voz.apps.batch.tasks import Result, Setup, Task
 from voz.apps.batch.worker import work
 from voz.errors import ConfigError, VozError
 from voz.extras import how_to_install
-from voz.process.pool import Died
+from voz.process.worker_pool import WorkerDied
 
 WAITED_FOR = 30
 """How long a cluster may take to answer, and to have its first worker, s."""
@@ -194,7 +194,7 @@ def _pass_on(asked: Any, ended: Future[Result]) -> None:
         if isinstance(error, VozError):
             ended.set_exception(error)
         elif error is None or isinstance(error, KilledWorker):
-            ended.set_exception(Died("with the workers that had it"))
+            ended.set_exception(WorkerDied("with the workers that had it"))
         else:
             reason = f"{type(error).__name__}: {error}"
             ended.set_exception(ConfigError(f"a worker cannot decode ({reason}); is voz there?"))

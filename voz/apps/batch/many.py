@@ -14,7 +14,7 @@ from voz.apps.batch.pool import InThisProcess, Pool, processes
 from voz.apps.batch.remote import is_remote
 from voz.apps.batch.scheduler import Known, Scheduler
 from voz.apps.batch.tasks import Setup
-from voz.process.pool import cores
+from voz.process.worker_pool import cores
 
 FEW = 2
 """Recordings that are decoded before another process has begun."""

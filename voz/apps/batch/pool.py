@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from voz.apps.batch.tasks import Result, Setup, Task
 from voz.apps.batch.worker import work
-from voz.process.pool import WorkerPool, worker_pool
+from voz.process.worker_pool import WorkerPool, worker_pool
 
 
 class TooSlow(Exception):
@@ -41,7 +41,7 @@ class Pool(Protocol):
         """Give the result of a task that is done.
 
         Raises:
-            Died: its worker ended.
+            WorkerDied: its worker ended.
             TooSlow: it was ended.
             VozError: the worker has no models to work with.
         """

@@ -16,7 +16,7 @@ from voz.apps.batch.rows import Outcome, failure
 from voz.apps.batch.stamps import stamp_of
 from voz.apps.batch.tasks import Cutting, Files, PartOf, Task
 from voz.errors import AudioError
-from voz.process.pool import Died
+from voz.process.worker_pool import WorkerDied
 
 MOST_FILES = 1000
 """Handed out at once, however small they are."""
@@ -137,7 +137,7 @@ class Scheduler:
             result = self._pool.result(future)
         except TooSlow:
             yield from self._suspect(asked, "takes too long; raise --time-limit", again=False)
-        except Died as death:
+        except WorkerDied as death:
             said = f"made its worker end twice ({death}); leave it out, or raise --memory-limit"
             yield from self._suspect(asked, said, again=not asked.again)
         except AudioError as error:

@@ -104,7 +104,7 @@ def base_stops(base: Base) -> Finding:
 
     with (
         zero_at_the_end(lambda: _rest(base) if driven else None),
-        signals.let_signals_wake(lambda: ended.put(None)),
+        signals.defer_signals(lambda: ended.put(None)),
     ):
         return _try(base, send, pause)
 

@@ -23,7 +23,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.files import shown_path
-from voz.process.pool import Died, WorkerPool, cores, worker_pool
+from voz.process.worker_pool import WorkerDied, WorkerPool, cores, worker_pool
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -117,7 +117,7 @@ def in_processes(
             item, future = begun.popleft()
             try:
                 outcome = _at_last(pool, work, item, future)
-            except Died as death:
+            except WorkerDied as death:
                 if lost is None:
                     raise ConfigError(
                         f"a process that recognizes ended twice on the same recording ({death}), "
@@ -131,7 +131,7 @@ def _at_last(pool: WorkerPool, work: Callable[[Item], Outcome], item: Item, futu
     """The outcome for an item; if its worker died, another one tries: it may have been innocent."""
     try:
         outcome: Outcome = future.result()
-    except Died:
+    except WorkerDied:
         outcome = pool.schedule(work, args=(item,)).result()
     return outcome
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from programs import PATIENCE
 
-from voz.process.pool import Died, WorkerPool, worker_pool
+from voz.process.worker_pool import WorkerDied, WorkerPool, worker_pool
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +23,7 @@ def called(pool: WorkerPool, function: Any, *args: Any) -> Any:
     while True:
         try:
             return pool.schedule(function, args).result(PATIENCE)
-        except Died:
+        except WorkerDied:
             assert time.monotonic() < until
 
 
@@ -40,7 +40,7 @@ def test_all_that_end_with_nothing_to_do_have_successors() -> None:
 
 def test_what_a_worker_ends_in_is_told_of() -> None:
     with worker_pool(1) as pool:
-        with pytest.raises(Died, match="ended with 3"):
+        with pytest.raises(WorkerDied, match="ended with 3"):
             pool.schedule(os._exit, (3,)).result(PATIENCE)
         with pytest.raises(TimeoutError):
             pool.schedule(time.sleep, (60.0,), timeout=0.1).result(PATIENCE)

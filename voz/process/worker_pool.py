@@ -1,0 +1,151 @@
+"""Worker processes on this computer; one that dies loses its own task and no other."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, InvalidStateError
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager, suppress
+from threading import Lock
+from traceback import clear_frames
+from typing import TYPE_CHECKING, Any
+
+from voz.process.setup import set_up
+from voz.process.standard_streams import quiet_libraries
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
+
+PR_SET_PDEATHSIG = 1
+"""The number of this setting in Linux's `prctl.h`."""
+
+_UNTIL_EXIT = ExitStack()
+
+
+class WorkerDied(Exception):
+    """A worker process ended during its task; the message says how."""
+
+
+class WorkerPool:
+    """A pool of worker processes; those that end are replaced."""
+
+    def __init__(self, size: int) -> None:
+        """Prepare a pool; the processes start with the first task."""
+        self._size = size
+        self._pool = _start_pool(size)
+        self._under_way: set[Future[Any]] = set()
+        self._lock = Lock()
+
+    def schedule(
+        self, function: Callable[..., Any], args: tuple[Any, ...], timeout: float | None = None
+    ) -> Future[Any]:
+        """Let a worker call a function of a module.
+
+        Args:
+            function: what is called.
+            args: its arguments.
+            timeout: a worker that takes longer is killed, s.
+
+        Returns:
+            The future; it raises `WorkerDied`, TimeoutError, or what the function raised.
+        """
+        ended: Future[Any] = Future()
+        with self._lock:
+            if not self._pool.active:
+                self._restart()
+            self._under_way.add(ended)
+            asked = self._pool.schedule(function, args=args, timeout=timeout)
+        asked.add_done_callback(lambda done: self._pass_on(done, ended))
+        return ended
+
+    def close(self) -> None:
+        """Kill all workers."""
+        _stop_pool(self._pool)
+
+    def _restart(self) -> None:
+        """Start new workers: pebble gives up if all of its own end while none has a task."""
+        _stop_pool(self._pool)
+        lost, self._under_way = self._under_way, set()
+        self._pool = _start_pool(self._size)
+        for future in lost:
+            with suppress(InvalidStateError):
+                future.set_exception(WorkerDied("with all the workers"))
+
+    def _pass_on(self, done: Any, ended: Future[Any]) -> None:
+        self._under_way.discard(ended)
+        error = done.exception()
+        with suppress(InvalidStateError):
+            if error is None:
+                ended.set_result(done.result())
+            else:
+                ended.set_exception(_death_of(error))
+
+
+@contextmanager
+def worker_pool(size: int) -> Iterator[WorkerPool]:
+    """Make a pool for a `with` block; its workers are killed at the end."""
+    pool = WorkerPool(size)
+    try:
+        yield pool
+    finally:
+        pool.close()
+
+
+def _start_pool(size: int) -> ProcessPool:
+    from pebble import ProcessPool
+
+    # A fork would copy the locks of the progress bar's thread, locked forever.
+    spawn = multiprocessing.get_context("spawn")
+    return ProcessPool(size, initializer=begin_worker, initargs=(os.getpid(),), context=spawn)
+
+
+def _stop_pool(pool: ProcessPool) -> None:
+    pool.stop()  # type: ignore[no-untyped-call]
+    pool.join()
+
+
+def _death_of(error: BaseException) -> BaseException:
+    """The error of a call; if its worker ended, how."""
+    from pebble import ProcessExpired
+
+    if isinstance(error, BrokenProcessPool):
+        if error.__cause__:  # it holds what was sent, of which Python 3.13 complains later
+            clear_frames(error.__cause__.__traceback__)
+        return WorkerDied("with all the workers")
+    if not isinstance(error, ProcessExpired):
+        return error
+    code = error.exitcode
+    return WorkerDied(f"killed by signal {-code}" if code and code < 0 else f"ended with {code}")
+
+
+def cores() -> int:
+    """The number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def begin_worker(parent: int) -> None:
+    """Set up a worker process, which leaves Ctrl-C and standard error to its parent.
+
+    Args:
+        parent: the process id with which the worker is to end.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    set_up()
+    _end_with(parent)
+    _UNTIL_EXIT.enter_context(quiet_libraries())
+
+
+def _end_with(parent: int) -> None:
+    import ctypes
+
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "prctl"):  # on other systems a worker ends when its pipe is closed
+        libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(1)

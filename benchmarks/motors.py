@@ -37,7 +37,7 @@ from voz.robot.simulator import SimulatedRobot
 from voz.run.controller import Controller
 from voz.run.sources import typed
 from voz.settings import Recognition, Safety
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 
 BLOCK = 480
 """Samples that the microphone hands over at a time, 30 ms."""

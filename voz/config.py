@@ -26,7 +26,7 @@ from voz.settings import (
     Speech,
     SpokenLanguage,
 )
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.toml_lines import lines_of_commands
 
 if sys.version_info >= (3, 11):

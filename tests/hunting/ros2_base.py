@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 
-from voz.ros2.messages import TwistMessage
+from voz.ros2.message_types import TwistMessage
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 

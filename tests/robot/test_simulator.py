@@ -12,7 +12,7 @@ from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip
 from voz.simulation.arm import pointing
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
 typed = st.lists(st.sampled_from([*COMMANDS, *["-"] * 30, "xyz"]), max_size=150)

@@ -15,9 +15,9 @@ from programs import wait_until
 
 from voz.events import Reply, SelectedObject, Twist
 from voz.robot.base import Robot
+from voz.robot.factory import make_own
 from voz.robot.mailbox import MOST_WAITING, STUCK, Mailbox
-from voz.robot.process import RobotProcess, RobotSpec
-from voz.robot.robots import make_own
+from voz.robot.robot_process import RobotProcess, RobotSpec
 
 MODULE = """
 import time

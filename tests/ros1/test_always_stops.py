@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from ros1.ros import Client, Program, Ros, eventually
-from ros1.test_control_voz import connect
+from ros1.test_control_voz_node import connect
 
 DRIVING = ("_sound:=none", "_listening:=true")
 

@@ -9,7 +9,7 @@ import pytest
 from recordings import ROOT
 from ros1.ros import Client, Program, Ros, eventually
 from ros1.test_always_stops import children
-from ros1.test_control_voz import connect
+from ros1.test_control_voz_node import connect
 
 TWIST = {
     "type": "geometry_msgs/Twist",

@@ -7,7 +7,7 @@ import json
 import sys
 import time
 
-from voz.ros2.messages import (
+from voz.ros2.message_types import (
     HeaderMessage,
     Odometry,
     Point,

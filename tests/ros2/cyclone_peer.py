@@ -15,7 +15,7 @@ from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import sequence, uint8
 
-from voz.ros2.messages import TYPE_HASHES, String, TwistMessage
+from voz.ros2.message_types import TYPE_HASHES, String, TwistMessage
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 

@@ -18,7 +18,7 @@ from cyclonedds.idl.types import array, int64, uint8, uint64
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from voz.ros2.messages import TYPE_HASHES, CancelAllGoals, Time
+from voz.ros2.message_types import TYPE_HASHES, CancelAllGoals, Time
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 

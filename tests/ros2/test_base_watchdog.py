@@ -12,7 +12,7 @@ from programs import Program, wait_until
 from recordings import ROOT
 from ros2.conftest import RCLPY
 
-from voz.ros2.messages import TwistMessage, Vector3
+from voz.ros2.message_types import TwistMessage, Vector3
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 

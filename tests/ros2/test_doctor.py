@@ -17,7 +17,7 @@ from cyclonedds.qos import Policy
 from programs import Program, wait_until
 
 from voz.apps.doctor.ros2_base import Ros2Base
-from voz.ros2 import messages
+from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 
@@ -84,7 +84,7 @@ def test_a_base_that_another_program_drives_is_left_alone(
     start: Callable[[float], Program],
 ) -> None:
     base = start(0.5)
-    other = Ros2Node(Ros2()).writer("cmd_vel", messages.TwistMessage)
+    other = Ros2Node(Ros2()).writer("cmd_vel", msg.TwistMessage)
     found = findings(*DRIVE)[BASE]
     assert found["told"] == "another program sends velocities on /cmd_vel too"
     assert base._lines.empty()
@@ -105,12 +105,12 @@ def test_ctrl_c_while_it_drives_ends_it_with_zero(start: Callable[[float], Progr
 
 def test_an_odometry_that_promises_nothing_is_read_too() -> None:
     node = Ros2Node(Ros2())
-    qos = node._qos(messages.Odometry, reliability=Policy.Reliability.BestEffort)
-    odom = DataWriter(node.participant, node._topic("odom", messages.Odometry), qos)
+    qos = node._qos(msg.Odometry, reliability=Policy.Reliability.BestEffort)
+    odom = DataWriter(node.participant, node._topic("odom", msg.Odometry), qos)
     base = Ros2Base(Ros2(), "odom", lambda: 5.0)
-    pose = messages.PoseWithCovariance(messages.Pose(messages.Point(), messages.Quaternion()))
-    speed = messages.TwistWithCovariance(messages.velocity(0.1, 0.2))
-    told = messages.Odometry(messages.header("odom"), "base", pose, speed)
+    pose = msg.PoseWithCovariance(msg.Pose(msg.Point(), msg.Quaternion()))
+    speed = msg.TwistWithCovariance(msg.velocity(0.1, 0.2))
+    told = msg.Odometry(msg.header("odom"), "base", pose, speed)
 
     def arrives() -> object:
         odom.write(told)

@@ -16,7 +16,7 @@ from ros2.conftest import ORDINARY, RCLPY
 
 from voz.events import Partial, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot
-from voz.ros2.messages import CycloneCancelAllGoals
+from voz.ros2.message_types import CycloneCancelAllGoals
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 

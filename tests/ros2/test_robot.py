@@ -18,10 +18,11 @@ from programs import Program, wait_until
 from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.extras import how_to_install
-from voz.ros2 import HEARD_ON_ROS, Ros2Robot, messages
+from voz.ros2 import HEARD_ON_ROS, Ros2Robot
+from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
-from voz.simulation.base import Pose2D
+from voz.simulation.kinematics import Pose2D
 from voz.simulation.world import WorldState
 
 pytestmark = pytest.mark.usefixtures("domain")
@@ -56,18 +57,18 @@ def said(text: str, accepted: bool = True, source: str = "microphone") -> Uttera
 def test_velocities_arrive_exactly() -> None:
     velocities = [(0.1, 0.0), (-0.15, 0.1), (0.0, -1.0), (0.0, 0.0)]
     with opened() as (robot, _):
-        base = reader("cmd_vel", messages.TwistMessage)
+        base = reader("cmd_vel", msg.TwistMessage)
         for linear, angular in velocities:
             robot.receive(Twist(0.0, linear, angular))
     assert heard(base) == [
-        messages.TwistMessage(messages.Vector3(linear, 0, 0), messages.Vector3(0, 0, angular))
+        msg.TwistMessage(msg.Vector3(linear, 0, 0), msg.Vector3(0, 0, angular))
         for linear, angular in velocities
     ]
 
 
 def test_a_stamped_velocity_has_the_time_of_day_and_a_frame() -> None:
     with opened(Ros2(wait=0, stamped=True, frame_id="base")) as (robot, _):
-        base = reader("cmd_vel", messages.TwistStamped)
+        base = reader("cmd_vel", msg.TwistStamped)
         before = time.time_ns()
         robot.receive(Twist(0.0, 0.2, 0.1))
         after = time.time_ns()
@@ -81,7 +82,7 @@ def test_a_stamped_velocity_has_the_time_of_day_and_a_frame() -> None:
 
 def test_the_arm_gets_its_objects() -> None:
     with opened() as (robot, _):
-        arm = reader("selected_object", messages.Int16)
+        arm = reader("selected_object", msg.Int16)
         for value in (1, 2, 100):
             robot.receive(SelectedObject(0.0, value))
     assert [message.data for message in heard(arm)] == [1, 2, 100]
@@ -91,8 +92,8 @@ def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:
     robot = Ros2Robot(Ros2(wait=0, namespace="robot1", frame_id="base"))
     robot.where = lambda t: WorldState(t, Pose2D(t, -0.5, pi / 2), 0.1, -0.2)
     robot.open()
-    odom = reader("/robot1/odom", messages.Odometry)
-    tf = reader("/tf", messages.TFMessage)
+    odom = reader("/robot1/odom", msg.Odometry)
+    tf = reader("/tf", msg.TFMessage)
     before = time.time_ns()
     for t in (1.0, 2.0):
         robot.receive(Twist(t, 0.0, 0.0))
@@ -102,10 +103,10 @@ def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:
     transforms = [transform for message in heard(tf) for transform in message.transforms]
     for t, odometry, transform in zip((1.0, 2.0), heard(odom), transforms, strict=True):
         turned = odometry.pose.pose.orientation
-        assert odometry.pose.pose.position == messages.Point(t, -0.5)
+        assert odometry.pose.pose.position == msg.Point(t, -0.5)
         assert (turned.x, turned.y, turned.z, turned.w) == pytest.approx((0, 0, half, half))
-        assert odometry.twist.twist == messages.velocity(0.1, -0.2)
-        assert transform.transform == messages.Transform(messages.Vector3(t, -0.5), turned)
+        assert odometry.twist.twist == msg.velocity(0.1, -0.2)
+        assert transform.transform == msg.Transform(msg.Vector3(t, -0.5), turned)
         assert transform.header == odometry.header
         assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base")
         assert transform.child_frame_id == "base"
@@ -115,7 +116,7 @@ def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:
 
 def test_without_a_simulated_robot_nothing_tells_where_it_is() -> None:
     with opened():
-        odom = reader("odom", messages.Odometry)
+        odom = reader("odom", msg.Odometry)
         assert not odom.get_matched_publications()
 
 
@@ -130,7 +131,7 @@ def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
         said("Point BEER"),
     ]
     with opened() as (robot, _):
-        others = reader("recognizer/output", messages.String)
+        others = reader("recognizer/output", msg.String)
         for event in events:
             robot.receive(event)
     assert [message.data for message in heard(others)] == ["go back", "point beer"]
@@ -139,9 +140,9 @@ def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
 def test_names_can_be_others_and_stand_in_a_namespace() -> None:
     settings = Ros2(wait=0, namespace="/robot1", cmd_vel="wheels/vel", output="/ears")
     with opened(settings) as (robot, _):
-        base = reader("/robot1/wheels/vel", messages.TwistMessage)
-        arm = reader("/robot1/selected_object", messages.Int16)
-        others = reader("/ears", messages.String)
+        base = reader("/robot1/wheels/vel", msg.TwistMessage)
+        arm = reader("/robot1/selected_object", msg.Int16)
+        others = reader("/ears", msg.String)
         for event in (Twist(0.0, 0.1, 0.0), SelectedObject(0.0, 1), said("stop")):
             robot.receive(event)
     assert [len(heard(one)) for one in (base, arm, others)] == [1, 1, 1]
@@ -149,17 +150,15 @@ def test_names_can_be_others_and_stand_in_a_namespace() -> None:
 
 def test_the_domain_of_the_settings_is_another_one(domain: int) -> None:
     with opened(Ros2(wait=0, domain=domain + 100)) as (robot, _):
-        here, there = (
-            reader("cmd_vel", messages.TwistMessage, domain=d) for d in (None, domain + 100)
-        )
+        here, there = (reader("cmd_vel", msg.TwistMessage, domain=d) for d in (None, domain + 100))
         robot.receive(Twist(0.0, 0.1, 0.0))
         assert [len(heard(here)), len(heard(there))] == [0, 1]
 
 
 def test_diagnostics_come_once_a_second_and_tell_how_it_is() -> None:
     with opened() as (robot, _):
-        monitor = reader("/diagnostics", messages.DiagnosticArray)
-        base = reader("cmd_vel", messages.TwistMessage)
+        monitor = reader("/diagnostics", msg.DiagnosticArray)
+        base = reader("cmd_vel", msg.TwistMessage)
         robot.receive(said("go forward"))
         robot.receive(said("go", accepted=False))
         for cycle in range(31):
@@ -187,7 +186,7 @@ def test_diagnostics_come_once_a_second_and_tell_how_it_is() -> None:
 
 def test_it_waits_for_somebody_to_listen() -> None:
     bases: list[Any] = []
-    later = Timer(0.3, lambda: bases.append(reader("cmd_vel", messages.TwistMessage)))
+    later = Timer(0.3, lambda: bases.append(reader("cmd_vel", msg.TwistMessage)))
     later.start()
     with opened(Ros2(wait=30)) as (robot, told):
         assert robot.lost() is None
@@ -198,7 +197,7 @@ def test_it_waits_for_somebody_to_listen() -> None:
 def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
     with opened() as (robot, told):
         assert robot.lost() == "nobody listens to /cmd_vel"
-        base = reader("cmd_vel", messages.TwistMessage)
+        base = reader("cmd_vel", msg.TwistMessage)
         assert robot.lost() is None
         robot.receive(Twist(1.5, 0.0, 0.0))
         del base
@@ -212,7 +211,7 @@ def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
 
 def test_a_listener_that_wants_the_other_type_is_told_of() -> None:
     with opened() as (robot, _):
-        base = reader("cmd_vel", messages.TwistStamped)
+        base = reader("cmd_vel", msg.TwistStamped)
         robot.receive(Twist(0.0, 0.0, 0.0))
         assert robot.lost() == (
             "a listener to /cmd_vel wants geometry_msgs/msg/TwistStamped, "
@@ -225,7 +224,7 @@ def test_a_listener_that_wants_the_other_type_is_told_of() -> None:
 
 def test_a_listener_that_asks_for_too_much_is_told_of() -> None:
     with opened() as (robot, _):
-        base = reader("cmd_vel", messages.TwistMessage, Policy.Deadline(100_000_000))
+        base = reader("cmd_vel", msg.TwistMessage, Policy.Deadline(100_000_000))
         robot.receive(Twist(0.0, 0.0, 0.0))
         assert "quality of service that is not offered" in (robot.lost() or "")
         del base

@@ -11,7 +11,7 @@ import pytest
 from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
-from voz.ros2 import messages
+from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 
@@ -20,8 +20,8 @@ from voz.settings import Ros2
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
     node = Ros2Node(Ros2())
     base, odom = (
-        node.reader("cmd_vel", messages.TwistMessage),
-        node.reader("odom", messages.Odometry),
+        node.reader("cmd_vel", msg.TwistMessage),
+        node.reader("odom", msg.Odometry),
     )
     run = voz("simulator,ros2")
 
@@ -31,7 +31,7 @@ def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program])
         return bool(places) and places[-1] > 0.75
 
     wait_until(arrived)
-    assert messages.velocity(0.1, 0.0) in base.take(1000)
+    assert msg.velocity(0.1, 0.0) in base.take(1000)
 
 
 @pytest.mark.slow
@@ -51,7 +51,7 @@ def last_velocity(base: DataReader[Any]) -> Callable[[], float | None]:
     def look() -> float | None:
         nonlocal last
         for message in base.take(1000):
-            if isinstance(message, messages.TwistMessage):
+            if isinstance(message, msg.TwistMessage):
                 last = message.linear.x
         return last
 
@@ -60,7 +60,7 @@ def last_velocity(base: DataReader[Any]) -> Callable[[], float | None]:
 
 def driving(voz: Callable[..., Program], *more: str) -> tuple[Program, Callable[[], float | None]]:
     """A run that drives a base, and the last velocity that came to that."""
-    velocity = last_velocity(Ros2Node(Ros2()).reader("cmd_vel", messages.TwistMessage))
+    velocity = last_velocity(Ros2Node(Ros2()).reader("cmd_vel", msg.TwistMessage))
     run = voz("ros2", *more)
 
     def drives() -> bool:

@@ -21,7 +21,7 @@ from voz.control.steps import Step
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.ros2 import Ros2Robot, heard_on_ros
 from voz.settings import Ros2
-from voz.simulation.base import Pose2D
+from voz.simulation.kinematics import Pose2D
 from voz.simulation.world import WorldState
 
 pytestmark = pytest.mark.slow

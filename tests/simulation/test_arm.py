@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from voz.simulation.arm import FOLDED, LINK, SHOULDER_HEIGHT, Joints, pointing, points, turned
-from voz.simulation.base import Pose2D, wrapped
+from voz.simulation.kinematics import Pose2D, wrapped
 
 poses = st.builds(Pose2D, st.floats(0, 5), st.floats(0, 5), st.floats(-pi, pi))
 places = st.tuples(st.floats(0, 5), st.floats(0, 5), st.floats(0, 2))

@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, pointing
-from voz.simulation.base import Pose2D
-from voz.simulation.settings import Simulator
+from voz.simulation.kinematics import Pose2D
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import AWAY, FOLD, WorldState, gap, place_of, start, step
 
 ROOM = Simulator()

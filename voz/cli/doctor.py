@@ -47,7 +47,7 @@ def doctor(
     Example: voz doctor --robot ros2
     """
     from voz.process.standard_streams import quiet_libraries
-    from voz.robot.robots import robot_names
+    from voz.robot.factory import robot_names
 
     settings = options.settings(robot=robot or None)
     robots = robot_names(settings.robot)

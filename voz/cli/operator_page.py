@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from voz.apps.web.site import Site
     from voz.inbox import Inbox
     from voz.language.sentences.command_set import Commands
-    from voz.robot.drawing.view import RoomView
+    from voz.robot.drawing.room_view import RoomView
     from voz.run.clocks import Clock
     from voz.run.live import Page
 

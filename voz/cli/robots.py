@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeAlias
 
 from voz.cli.terminal import tell, warn
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning
 
 if TYPE_CHECKING:
     from voz.config import Config
     from voz.robot.base import Robot
-    from voz.robot.drawing.view import RoomView
+    from voz.robot.drawing.room_view import RoomView
     from voz.robot.simulator import SimulatedRobot
     from voz.run.session import OpenRobots
     from voz.terminal.drawn import DrawnTerminal
@@ -79,8 +79,8 @@ def robots_of(
         settings: each robot has its own table there.
         take: takes the warnings of the robots.
     """
+    from voz.robot.factory import make_robots
     from voz.robot.kinds import RobotSetup
-    from voz.robot.robots import make_robots
     from voz.run.session import OpenRobots
 
     names = _made(plan)
@@ -109,7 +109,7 @@ def _made(plan: RobotPlan) -> list[str]:
 
 def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
     """What tells where the robot is: whichever robot knows."""
-    from voz.robot.mistakes import mistakes_told
+    from voz.robot.user_errors import mistakes_told
 
     def place(t: float) -> Place | None:
         for name, robot in robots.items():
@@ -139,7 +139,7 @@ def _opened(
     robots: Mapping[str, Robot], clocked: bool
 ) -> Iterator[tuple[list[Receiver], Troubles]]:
     """Open robots; gives what takes their events, and what tells of their loss."""
-    from voz.robot.robots import mailboxes, opened
+    from voz.robot.factory import mailboxes, opened
 
     if clocked:
         with mailboxes(robots, warn) as boxes:
@@ -161,7 +161,7 @@ def _drawn(
     if not isinstance(simulated, SimulatedRobot):
         yield None
         return
-    from voz.robot.drawing.view import RoomView
+    from voz.robot.drawing.room_view import RoomView
 
     view = RoomView(simulated, settings.simulator)
     try:
@@ -178,7 +178,7 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
     simulated.come_to_rest()
     trip = simulated.trip()
     if plan.terminal and not plan.clocked:
-        from voz.robot.drawing.view import TripView
+        from voz.robot.drawing.room_view import TripView
 
         plan.terminal.console.print(TripView(trip))
     from voz.robot.drawing import save_animation, save_picture

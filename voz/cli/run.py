@@ -115,14 +115,14 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _has_a_clock(options: Running, settings: Config) -> bool:
-    from voz.robot.robots import have_a_clock, robot_names
+    from voz.robot.factory import have_a_clock, robot_names
 
     return options.live or options.realtime or have_a_clock(robot_names(settings.robot))
 
 
 def _plan(options: Running, settings: Config) -> RobotPlan:
     """Which robots there are; refuses, before the run, what cannot be written after it."""
-    from voz.robot.robots import robot_names
+    from voz.robot.factory import robot_names
 
     stream = sys.stderr if options.events == "-" else sys.stdout
     plan = RobotPlan(

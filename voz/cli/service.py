@@ -85,7 +85,7 @@ def _check(options: list[str]) -> None:
 def _look_at(options: Running) -> None:
     """Refuse names of what is not there; nothing is opened."""
     from voz.recognition.speaker.profiles import load_profile
-    from voz.robot.robots import robot_names
+    from voz.robot.factory import robot_names
 
     options.check()
     settings = options.settings()

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 import msgspec
 from msgspec.structs import replace
 
-from voz.control.bound import Bound, Place, begun, gone_on, reached
+from voz.control.bounded_motion import Bound, Place, begun, gone_on, reached
 from voz.control.motion import Motion, halt, moved
 from voz.control.safety import secured
 from voz.control.steps import Step, filled

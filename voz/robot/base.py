@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.events import Event, Twist, Utterance
 
 if TYPE_CHECKING:

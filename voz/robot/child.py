@@ -1,4 +1,4 @@
-"""The process that a robot has of its own; `voz.robot.process` is the other end of it.
+"""The process that a robot has of its own; `voz.robot.robot_process` is the other end of it.
 
 When no event comes any more the robot is stopped, again and again: for as long as the run is
 silent, and for a while when it has ended without a word.
@@ -18,9 +18,9 @@ import msgspec
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mistakes import mistakes_told, reason, why_lost
-from voz.robot.process import Answer, RobotSpec
-from voz.robot.robots import make_apart
+from voz.robot.factory import make_apart
+from voz.robot.robot_process import Answer, RobotSpec
+from voz.robot.user_errors import mistakes_told, reason, why_lost
 
 SILENCE = 0.5
 """Without an event for so long the run is lost, s: as long as bases wait for a velocity."""

@@ -14,7 +14,7 @@ from voz.events import Warning
 from voz.robot.base import Robot
 
 if TYPE_CHECKING:
-    from voz.robot.process import RobotSpec
+    from voz.robot.robot_process import RobotSpec
 
 
 class RobotSetup(NamedTuple):

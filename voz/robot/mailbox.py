@@ -9,7 +9,7 @@ from collections import deque
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mistakes import in_words, mistakes_told, reason, why_lost
+from voz.robot.user_errors import in_words, mistakes_told, reason, why_lost
 
 ONE_COMMAND = 4
 """What comes before the velocity that a command causes: a partial, the utterance, an object, a

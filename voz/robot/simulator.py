@@ -9,10 +9,10 @@ from typing import NamedTuple
 import msgspec
 from msgspec.structs import replace
 
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, gap, start, step
 
 DT = 0.01

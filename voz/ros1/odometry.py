@@ -6,7 +6,7 @@ import math
 import time
 from typing import Any
 
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.simulation.world import WorldState
 
 ODOM, BASE = "odom", "base_link"

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from voz.config import usual_commands
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals, zero_at_the_end
 from voz.control.table import CommandTable
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
-from voz.robot.process import RobotSpec
+from voz.robot.robot_process import RobotSpec
 from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import Ros1OdometryListener, Ros1OdometryPublisher
 from voz.settings import Ros1

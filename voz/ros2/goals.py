@@ -9,9 +9,9 @@ from uuid import UUID
 
 from cyclonedds.pub import DataWriter
 
-from voz.ros2.listeners import Endpoints
-from voz.ros2.messages import CancelAllGoals, CycloneCancelAllGoals
+from voz.ros2.message_types import CancelAllGoals, CycloneCancelAllGoals
 from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
+from voz.ros2.subscribers import Endpoints
 
 AT_A_TIME = 32
 """So many of those that came are looked at in a beat: the thread that does sends velocities too."""

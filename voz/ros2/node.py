@@ -15,9 +15,9 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from voz.errors import RobotError
+from voz.ros2.cyclone_check import try_out
 from voz.ros2.discovery import cyclone_settings, domain_number
-from voz.ros2.messages import TYPE_HASHES
-from voz.ros2.trial import try_out
+from voz.ros2.message_types import TYPE_HASHES
 from voz.settings import Ros2
 
 Message = TypeVar("Message", bound=IdlStruct)

@@ -6,8 +6,8 @@ import math
 import time
 from collections.abc import Callable
 
-from voz.control.bound import Place
-from voz.ros2 import messages
+from voz.control.bounded_motion import Place
+from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node, write
 from voz.simulation.world import WorldState
 
@@ -32,8 +32,8 @@ class Ros2OdometryPublisher:
             base: the base's own frame.
         """
         self._base = base
-        self._odom = node.writer(ODOM, messages.Odometry)
-        self._tf = node.writer("/tf", messages.TFMessage)
+        self._odom = node.writer(ODOM, msg.Odometry)
+        self._tf = node.writer("/tf", msg.TFMessage)
 
     def publish(self, state: WorldState) -> None:
         """Tell where the robot is now.
@@ -41,31 +41,29 @@ class Ros2OdometryPublisher:
         Raises:
             RobotError: it cannot be published.
         """
-        header = messages.header(ODOM)
+        header = msg.header(ODOM)
         write(self._odom, _odometry(state, header, self._base))
-        write(self._tf, messages.TFMessage([_transform(state, header, self._base)]))
+        write(self._tf, msg.TFMessage([_transform(state, header, self._base)]))
 
 
-def _odometry(state: WorldState, header: messages.HeaderMessage, base: str) -> messages.Odometry:
-    pose = messages.Pose(messages.Point(state.pose.x, state.pose.y), _rotation(state))
-    return messages.Odometry(
+def _odometry(state: WorldState, header: msg.HeaderMessage, base: str) -> msg.Odometry:
+    pose = msg.Pose(msg.Point(state.pose.x, state.pose.y), _rotation(state))
+    return msg.Odometry(
         header,
         base,
-        messages.PoseWithCovariance(pose),
-        messages.TwistWithCovariance(messages.velocity(state.linear, state.angular)),
+        msg.PoseWithCovariance(pose),
+        msg.TwistWithCovariance(msg.velocity(state.linear, state.angular)),
     )
 
 
-def _transform(
-    state: WorldState, header: messages.HeaderMessage, base: str
-) -> messages.TransformStamped:
-    place = messages.Vector3(state.pose.x, state.pose.y)
-    return messages.TransformStamped(header, base, messages.Transform(place, _rotation(state)))
+def _transform(state: WorldState, header: msg.HeaderMessage, base: str) -> msg.TransformStamped:
+    place = msg.Vector3(state.pose.x, state.pose.y)
+    return msg.TransformStamped(header, base, msg.Transform(place, _rotation(state)))
 
 
-def _rotation(state: WorldState) -> messages.Quaternion:
+def _rotation(state: WorldState) -> msg.Quaternion:
     z, w = state.pose.quaternion()
-    return messages.Quaternion(z=z, w=w)
+    return msg.Quaternion(z=z, w=w)
 
 
 class Ros2OdometryListener:
@@ -81,14 +79,14 @@ class Ros2OdometryListener:
             topic: its name.
             clock: tells when a message came, s.
         """
-        self._reader = node.any_reader(topic, messages.Odometry)
+        self._reader = node.any_reader(topic, msg.Odometry)
         self._clock = clock
-        self._newest: tuple[float, messages.Odometry] | None = None
+        self._newest: tuple[float, msg.Odometry] | None = None
 
-    def newest(self) -> tuple[float, messages.Odometry] | None:
+    def newest(self) -> tuple[float, msg.Odometry] | None:
         """What it last said, and when, s; None if nothing. Waits for nothing."""
         for message in self._reader.take(MOST_TAKEN):
-            if isinstance(message, messages.Odometry):  # else it tells that a writer is gone
+            if isinstance(message, msg.Odometry):  # else it tells that a writer is gone
                 self._newest = self._clock(), message
         return self._newest
 

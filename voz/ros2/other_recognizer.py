@@ -18,7 +18,7 @@ from cyclonedds.qos import Policy
 from cyclonedds.sub import DataReader
 from cyclonedds.util import duration
 
-from voz.ros2.messages import String
+from voz.ros2.message_types import String
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 

@@ -6,19 +6,19 @@ import time
 from collections.abc import Callable
 
 from voz.config import usual_commands
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
 from voz.robot.base import Robot
-from voz.ros2 import messages
-from voz.ros2.audience import Audience
-from voz.ros2.diagnostics import Diagnosis
+from voz.ros2 import message_types as msg
+from voz.ros2.diagnosis import Diagnosis
 from voz.ros2.goals import Goals
-from voz.ros2.listeners import Endpoints, Listeners
+from voz.ros2.liveness import Audience
 from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 from voz.ros2.odometry import Ros2OdometryListener, Ros2OdometryPublisher
 from voz.ros2.other_recognizer import HEARD_ON_ROS
+from voz.ros2.subscribers import Endpoints, Listeners
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 
@@ -64,13 +64,12 @@ class Ros2Robot(Robot):
         self._node = node = Ros2Node(settings)
         self._topic = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
-        self._selected_object = node.writer(settings.selected_object, messages.Int16)
+        self._selected_object = node.writer(settings.selected_object, msg.Int16)
         self._others = {
-            topic: node.writer(topic, messages.HOLDS[kind])
-            for topic, kind in self._table.topics.items()
+            topic: node.writer(topic, msg.HOLDS[kind]) for topic, kind in self._table.topics.items()
         }
-        self._output = node.writer(settings.output, messages.String)
-        self._diagnostics = node.writer(settings.diagnostics, messages.DiagnosticArray)
+        self._output = node.writer(settings.output, msg.String)
+        self._diagnostics = node.writer(settings.diagnostics, msg.DiagnosticArray)
         self._goals = Goals(node, settings.cancel)
         if self.where:
             self._odometry = Ros2OdometryPublisher(node, settings.frame_id)
@@ -96,13 +95,13 @@ class Ros2Robot(Robot):
             elif handles != self._names.keys():
                 self._look_around(event.t)
         elif isinstance(event, SelectedObject):
-            write(self._selected_object, messages.Int16(event.value))
+            write(self._selected_object, msg.Int16(event.value))
         elif isinstance(event, Publish):
-            write(self._others[event.topic], messages.HOLDS[type(event.value)](event.value))
+            write(self._others[event.topic], msg.HOLDS[type(event.value)](event.value))
         elif ends_goals(event, self._table.halts):
             self._goals.cancel()
         if isinstance(event, Utterance) and event.obeyed and event.source != HEARD_ON_ROS:
-            write(self._output, messages.String(event.text.lower()))
+            write(self._output, msg.String(event.text.lower()))
 
     def place(self, t: float) -> Place | None:
         """Where the base says that it is."""
@@ -142,4 +141,4 @@ class Ros2Robot(Robot):
     def _diagnose(self, now: float) -> None:
         self._diagnosed = now
         status = self._diagnosis.status(now, list(self._names.values()), self.lost())
-        write(self._diagnostics, messages.DiagnosticArray(messages.header(""), [status]))
+        write(self._diagnostics, msg.DiagnosticArray(msg.header(""), [status]))

@@ -10,8 +10,8 @@ from cyclonedds.qos import Policy
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.process import RobotSpec
-from voz.ros2 import messages
+from voz.robot.robot_process import RobotSpec
+from voz.ros2 import message_types as msg
 from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
 from voz.settings import Ros2
 
@@ -46,7 +46,7 @@ class VelocityTopic:
         self._settings = settings
         self.writer: DataWriter[Any] = node.writer(
             settings.cmd_vel,
-            messages.TwistStamped if settings.stamped else messages.TwistMessage,
+            msg.TwistStamped if settings.stamped else msg.TwistMessage,
             Policy.Deadline(DEADLINE),
             # Asserted by each velocity: a program that hangs is noticed like one that is gone.
             Policy.Liveliness.ManualByTopic(LEASE),
@@ -60,9 +60,9 @@ class VelocityTopic:
 
     def publish(self, event: Twist) -> None:
         """Publish a velocity; raises RobotError as `write` does."""
-        twist = messages.velocity(event.linear, event.angular)
+        twist = msg.velocity(event.linear, event.angular)
         if self._settings.stamped:
-            write(self.writer, messages.stamped(twist, self._settings.frame_id))
+            write(self.writer, msg.stamped(twist, self._settings.frame_id))
         else:
             write(self.writer, twist)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from msgspec.structs import replace
 
 from voz.config import usual_commands
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.control.safety import motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, go_on, obey
 from voz.control.table import CommandTable

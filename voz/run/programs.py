@@ -21,8 +21,8 @@ from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
-from voz.robot.mistakes import in_words, is_by_signal
-from voz.robot.own_code import imported
+from voz.robot.user_code import imported
+from voz.robot.user_errors import in_words, is_by_signal
 from voz.speech.builtin_sounds import BuiltinSound
 
 MOST = 8

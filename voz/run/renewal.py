@@ -10,7 +10,7 @@ from typing import TypeAlias
 from voz.control.table import CommandTable
 from voz.language.generated.language_files import LanguageFiles, name_of_list
 from voz.recognition.recognizer import Recognizer
-from voz.robot.mistakes import reason
+from voz.robot.user_errors import reason
 from voz.run.commands import check_list
 
 LOOK = 1.0

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 from msgspec.structs import replace
 
 from voz.config import Config
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
 from voz.events import Ended, Event, Play, Receiver, Reply, Warning
@@ -31,7 +31,7 @@ from voz.settings import Speech
 from voz.speech.speaker import Speaker
 
 if TYPE_CHECKING:
-    from voz.robot.drawing.view import RoomView
+    from voz.robot.drawing.room_view import RoomView
 
 Odometry: TypeAlias = Callable[[float], Place | None]
 """Returns where the robot is at a time of the run, s, without waiting; None if unknown."""

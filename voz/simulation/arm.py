@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import atan2, copysign, cos, hypot, sin
 from typing import NamedTuple, TypeAlias
 
-from voz.simulation.base import Pose2D, wrapped
+from voz.simulation.kinematics import Pose2D, wrapped
 
 SHOULDER_HEIGHT = 0.35
 """Of the shoulder above the floor, m."""

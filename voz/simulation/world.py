@@ -13,9 +13,9 @@ from msgspec.structs import replace
 
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, Joints, Point, pointing, turned
-from voz.simulation.base import Pose2D, along_arc, respond
+from voz.simulation.kinematics import Pose2D, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 
 OBJECTS = {"beer": 1, "cocacola": 2}
 """What `selected_object` has for the things on the table."""

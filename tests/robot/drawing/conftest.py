@@ -8,7 +8,7 @@ import pytest
 from driving import type_lines
 
 from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 
 Driver = Callable[..., Trip]
 

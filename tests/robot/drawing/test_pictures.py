@@ -19,7 +19,7 @@ from voz.robot.drawing import check_picture, save_picture
 from voz.robot.drawing.scene import Scene
 from voz.robot.simulator import Trip
 from voz.simulation.arm import points
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 
 
 def texts(scene: Scene) -> list[str]:

@@ -11,9 +11,9 @@ from cyclonedds.builtin import BuiltinTopicDcpsPublication
 from voz.apps.doctor.stopping import MeasuredMotion, told_motion
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
-from voz.ros2.listeners import Endpoints, Listeners
 from voz.ros2.node import Ros2Node
 from voz.ros2.odometry import Ros2OdometryListener
+from voz.ros2.subscribers import Endpoints, Listeners
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 

@@ -11,8 +11,8 @@ import msgspec
 from voz.apps.web.board import Record
 from voz.events import Event, SelectedObject, Twist
 from voz.simulation.arm import points
-from voz.simulation.base import Pose2D, along_arc
-from voz.simulation.settings import Simulator
+from voz.simulation.kinematics import Pose2D, along_arc
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
 LONGEST_STEP = 0.5

@@ -16,10 +16,10 @@ from matplotlib.lines import Line2D
 
 from voz.files import atomic_write
 from voz.robot.drawing import shapes
-from voz.robot.drawing.milestones import distance, pointings, seconds_between, time_marks
-from voz.robot.drawing.writing import write_along
+from voz.robot.drawing.label_drawing import write_along
+from voz.robot.drawing.trip_marks import distance, pointings, seconds_between, time_marks
 from voz.robot.simulator import Trip
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
 WIDEST, HIGHEST = 7.8, 6.4

@@ -13,8 +13,8 @@ from matplotlib.ticker import MultipleLocator
 
 from voz.robot.simulator import TripMark
 from voz.simulation.arm import points
-from voz.simulation.base import Pose2D
-from voz.simulation.settings import Simulator
+from voz.simulation.kinematics import Pose2D
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, place_of
 
 WAY, BODY, ARM, SAID, HIT = "#1f4e79", "#cfe0f3", "#c4560a", "#1d7044", "#b3001b"

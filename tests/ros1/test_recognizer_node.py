@@ -15,7 +15,7 @@ from recordings import GO_BACK, ROOT, Recording
 from ros1.ros import Ros, eventually
 
 from voz.inbox import Inbox
-from voz.ros1 import recognizer
+from voz.ros1 import recognizer_node
 
 FORWARD = GO_BACK.with_name("festival_slt__go_forward.flac")
 
@@ -139,9 +139,9 @@ def test_of_two_that_start_it_at_once_only_the_last_one_hears(
         time.sleep(0.1)  # as a microphone takes to be closed
         heard.pop()
 
-    monkeypatch.setattr(recognizer, "make_hearing", lambda *_: hearing())
-    monkeypatch.setattr(recognizer, "read_settings", lambda: None)
-    ears = recognizer._Ears(Inbox({"stop"}), time.monotonic)
+    monkeypatch.setattr(recognizer_node, "make_hearing", lambda *_: hearing())
+    monkeypatch.setattr(recognizer_node, "read_settings", lambda: None)
+    ears = recognizer_node._Ears(Inbox({"stop"}), time.monotonic)
     ears.start()
     with ThreadPoolExecutor(8) as services:
         for starting in [services.submit(ears.start) for _ in range(8)]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.ros2.audience import PATIENCE, Audience
+from voz.ros2.liveness import PATIENCE, Audience
 
 CYCLE = 0.1
 LONG = round(PATIENCE / CYCLE) + 2

@@ -8,10 +8,10 @@ import pytest
 from rich.console import Console, RenderableType
 
 from voz.events import SelectedObject, Twist
-from voz.robot.drawing import view
-from voz.robot.drawing.view import RoomView, TripView
+from voz.robot.drawing import room_view
+from voz.robot.drawing.room_view import RoomView, TripView
 from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.terminal.display import Display
 
 
@@ -23,16 +23,16 @@ def shown(what: RenderableType, width: int, height: int) -> list[str]:
 
 def test_a_trip_fits_the_terminal_and_takes_no_more_lines_than_it_needs(tour: Trip) -> None:
     large = shown(TripView(tour), 200, 100)
-    assert max(map(len, large)) <= view.WIDEST
-    assert len(large) == round(view.WIDEST * 2 * 1.8 / 2.6 / 4) + 1
+    assert max(map(len, large)) <= room_view.WIDEST
+    assert len(large) == round(room_view.WIDEST * 2 * 1.8 / 2.6 / 4) + 1
     small = shown(TripView(tour), 80, 24)
-    assert len(small) == 24 - view.LEFT_FREE
+    assert len(small) == 24 - room_view.LEFT_FREE
     assert "B" in "".join(small)
 
 
 def test_the_room_shows_where_the_robot_is_by_now(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = 100.0
-    monkeypatch.setattr(view.time, "monotonic", lambda: clock)
+    monkeypatch.setattr(room_view.time, "monotonic", lambda: clock)
     robot = SimulatedRobot(Simulator())
     room = RoomView(robot, Simulator())
     before = shown(room, 80, 30)

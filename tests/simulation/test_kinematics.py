@@ -5,7 +5,7 @@ from math import exp, hypot, isclose, pi
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.simulation.base import SETTLED, Pose2D, along_arc, respond, wrapped
+from voz.simulation.kinematics import SETTLED, Pose2D, along_arc, respond, wrapped
 
 velocities = st.floats(-2, 2)
 poses = st.builds(Pose2D, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi - 1e-6))

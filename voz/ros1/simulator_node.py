@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 from voz.events import SelectedObject, Twist
 from voz.robot.simulator import SimulatedRobot
 from voz.ros1.node import Ros1Node, load_rospy
+from voz.ros1.node_program import clock_from_now, run_node
 from voz.ros1.odometry import Ros1OdometryPublisher
 from voz.ros1.parameters import read_settings
-from voz.ros1.program import clock_from_now, run_node
 
 PERIOD = 0.05
 """How often `odom` and `tf` go out, s."""

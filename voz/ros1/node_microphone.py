@@ -14,8 +14,8 @@ from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.inbox import Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
-from voz.ros1.language import find_or_make_language
 from voz.ros1.node import load_rospy
+from voz.ros1.node_language import find_or_make_language
 from voz.ros1.parameters import text
 
 

@@ -17,14 +17,14 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.console import ConsoleRobot
-from voz.robot.kinds import ROBOTS, RobotSetup
-from voz.robot.robots import (
+from voz.robot.factory import (
     have_a_clock,
     mailboxes,
     make_robots,
     opened,
     robot_names,
 )
+from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.simulator import SimulatedRobot
 
 

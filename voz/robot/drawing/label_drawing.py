@@ -13,8 +13,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from voz.robot.drawing import shapes
-from voz.robot.drawing.labels import Points, Rectangle, Wish, place
-from voz.robot.drawing.milestones import TimeMark, pointings, same_place
+from voz.robot.drawing.label_placement import Points, Rectangle, Wish, place
+from voz.robot.drawing.trip_marks import TimeMark, pointings, same_place
 from voz.robot.simulator import Trip, TripMark
 from voz.simulation.world import place_of
 

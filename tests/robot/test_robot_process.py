@@ -20,7 +20,7 @@ from programs import wait_until
 from voz.errors import RobotError
 from voz.events import Reply, Twist, Utterance
 from voz.robot.child import SILENCE
-from voz.robot.process import LONGEST_LINE, RobotProcess, RobotSpec, command
+from voz.robot.robot_process import LONGEST_LINE, RobotProcess, RobotSpec, command
 
 MODULE = """
 import time

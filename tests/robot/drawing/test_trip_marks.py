@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from voz.robot.drawing.milestones import (
+from voz.robot.drawing.trip_marks import (
     MOST_NUMBERS,
     distance,
     pointings,

@@ -8,7 +8,7 @@ from math import ceil, cos, hypot, pi, sin
 from rich.text import Text
 
 from voz.simulation.arm import points
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, place_of
 
 COLUMNS, ROWS = 2, 4

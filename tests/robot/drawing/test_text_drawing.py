@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from rich.console import Console
 
-from voz.robot.drawing.terminal import ARM, BODY, RAY, WALL, WAY, draw_in_text
+from voz.robot.drawing.text_drawing import ARM, BODY, RAY, WALL, WAY, draw_in_text
 from voz.robot.simulator import Trip
 from voz.simulation.arm import Joints
-from voz.simulation.base import Pose2D
-from voz.simulation.settings import Simulator
+from voz.simulation.kinematics import Pose2D
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, start
 
 ROOM = Simulator()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from voz.robot.drawing.labels import NEAR_DISTANCES, Points, Rectangle, Wish, place
+from voz.robot.drawing.label_placement import NEAR_DISTANCES, Points, Rectangle, Wish, place
 
 AREA = Rectangle(0, 0, 500, 300)
 NOTHING: Points = np.empty((0, 2))

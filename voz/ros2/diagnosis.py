@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from voz.events import Event, Twist, Utterance, Warning
 from voz.robot.console import motion_in_words
-from voz.ros2.messages import DiagnosticStatus, KeyValue
+from voz.ros2.message_types import DiagnosticStatus, KeyValue
 
 OK, WARN = 0, 1
 

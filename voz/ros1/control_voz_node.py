@@ -11,11 +11,11 @@ from voz.hearing.sound_watch import SILENT, Silence
 from voz.inbox import Inbox
 from voz.language.generated.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.ros1.driving import drive
+from voz.ros1.control_loop import drive
 from voz.ros1.node import Ros1Node
+from voz.ros1.node_program import run_node
+from voz.ros1.node_replies import replies
 from voz.ros1.parameters import read_settings
-from voz.ros1.program import run_node
-from voz.ros1.replies import replies
 from voz.run.clocks import WallClock
 from voz.run.commands import check_list
 from voz.run.session import warner

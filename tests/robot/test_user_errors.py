@@ -11,9 +11,9 @@ import pytest
 
 from voz.config import Config
 from voz.errors import RobotError, SpeechError
+from voz.robot.factory import make_robots, opened
 from voz.robot.kinds import RobotSetup
-from voz.robot.mistakes import mistakes_told
-from voz.robot.robots import make_robots, opened
+from voz.robot.user_errors import mistakes_told
 
 ARM = "from voz.robot.base import Robot\n\nclass Arm(Robot):\n"
 

@@ -12,10 +12,10 @@ from voz.errors import ConfigError, RobotError
 from voz.robot.base import Robot
 from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.mailbox import Mailbox
-from voz.robot.mistakes import mistakes_told
-from voz.robot.own_code import imported
-from voz.robot.process import RobotProcess, RobotSpec
+from voz.robot.robot_process import RobotProcess, RobotSpec
 from voz.robot.slow import SlowRobot
+from voz.robot.user_code import imported
+from voz.robot.user_errors import mistakes_told
 
 
 def have_a_clock(names: Sequence[str]) -> bool:

@@ -13,11 +13,11 @@ from voz.hearing.microphone_thread import Hearing
 from voz.hearing.sound_watch import SILENT
 from voz.inbox import End, Halt, Inbox, Rehearsal
 from voz.process.signals import defer_signals
-from voz.ros1.driving import logged
-from voz.ros1.microphone import make_hearing
+from voz.ros1.control_loop import logged
 from voz.ros1.node import Ros1Node
+from voz.ros1.node_microphone import make_hearing
+from voz.ros1.node_program import run_node
 from voz.ros1.parameters import read_settings
-from voz.ros1.program import run_node
 from voz.run.clocks import WallClock
 from voz.run.session import raise_if_any
 

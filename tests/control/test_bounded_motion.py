@@ -10,7 +10,7 @@ from hypothesis import given, reject
 from hypothesis import strategies as st
 
 from voz.config import Config
-from voz.control.bound import Place
+from voz.control.bounded_motion import Place
 from voz.control.state_machine import GivenCommand, State, go_on, obey
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError

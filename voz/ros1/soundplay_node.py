@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 
 from voz.errors import VozError
 from voz.ros1.node import Ros1Node, load_rospy
-from voz.ros1.program import run_node
+from voz.ros1.node_program import run_node
 from voz.ros1.sound_request import (
     ALL,
     ONCE,

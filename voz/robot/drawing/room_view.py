@@ -10,9 +10,9 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
 from voz.events import Event, Twist
-from voz.robot.drawing.terminal import COLUMNS, MOST_PLACES, ROWS, draw_in_text
+from voz.robot.drawing.text_drawing import COLUMNS, MOST_PLACES, ROWS, draw_in_text
 from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.settings import Simulator
+from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
 WIDEST = 76

@@ -8,7 +8,7 @@ from ros1.ros import Ros
 
 HANGS = """
 import atexit, os, signal, threading, time
-from voz.ros1.program import run_node
+from voz.ros1.node_program import run_node
 
 def work(node):
     threading.Thread(target=time.sleep, args=(600,), name="voz-hearing", daemon=True).start()

@@ -15,8 +15,8 @@ from voz.inbox import End, Inbox
 from voz.language.sentences.command_set import Commands
 from voz.printable import printable
 from voz.robot.console import in_words
-from voz.robot.process import RobotProcess, RobotSpec
-from voz.robot.robots import mailboxes
+from voz.robot.factory import mailboxes
+from voz.robot.robot_process import RobotProcess, RobotSpec
 from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot

@@ -19,7 +19,7 @@ from machine import machine, peak_megabytes
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz.language.build import build
-from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.formats.text_lines import MAX_TEXT_BYTES
 from voz.language.generated.language_files import LanguageFiles, read_commands
 from voz.language.pronunciation.lexicon import read_cmudict
 
@@ -62,7 +62,7 @@ def large_list() -> str:
     sentences = [*pairs, *triples][:LARGE_SENTENCES]
     text = "".join(f"{sentence}\n" for sentence in sentences)
     assert len(sentences) == LARGE_SENTENCES
-    assert len(text) <= MAX_BYTES
+    assert len(text) <= MAX_TEXT_BYTES
     return text
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from voz.language.compiling.compile_templates import Compiled, compiled
+from voz.language.compiling.compile_templates import CompiledTemplates, compile_templates
 from voz.language.formats.template_list import parse_templates
 from voz.language.sentences.command_set import Commands
 
 
-def compile_text(text: str) -> Compiled:
-    return compiled(parse_templates(text.encode(), "l.txt"))
+def compile_text(text: str) -> CompiledTemplates:
+    return compile_templates(parse_templates(text.encode(), "l.txt"))
 
 
 def commands_of(text: str) -> Commands:

@@ -193,9 +193,9 @@ def test_what_pocketsphinx_finds_alone_has_no_score(
 def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) -> None:
     two = loaded._replace(commands=plain_commands(["stop", "stop speech"]))
     interpreter = Interpreter(two, ONE_EAR, Profile(), learning=False)
-    assert interpreter.may_go_on("stop")
-    assert not interpreter.may_go_on("stop speech")
-    assert not interpreter.may_go_on("sto")
+    assert interpreter.has_continuation("stop")
+    assert not interpreter.has_continuation("stop speech")
+    assert not interpreter.has_continuation("sto")
 
 
 def test_nothing_is_learnt_unless_it_was_made_to(

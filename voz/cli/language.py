@@ -101,13 +101,13 @@ def _check_expected(given: Given, folder: Path) -> None:
     """Tell of the sentences in `tests.txt` that are not as they should be, and end if there are."""
     from voz.errors import CommandsError
     from voz.files import read_bytes
-    from voz.language.formats.expected_sentences import EXPECTED, disappointments
+    from voz.language.formats.expected_sentences import EXPECTED_SENTENCES_FILE, failed_expectations
 
-    path = folder / EXPECTED
+    path = folder / EXPECTED_SENTENCES_FILE
     if not path.is_file():
         return
     data = read_bytes(path, CommandsError, "give a readable text file")
-    failed = list(disappointments(given.commands, data, str(path)))
+    failed = list(failed_expectations(given.commands, data, str(path)))
     for line in failed[:MOST_TOLD]:
         tell(line)
     if len(failed) > MOST_TOLD:

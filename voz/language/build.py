@@ -17,7 +17,7 @@ from voz.errors import LanguageError
 from voz.files import atomic_write
 from voz.language.acoustics.spoken_language import Spoken
 from voz.language.command_source import Given, closest, read_list
-from voz.language.formats.text_lines import at_most
+from voz.language.formats.text_lines import summarize_warnings
 from voz.language.generated.file_checks import fingerprint, locked
 from voz.language.generated.jsgf_grammar import jsgf
 from voz.language.generated.language_files import PACKAGED, LanguageFiles, read_sentences
@@ -188,7 +188,7 @@ def _guess_warnings(given: Given) -> tuple[str, ...]:
         f"{given.name}: {len(each)} words are in no dictionary and their pronunciations are "
         f"guesses (see {name}): correct them in {PRONUNCIATIONS} beside the list"
     )
-    return at_most(each, summary)
+    return summarize_warnings(each, summary)
 
 
 def _alike_warnings(given: Given, every: bool) -> tuple[str, ...]:

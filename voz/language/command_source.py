@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from voz.errors import CommandsError
 from voz.files import read_bytes
 from voz.language.acoustics.spoken_language import Spoken
-from voz.language.compiling.compile_templates import Compiled
-from voz.language.compiling.compile_templates import compiled as compile_templates
+from voz.language.compiling.compile_templates import CompiledTemplates, compile_templates
 from voz.language.formats.plain_list import CommandList, parse_commands
 from voz.language.formats.template_files import is_templates, read_templates
 from voz.language.formats.template_list import has_templates, parse_templates
-from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.formats.text_lines import MAX_TEXT_BYTES
 from voz.language.pronunciation.dictionaries import pronounce_by
 from voz.language.pronunciation.letter_to_sound import guess
 from voz.language.pronunciation.lexicon import (
@@ -30,7 +29,7 @@ from voz.language.pronunciation.lexicon import (
     read_cmudict,
 )
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.location import wrong
+from voz.language.sentences.location import error_at
 from voz.language.sentences.template_source import TemplateSource
 from voz.language.similarity import alike_report as alike
 from voz.language.similarity.alike_picture import MOST_PICTURED, draw
@@ -64,7 +63,7 @@ class Given(NamedTuple):
     entries: dict[str, LexiconEntry]
     places: Mapping[str, str]
     warnings: tuple[str, ...]
-    compiled: Compiled | None = None
+    compiled: CompiledTemplates | None = None
     spoken: Spoken | None = None
     read: Mapping[Path, bytes] = MappingProxyType({})
 
@@ -101,7 +100,7 @@ def list_of(lines: Iterable[str]) -> Given:
         return _of_sentences(parse_commands(data, IN_NO_FILE))
     source = parse_templates(data, IN_NO_FILE)
     for name, place in source.imports:
-        raise wrong(place, f"only a file imports others; put the lines of {name} here")
+        raise error_at(place, f"only a file imports others; put the lines of {name} here")
     return _of_templates(source, {})
 
 
@@ -124,7 +123,14 @@ def _of_templates(
     places = {word: place for word, place in compiled.places.items() if word in words}
     entries, spoken = _pronounced(folder, places, language), language and language.spoken
     return Given(
-        source.name, compiled.commands, entries, places, compiled.warnings, compiled, spoken, read
+        source.name,
+        compiled.commands,
+        entries,
+        places,
+        compiled.warnings,
+        compiled,
+        spoken,
+        read,
     )
 
 
@@ -194,4 +200,4 @@ def _phones(entries: Mapping[str, LexiconEntry]) -> dict[str, tuple[str, ...]]:
 
 
 def _read_text(path: Path) -> bytes:
-    return read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
+    return read_bytes(path, CommandsError, "give a readable text file", MAX_TEXT_BYTES)

@@ -66,7 +66,7 @@ class Decoder:
             elif language.commands.few:
                 self._decoder.add_jsgf_file("commands", str(source))
             else:  # the grammar says the same, and takes a hundred times the memory
-                arcs, end = as_fsg(language.commands.network)
+                arcs, end = as_fsg(language.commands.automaton)
                 found = self._decoder.create_fsg("commands", 0, end, arcs)
                 self._decoder.add_fsg("commands", found)
             self._decoder.activate_search("commands")

@@ -124,9 +124,9 @@ class Interpreter:
         """Tell whether a command is sure enough to be obeyed, by what is around it."""
         return self._accepts(heard.text, in_company(heard.sure, around))
 
-    def may_go_on(self, text: str) -> bool:
+    def has_continuation(self, text: str) -> bool:
         """Tell whether a longer command begins with this one."""
-        return bool(text) and self.commands.may_go_on(text)
+        return bool(text) and self.commands.has_continuation(text)
 
     def another_name(self, text: str) -> str | None:
         """Give the name of a sentence's command, where it is not the sentence itself."""

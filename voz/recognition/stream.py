@@ -97,7 +97,7 @@ class Stream:
 
     def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
         heard = self._paused = self._interpreter.understand(segment)
-        if self._surely(heard, around) and not self._interpreter.may_go_on(heard.text):
+        if self._surely(heard, around) and not self._interpreter.has_continuation(heard.text):
             self._segmenter.cut()
             self._paused = None
             yield from self._tell(heard, around, segment.decided)

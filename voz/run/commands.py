@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from voz.control.table import CommandTable, check_commands
 from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import without_accents
+from voz.language.sentences.spelling import strip_accents
 
 MOST_LOOKED_AT = 64
 """Sentences of a command that are looked at."""
@@ -31,7 +31,7 @@ def check_list(commands: Commands, table: CommandTable, where: str) -> None:
                 why = f"uses the slot {min(missing)}, which {where} does not give it; {have}"
                 raise table.wrong(state, name, why)
     stops = commands.named(table.stops, MOST_LOOKED_AT)
-    after = {name for stop in stops for name in commands.going_on(stop)}
+    after = {name for stop in stops for name in commands.continuing_commands(stop)}
     check_commands(table, commands.names, after, where)
 
 
@@ -52,8 +52,8 @@ def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
 
 def with_its_accents(commands: Commands, name: str) -> str | None:
     """Find the command of a list that differs from a name in accents alone; None if none does."""
-    plain = without_accents(name)
-    return next((other for other in commands.names if without_accents(other) == plain), None)
+    plain = strip_accents(name)
+    return next((other for other in commands.names if strip_accents(other) == plain), None)
 
 
 def _slots(commands: Commands, name: str) -> set[str]:

@@ -59,4 +59,4 @@ class TextCommands:
         """
         commands = self._commands()
         parse = commands.parse(text)
-        return not (parse and parse.command in self._inbox.halts) and commands.is_begun(text)
+        return not (parse and parse.command in self._inbox.halts) and commands.is_typed_prefix(text)

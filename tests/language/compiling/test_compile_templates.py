@@ -138,13 +138,13 @@ LAUGHS += "<l20> = ha\n"
         ("{a} and {a}\na = b", 'l.txt:1:10: the slot "a" is twice in one sentence'),
         ("[please] [go]", "l.txt:1:1: all of it may be left out"),
         ("on: go\noff: [please] go", '"go" is a sentence of "on" already (l.txt:1:1)'),
-        (" ".join(["(a|b)"] * 31), "has up to 31 words, more than 30"),
+        (" ".join(["(a|b)"] * 31), "has up to 31 words; at most 30"),
         (" ".join(["(a|b|c|d|e|f|g|h|i|j)"] * 11), "sentences, more than can be told apart"),
         ("a = b", "l.txt: holds no command"),
         ("light {a}s\na = b", "l.txt:1:10: only letters can touch a word, as in light[s]"),
         ("go <r0>\n" + CHAIN, "names hold each other; use fewer"),
         (CHAIN + "go <r0>\n" + "<r90> = x\n", "names hold each other; use fewer"),
-        (LAUGHS, "more than 30; make the command shorter"),
+        (LAUGHS, "at most 30 are allowed"),
         ("go (" + "x" * 41 + ")", "has 41 letters, more than 40"),
     ],
 )
@@ -162,8 +162,8 @@ def test_the_line_is_shown_with_a_caret() -> None:
 
 def test_names_that_nobody_uses_are_named() -> None:
     assert compile_text("stop\ncolour = red\n<polite> = please").warnings == (
-        "l.txt:2:1: nobody uses the list {colour}; use or remove it",
-        "l.txt:3:1: nobody uses the rule <polite>; use or remove it",
+        "l.txt:2:1: list {colour} is never used; remove it",
+        "l.txt:3:1: rule <polite> is never used; remove it",
     )
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from voz import CommandsError
 from voz.language.formats.plain_list import parse_commands
-from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.formats.text_lines import MAX_TEXT_BYTES
 from voz.language.sentences.spelling import normalize
 
 
@@ -57,11 +57,11 @@ def test_each_word_has_the_place_where_it_first_stands():
         (b"go\0back", "l:1: the character U+0000 cannot be spoken; remove it"),
         (b"go\x0bback", "U+000B"),
         (b"stop\ncaf\xe9", "l:2: is not UTF-8 text; save the file as UTF-8"),
-        (b"a " * 13, "l:1: has 13 words, more than 12; make the command shorter"),
+        (b"a " * 13, "l:1: has 13 words; at most 12 are allowed"),
         (b"a" * 41, "has 41 letters, more than 40; write it as several words"),
         (b"", "l: holds no command; write one sentence a line"),
         (b"# nothing\n \n", "l: holds no command"),
-        (b"\n" * (MAX_BYTES + 1), "l: is larger than 1,000,000 bytes; make it smaller"),
+        (b"\n" * (MAX_TEXT_BYTES + 1), "l: is larger than 1,000,000 bytes; make it smaller"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_what_to_do(data: bytes, message: str):
@@ -72,7 +72,7 @@ def test_what_cannot_be_used_is_refused_with_what_to_do(data: bytes, message: st
 
 def test_twelve_words_and_one_million_bytes_are_accepted():
     line = b"a a a a a a a a a a a a"
-    assert parse_commands(line.ljust(MAX_BYTES), "l").sentences == (line.decode(),)
+    assert parse_commands(line.ljust(MAX_TEXT_BYTES), "l").sentences == (line.decode(),)
 
 
 @given(st.one_of(st.binary(), st.text().map(str.encode)))

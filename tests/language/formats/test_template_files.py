@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz import CommandsError
-from voz.language.compiling.compile_templates import compiled
-from voz.language.formats.template_files import OTHERS, is_templates, read_templates
+from voz.language.compiling.compile_templates import compile_templates
+from voz.language.formats.template_files import PARSERS, is_templates, read_templates
 from voz.language.sentences.command_set import Commands
 
 
 def load(path: Path, text: str) -> Commands:
     path.write_text(text)
-    return compiled(read_templates(path)[0]).commands
+    return compile_templates(read_templates(path)[0]).commands
 
 
 def parses(commands: Commands, *texts: str) -> list[tuple[str, dict[str, object]] | None]:
@@ -280,7 +280,7 @@ MARKS = "[](){}<>|;:=\"'$@,.-\n ax1"
 
 
 @given(
-    st.sampled_from(sorted(OTHERS)),
+    st.sampled_from(sorted(PARSERS)),
     st.sampled_from([RHASSPY.replace("$room", "hall"), HASSIL, RHINO, JSGF]),
     st.lists(
         st.tuples(st.integers(0, 500), st.sampled_from("[](){}<>|;:=\"'$@,.-\n ax1")), max_size=4

@@ -13,9 +13,9 @@ from pocketsphinx import Config, Decoder, get_model_path
 from voz import CommandsError, LanguageError
 from voz.language.generated.fsg import as_fsg
 from voz.language.generated.template_grammar import structured_jsgf
-from voz.language.sentences.automaton import tree
+from voz.language.sentences.automaton import prefix_tree
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.letter_distance import Letters
+from voz.language.sentences.letter_distance import LetterDistances
 from voz.language.sentences.neighbors import nearest
 from voz.language.similarity.word_distances import WordDistances
 
@@ -87,8 +87,8 @@ def test_what_is_no_sentence_has_no_parse(text: str) -> None:
             sentence = " ".join(words)
             assert (commands.parse(sentence) is not None) == (sentence in listed)
             longer = any(one.startswith(f"{sentence} ") for one in listed)
-            assert commands.may_go_on(sentence) == longer
-            assert commands.is_begun(sentence.upper()) == longer
+            assert commands.has_continuation(sentence) == longer
+            assert commands.is_typed_prefix(sentence.upper()) == longer
 
 
 @settings(max_examples=30)
@@ -120,7 +120,7 @@ def test_every_sentence_is_in_the_grammar_that_the_decoder_searches(
 ) -> None:
     commands = commands_or_none(text)
     if commands:
-        arcs, end = as_fsg(commands.network)
+        arcs, end = as_fsg(commands.automaton)
         written = structured_jsgf([one.expression for one in compile_text(text).templates])
         for searched in (decoder.create_fsg("any", 0, end, arcs), decoder.parse_jsgf(written)):
             for sentence in commands.sample(20):
@@ -130,8 +130,8 @@ def test_every_sentence_is_in_the_grammar_that_the_decoder_searches(
 
 
 def test_weights_make_every_sentence_as_likely() -> None:
-    network = commands_of("a (b|c|d)\na\n[z] x").network
-    arcs, end = as_fsg(network)
+    automaton = commands_of("a (b|c|d)\na\n[z] x").automaton
+    arcs, end = as_fsg(automaton)
     found: dict[int, float] = {}
 
     def follow(state: int, probability: float, words: int) -> None:
@@ -150,7 +150,7 @@ def test_a_billion_sentences_are_counted_and_found() -> None:
     commands = commands_of(" ".join([digits] * 9) + "\nstop")
     assert len(commands) == 10**9 + 1
     assert all(commands.parse(text) for text in commands.sample(50))
-    assert len(commands.network.arcs) < 20
+    assert len(commands.automaton.arcs) < 20
     with pytest.raises(LanguageError, match="too many"):
         list(commands)
     assert {word for text in commands.examples() for word in text.split()} == set(
@@ -214,8 +214,8 @@ def test_a_plain_list_keeps_its_order_and_names_its_commands() -> None:
     parse = commands.parse("go back")
     assert parse
     assert (parse.command, parse.slots) == ("go back", {})
-    assert commands.may_go_on("stop")
-    assert not commands.may_go_on("go back")
+    assert commands.has_continuation("stop")
+    assert not commands.has_continuation("go back")
 
 
 def test_the_nearest_in_sound_come_first() -> None:
@@ -246,7 +246,10 @@ def test_the_sentences_of_a_command_are_found_the_shortest_first() -> None:
 def test_all_that_differ_in_one_word_are_neighbors(sentences: set[str]) -> None:
     listed = sorted(sentences)
     said, *others = listed
-    near = {found.sentence for found in nearest(tree(listed), said.split(), Letters(), 100, 1)}
+    near = {
+        found.sentence
+        for found in nearest(prefix_tree(listed), said.split(), LetterDistances(), 100, 1)
+    }
     assert near == {other for other in others if one_change(said.split(), other.split())}
 
 

@@ -7,26 +7,36 @@ from itertools import islice
 from typing import NamedTuple
 
 from voz.errors import CommandsError
-from voz.language.compiling.joining import MOST_STATES, Shared, TooManyStatesError, join
-from voz.language.compiling.layout import MOST_ARCS, TooManyArcsError, reader
+from voz.language.compiling.joining import (
+    MAX_JOINED_STATES,
+    SharedSentence,
+    TooManyStatesError,
+    join_readers,
+)
+from voz.language.compiling.layout import MAX_TEMPLATE_ARCS, TooManyArcsError, lay_out
 from voz.language.compiling.resolve import resolve
-from voz.language.formats.text_lines import at_most
+from voz.language.formats.text_lines import summarize_warnings
 from voz.language.sentences.command_set import Commands, Meaning
-from voz.language.sentences.expression import Expression, Named, Numbers, Word
-from voz.language.sentences.expression_size import Size, plainest, size
-from voz.language.sentences.location import wrong
-from voz.language.sentences.number_range import in_words
+from voz.language.sentences.expression import Expression, NumberRange, ResolvedReference, Word
+from voz.language.sentences.expression_size import Size, default_name, size
+from voz.language.sentences.location import error_at
+from voz.language.sentences.number_range import tagged_wordings
 from voz.language.sentences.references import inside
-from voz.language.sentences.slot_reader import Reader
-from voz.language.sentences.template_source import Definition, Template, TemplateSource, shown
+from voz.language.sentences.slot_reader import SlotReader
+from voz.language.sentences.template_source import (
+    Definition,
+    Template,
+    TemplateSource,
+    reference_text,
+)
 
-MOST_WORDS = 30
+MAX_TEMPLATE_WORDS = 30
 """Of a sentence; a plain one of a list has at most 12."""
 
-MOST_SENTENCES = 10**10
+MAX_SENTENCES = 10**10
 """No ear tells more apart."""
 
-MOST_READINGS = 50
+MAX_READINGS = 50
 """Of an ambiguous sentence that are looked at."""
 
 
@@ -48,7 +58,7 @@ class LineCost(NamedTuple):
     used_by: int
 
 
-class Compiled(NamedTuple):
+class CompiledTemplates(NamedTuple):
     """What templates were compiled to.
 
     Attributes:
@@ -66,7 +76,7 @@ class Compiled(NamedTuple):
     costs: Sequence[LineCost]
 
 
-def compiled(source: TemplateSource) -> Compiled:
+def compile_templates(source: TemplateSource) -> CompiledTemplates:
     """Compile templates.
 
     Args:
@@ -81,15 +91,15 @@ def compiled(source: TemplateSource) -> Compiled:
     _check_sizes(templates)
     readers = [_reader(template) for template in templates]
     try:
-        network, shared = join(readers)
+        automaton, shared = join_readers(readers)
     except TooManyStatesError:
         raise CommandsError(
-            f"{source.name}: has more than {MOST_STATES:,} places where words go on differently; "
+            f"{source.name}: has more than {MAX_JOINED_STATES:,} states; "
             "make lists shorter, or begin templates with different words"
         ) from None
     meanings = [
         Meaning(
-            template.command or plainest(template.expression),
+            template.command or default_name(template.expression),
             dict(template.constants),
             one if _has_slots(one) else None,
         )
@@ -97,11 +107,11 @@ def compiled(source: TemplateSource) -> Compiled:
     ]
     told = [line for one in shared for line in _ambiguous(one, templates, meanings)]
     summary = f"{source.name}: {len(told)} sentences are there twice, or can be read in two ways"
-    warnings = (*warnings, *at_most(told, summary))
+    warnings = (*warnings, *summarize_warnings(told, summary))
     states = [len(one.arcs) for one in readers]
-    commands = Commands(network, meanings)
+    commands = Commands(automaton, meanings)
     costs = [*_costs_of_templates(templates, commands, states), *_costs_of_names(source, templates)]
-    return Compiled(commands, templates, warnings, _places(source), costs)
+    return CompiledTemplates(commands, templates, warnings, _places(source), costs)
 
 
 def _check_sizes(templates: Iterable[Template]) -> None:
@@ -110,48 +120,48 @@ def _check_sizes(templates: Iterable[Template]) -> None:
     for template in templates:
         ways, longest = size(template.expression, known)
         total += ways
-        if longest > MOST_WORDS:
-            raise wrong(
+        if longest > MAX_TEMPLATE_WORDS:
+            raise error_at(
                 template.place,
-                f"has up to {longest} words, more than {MOST_WORDS}; make the command shorter",
+                f"has up to {longest} words; at most {MAX_TEMPLATE_WORDS} are allowed",
             )
-        if total > MOST_SENTENCES:
-            raise wrong(
+        if total > MAX_SENTENCES:
+            raise error_at(
                 template.place,
                 f"this makes {total:,} sentences, more than can be told apart; make lists shorter "
-                f"or leave options out: at most {MOST_SENTENCES:,}",
+                f"or leave options out: at most {MAX_SENTENCES:,}",
             )
 
 
-def _reader(template: Template) -> Reader:
+def _reader(template: Template) -> SlotReader:
     try:
-        laid_out = reader(template.expression)
+        laid_out = lay_out(template.expression)
     except TooManyArcsError:
-        raise wrong(
+        raise error_at(
             template.place,
-            f"has more than {MOST_ARCS:,} words with its lists and options written out; "
+            f"has more than {MAX_TEMPLATE_ARCS:,} words with its lists and options written out; "
             "use fewer lists in one template",
         ) from None
     if 0 in laid_out.ends:
-        raise wrong(
+        raise error_at(
             template.place, 'all of it may be left out; take the "[...]" away from one part'
         )
     return laid_out
 
 
-def _has_slots(one: Reader) -> bool:
+def _has_slots(one: SlotReader) -> bool:
     return any(marks for arcs in one.arcs for found in arcs.values() for _, marks in found)
 
 
 def _ambiguous(
-    shared: Shared, templates: Sequence[Template], meanings: Sequence[Meaning]
+    shared: SharedSentence, templates: Sequence[Template], meanings: Sequence[Meaning]
 ) -> Iterator[str]:
     """Refuse or warn of a sentence that two templates give, or one in two ways."""
     first, second = templates[shared.first], templates[shared.second]
     words = shared.sentence.split()
     if first is second:
         slots = meanings[shared.first].reader
-        readings = islice(slots.readings(words), MOST_READINGS) if slots else ()
+        readings = islice(slots.readings(words), MAX_READINGS) if slots else ()
         different = list(dict.fromkeys(map(_in_words, readings)))
         if len(different) > 1:
             yield (
@@ -163,7 +173,7 @@ def _ambiguous(
     if one == other:
         yield f'{second.place}: "{shared.sentence}" is there twice (first in {first.place})'
         return
-    raise wrong(
+    raise error_at(
         second.place,
         f'"{shared.sentence}" is a sentence of "{one[0]}" already ({first.place}); '
         "take it out of one of them",
@@ -192,8 +202,8 @@ def _places(source: TemplateSource) -> dict[str, str]:
 def _words(item: Expression) -> Iterator[str]:
     if isinstance(item, Word):
         yield item.text
-    elif isinstance(item, Numbers):
-        yield from _words(in_words(item))
+    elif isinstance(item, NumberRange):
+        yield from _words(tagged_wordings(item))
     for inner in inside(item):
         yield from _words(inner)
 
@@ -201,9 +211,9 @@ def _words(item: Expression) -> Iterator[str]:
 def _costs_of_templates(
     templates: Sequence[Template], commands: Commands, states: Sequence[int]
 ) -> Iterator[LineCost]:
-    sentences = commands.network.of_labels
+    sentences = commands.automaton.counts_by_label
     for number, template in enumerate(templates):
-        name = template.command or plainest(template.expression)
+        name = template.command or default_name(template.expression)
         place = f"{template.place.file}:{template.place.line}"
         yield LineCost(name, place, sentences.get(number, 0), states[number], 1)
 
@@ -221,11 +231,11 @@ def _costs_of_names(source: TemplateSource, templates: Sequence[Template]) -> It
         place = f"{definition.place.file}:{definition.place.line}"
         if (kind, name) in ways:
             used_by = holding[kind, name]
-            yield LineCost(shown(kind, name), place, ways[kind, name], 0, used_by)
+            yield LineCost(reference_text(kind, name), place, ways[kind, name], 0, used_by)
 
 
-def _names(item: Expression, seen: set[int]) -> Iterator[Named]:
-    if isinstance(item, Named):
+def _names(item: Expression, seen: set[int]) -> Iterator[ResolvedReference]:
+    if isinstance(item, ResolvedReference):
         if id(item) in seen:
             return
         seen.add(id(item))

@@ -1,4 +1,4 @@
-"""Many templates as one network, and the sentences that two of them give; pure."""
+"""Many templates as one automaton, and the sentences that two of them give; pure."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from voz.language.sentences.automaton import NONE, Arcs, Network, minimal
-from voz.language.sentences.slot_reader import Reader
+from voz.language.sentences.automaton import NO_LABEL, Arcs, Automaton, minimized
+from voz.language.sentences.slot_reader import SlotReader
 
-MOST_STATES = 300_000
+MAX_JOINED_STATES = 300_000
 """Before those are merged that are alike; more take minutes and gigabytes."""
 
 
-class Shared(NamedTuple):
+class SharedSentence(NamedTuple):
     """A sentence that two templates give, or one in two ways.
 
     Attributes:
@@ -31,27 +31,27 @@ class TooManyStatesError(Exception):
     """The templates together are too many."""
 
 
-def join(readers: Sequence[Reader]) -> tuple[Network, list[Shared]]:
-    """Make one network of templates: the subset construction.
+def join_readers(readers: Sequence[SlotReader]) -> tuple[Automaton, list[SharedSentence]]:
+    """Make one automaton of templates: the subset construction.
 
     Args:
         readers: the templates; of those that give the same sentence the first has it.
 
     Returns:
-        The network, whose labels are the templates' numbers, and which sentences are ambiguous.
+        The automaton, whose labels are the templates' numbers, and which sentences are ambiguous.
 
     Raises:
         TooManyStatesError: they are too many.
     """
     joining = _Joining(readers)
     joining.join()
-    return minimal(joining.arcs, joining.labels), list(joining.shared.values())
+    return minimized(joining.arcs, joining.labels), list(joining.shared.values())
 
 
 class _Joining:
-    """The states of all readers under one numbering, and those of the network made of them."""
+    """The states of all readers under one numbering, and those of the automaton made of them."""
 
-    def __init__(self, readers: Sequence[Reader]) -> None:
+    def __init__(self, readers: Sequence[SlotReader]) -> None:
         self.begins: list[int] = []
         self.steps: list[dict[str, list[int]]] = []
         self.ends: dict[int, int] = {}
@@ -65,13 +65,13 @@ class _Joining:
             )
         self.arcs: Arcs = []
         self.labels: list[int] = []
-        self.shared: dict[tuple[int, int], Shared] = {}
+        self.shared: dict[tuple[int, int], SharedSentence] = {}
         self._numbers: dict[tuple[int, ...], int] = {}
         self._todo: list[tuple[int, ...]] = []
         self._before: list[tuple[int, str]] = []  # one way to each state
 
     def join(self) -> None:
-        self._number(tuple(self.begins), (NONE, ""))
+        self._number(tuple(self.begins), (NO_LABEL, ""))
         for state, members in enumerate(self._todo):
             self._end(state, [member for member in members if member in self.ends])
             following: dict[str, list[int]] = {}
@@ -91,7 +91,7 @@ class _Joining:
     def _number(self, members: tuple[int, ...], before: tuple[int, str]) -> int:
         known = self._numbers.get(members)
         if known is None:
-            if len(self._todo) == MOST_STATES:
+            if len(self._todo) == MAX_JOINED_STATES:
                 raise TooManyStatesError
             known = self._numbers[members] = len(self._todo)
             self._todo.append(members)
@@ -101,7 +101,7 @@ class _Joining:
     def _end(self, state: int, ended: Sequence[int]) -> None:
         """Note whose sentence ends in a state, and whose it might be too."""
         labels = sorted(self.ends[member] for member in ended)
-        self.labels.append(labels[0] if labels else NONE)
+        self.labels.append(labels[0] if labels else NO_LABEL)
         for other in labels[1:]:
             self._share(state, ended[0], (labels[0], other))
 
@@ -109,7 +109,7 @@ class _Joining:
         """Keep a sentence of two templates, or of one in two ways, through a member of a state."""
         if templates not in self.shared:
             sentence = " ".join([*self._way_to(state), *self._way_on(member)])
-            self.shared[templates] = Shared(sentence, *templates)
+            self.shared[templates] = SharedSentence(sentence, *templates)
 
     def _way_to(self, state: int) -> list[str]:
         words = []

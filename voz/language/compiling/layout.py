@@ -7,20 +7,20 @@ from functools import lru_cache
 
 from voz.language.sentences.expression import (
     Choice,
+    Concatenation,
     Expression,
-    Named,
-    Numbers,
+    NumberRange,
     Optional,
     Permutation,
+    ResolvedReference,
     Slot,
     Tag,
     Word,
 )
-from voz.language.sentences.expression import Sequence as InARow
-from voz.language.sentences.number_range import in_words
-from voz.language.sentences.slot_reader import MarkedArc, Marks, Reader
+from voz.language.sentences.number_range import tagged_wordings
+from voz.language.sentences.slot_reader import MarkedArc, SlotMarks, SlotReader
 
-MOST_ARCS = 1_000_000
+MAX_TEMPLATE_ARCS = 1_000_000
 """Of one template; more take too much memory."""
 
 
@@ -28,7 +28,7 @@ class TooManyArcsError(Exception):
     """A template is too large."""
 
 
-def reader(expression: Expression) -> Reader:
+def lay_out(expression: Expression) -> SlotReader:
     """Lay a template out as states.
 
     Args:
@@ -47,7 +47,7 @@ class _States:
 
     def __init__(self) -> None:
         self.words: list[list[tuple[str, int]]] = [[], []]
-        self.silent: list[list[tuple[Marks, int]]] = [[], []]
+        self.silent: list[list[tuple[SlotMarks, int]]] = [[], []]
         self.arcs = 0
 
     def new(self) -> int:
@@ -60,9 +60,9 @@ class _States:
         if isinstance(item, Word):
             self.words[start].append((item.text, end))
             self.arcs += 1
-            if self.arcs > MOST_ARCS:
+            if self.arcs > MAX_TEMPLATE_ARCS:
                 raise TooManyArcsError
-        elif isinstance(item, InARow):
+        elif isinstance(item, Concatenation):
             self._in_a_row(item.items, start, end)
         elif isinstance(item, Choice):
             for one in item.items:
@@ -72,13 +72,13 @@ class _States:
             self.silent[start].append(((), end))
         elif isinstance(item, Permutation):
             self._in_any_order(item.items, start, end)
-        elif isinstance(item, Numbers):
+        elif isinstance(item, NumberRange):
             self.lay(_number_words(item), start, end)
         elif isinstance(item, Tag):
             self._marked(item.item, (("<", ""),), ((">", item.value),), start, end)
         elif isinstance(item, Slot):
             self._marked(item.item, (("{", item.name),), (("}", ""),), start, end)
-        elif isinstance(item, Named):
+        elif isinstance(item, ResolvedReference):
             self.lay(item.item, start, end)
 
     def _in_a_row(self, items: Sequence[Expression], start: int, end: int) -> None:
@@ -103,16 +103,18 @@ class _States:
                         said[more] = self.new()
                     self.lay(item, said[done], said[more])
 
-    def _marked(self, item: Expression, begin: Marks, close: Marks, start: int, end: int) -> None:
+    def _marked(
+        self, item: Expression, begin: SlotMarks, close: SlotMarks, start: int, end: int
+    ) -> None:
         first, last = self.new(), self.new()
         self.silent[start].append((begin, first))
         self.lay(item, first, last)
         self.silent[last].append((close, end))
 
-    def without_silent(self) -> Reader:
+    def without_silent(self) -> SlotReader:
         """The same with words alone, each with the marks on the way to it."""
         number = {0: 0}
-        todo, arcs, ends = [0], list[dict[str, list[MarkedArc]]](), dict[int, Marks]()
+        todo, arcs, ends = [0], list[dict[str, list[MarkedArc]]](), dict[int, SlotMarks]()
         for state in todo:
             found: dict[str, list[MarkedArc]] = {}
             for near, marks in self._near(state):
@@ -127,12 +129,12 @@ class _States:
                     if arc not in targets:
                         targets.append(arc)
             arcs.append(found)
-        return Reader(arcs, ends)
+        return SlotReader(arcs, ends)
 
-    def _near(self, state: int) -> Iterator[tuple[int, Marks]]:
+    def _near(self, state: int) -> Iterator[tuple[int, SlotMarks]]:
         """The states that are reached without a word, by the first way that there is."""
         seen: set[int] = set()
-        todo: list[tuple[int, Marks]] = [(state, ())]
+        todo: list[tuple[int, SlotMarks]] = [(state, ())]
         while todo:
             at, marks = todo.pop()
             if at not in seen:
@@ -142,5 +144,5 @@ class _States:
 
 
 @lru_cache(maxsize=1000)
-def _number_words(numbers: Numbers) -> Expression:
-    return in_words(numbers)
+def _number_words(numbers: NumberRange) -> Expression:
+    return tagged_wordings(numbers)

@@ -8,20 +8,25 @@ from typing import TypeAlias
 
 from voz.language.sentences.expression import (
     Choice,
+    Concatenation,
     Expression,
-    Named,
-    Numbers,
+    NumberRange,
     Permutation,
     Reference,
-    Sequence,
+    ResolvedReference,
     Slot,
     Word,
 )
-from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.references import inside, references
-from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource, shown
+from voz.language.sentences.template_source import (
+    DefinitionKind,
+    Template,
+    TemplateSource,
+    reference_text,
+)
 
-DEEPEST = 30
+MAX_REFERENCE_DEPTH = 30
 """Rules within rules; Python's own limit is not far above."""
 
 
@@ -48,7 +53,7 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
         if (kind, name) not in resolver.known:
             resolver.named(kind, name, definition.place)  # it may still be wrong
             unused.append(
-                f"{definition.place}: nobody uses the {kind} {shown(kind, name)}; use or remove it"
+                f"{definition.place}: {kind} {reference_text(kind, name)} is never used; remove it"
             )
     return templates, tuple(unused)
 
@@ -57,40 +62,47 @@ class _Resolver:
     def __init__(self, source: TemplateSource) -> None:
         self._source = source
         self._open: list[tuple[DefinitionKind, str]] = []
-        self.known: dict[tuple[DefinitionKind, str], Named] = {}
+        self.known: dict[tuple[DefinitionKind, str], ResolvedReference] = {}
         self.slots: dict[int, Slots] = {}
         self._depths: dict[tuple[DefinitionKind, str], int] = {}
 
-    def named(self, kind: DefinitionKind, name: str, place: Location) -> Named:
+    def named(self, kind: DefinitionKind, name: str, place: Location) -> ResolvedReference:
         """What a name stands for."""
         if (kind, name) in self.known:
             return self.known[kind, name]
         if (kind, name) in self._open:
             round_about = [*self._open[self._open.index((kind, name)) :], (kind, name)]
-            path = " in ".join(shown(*one) for one in reversed(round_about))
-            raise wrong(place, f"{path} never ends; write out what is said, it cannot hold itself")
+            path = " in ".join(reference_text(*one) for one in reversed(round_about))
+            raise error_at(
+                place, f"{path} never ends; write out what is said, it cannot hold itself"
+            )
         definition = self._source.definitions.get((kind, name))
         if definition is None:
-            raise wrong(place, self._unknown(kind, name))
-        if len(self._open) > DEEPEST:
-            raise wrong(place, f"more than {DEEPEST} names hold each other; use fewer")
+            raise error_at(place, self._unknown(kind, name))
+        if len(self._open) > MAX_REFERENCE_DEPTH:
+            raise error_at(
+                place, f"more than {MAX_REFERENCE_DEPTH} names hold each other; use fewer"
+            )
         self._open.append((kind, name))
         item = self.resolved(definition.expression)
         self._open.pop()
         held = [(found.kind, found.name) for found in references(definition.expression)]
         depth = self._depths[kind, name] = 1 + max((self._depths[one] for one in held), default=0)
-        if depth > DEEPEST:
-            raise wrong(definition.place, f"more than {DEEPEST} names hold each other; use fewer")
+        if depth > MAX_REFERENCE_DEPTH:
+            raise error_at(
+                definition.place,
+                f"more than {MAX_REFERENCE_DEPTH} names hold each other; use fewer",
+            )
         if kind == "list" and (inner := slots(item, self.slots)):
-            raise wrong(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
-        found = self.known[kind, name] = Named(kind, name, item)
+            raise error_at(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
+        found = self.known[kind, name] = ResolvedReference(kind, name, item)
         return found
 
     def _unknown(self, kind: DefinitionKind, name: str) -> str:
         other: DefinitionKind = "rule" if kind == "list" else "list"
         if (other, name) in self._source.definitions:
-            return f'"{name}" is a {other}; write {shown(other, name)}'
-        head = shown(kind, name) if kind == "rule" else name
+            return f'"{name}" is a {other}; write {reference_text(other, name)}'
+        head = reference_text(kind, name) if kind == "rule" else name
         says = "would you | please" if kind == "rule" else "red | green"
         return f'there is no {kind} "{name}"; add a line, as in: {head} = {says}'
 
@@ -98,9 +110,9 @@ class _Resolver:
         """An expression without references."""
         if isinstance(item, Reference):
             return self.named(item.kind, item.name, item.place)
-        if isinstance(item, (Word, Numbers, Named)):
+        if isinstance(item, (Word, NumberRange, ResolvedReference)):
             return item
-        if isinstance(item, (Sequence, Choice, Permutation)):
+        if isinstance(item, (Concatenation, Choice, Permutation)):
             return replace(item, items=tuple(map(self.resolved, item.items)))
         return replace(item, item=self.resolved(item.item))
 
@@ -121,14 +133,14 @@ def slots(item: Expression, known: dict[int, Slots]) -> Slots:
     if id(item) in known:
         return known[id(item)]
     each = [slots(inner, known) for inner in inside(item)]
-    if isinstance(item, (Sequence, Permutation)):
+    if isinstance(item, (Concatenation, Permutation)):
         _check_twice(each)
     merged = {name: slot for found in each for name, slot in found.items()}
     if isinstance(item, Slot):
         if merged:
-            raise wrong(item.place, f'the slot "{item.name}" holds another; write them apart')
+            raise error_at(item.place, f'the slot "{item.name}" holds another; write them apart')
         return {item.name: item}
-    if isinstance(item, Named):
+    if isinstance(item, ResolvedReference):
         known[id(item)] = merged
     return merged
 
@@ -138,7 +150,7 @@ def _check_twice(each: Iterable[Slots]) -> None:
     for found in each:
         if twice := named & found.keys():
             name = min(twice)
-            raise wrong(
+            raise error_at(
                 found[name].place,
                 f'the slot "{name}" is twice in one sentence; give one another name, '
                 f"as in {{{name}:other}}",

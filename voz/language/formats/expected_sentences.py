@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from voz.language.formats.text_lines import text_lines
+from voz.language.formats.text_lines import content_lines
 from voz.language.sentences.command_set import Commands
 
-EXPECTED = "tests.txt"
+EXPECTED_SENTENCES_FILE = "tests.txt"
 """The name of the file."""
 
-NOT = "!"
+NEGATION = "!"
 """Before a sentence that must be no command; alone on a line, before all that follow."""
 
 
-def disappointments(commands: Commands, data: bytes, name: str) -> Iterator[str]:
+def failed_expectations(commands: Commands, data: bytes, name: str) -> Iterator[str]:
     """Find the lines that are not as they say.
 
     Args:
@@ -29,13 +29,13 @@ def disappointments(commands: Commands, data: bytes, name: str) -> Iterator[str]
         CommandsError: it is no such text.
     """
     none_follow = False
-    for number, line in text_lines(data, name):
+    for number, line in content_lines(data, name):
         text = line.strip()
-        if text == NOT:
+        if text == NEGATION:
             none_follow = True
             continue
-        wanted = not (none_follow or text.startswith(NOT))
-        text = text.lstrip(NOT).strip()
+        wanted = not (none_follow or text.startswith(NEGATION))
+        text = text.lstrip(NEGATION).strip()
         parse = commands.parse(text)
         if wanted and parse is None:
             meant = commands.meant(text)

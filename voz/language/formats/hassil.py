@@ -10,23 +10,30 @@ from typing import TYPE_CHECKING
 
 from voz.language.formats.notation import Notation
 from voz.language.formats.yaml_text import Yaml
-from voz.language.sentences.expression import Expression, Numbers, Tag, Value, choice, value_of
-from voz.language.sentences.location import Location, wrong
-from voz.language.sentences.number_range import checked
+from voz.language.sentences.expression import (
+    Expression,
+    NumberRange,
+    Tag,
+    Value,
+    choice,
+    parse_value,
+)
+from voz.language.sentences.location import Location, error_at
+from voz.language.sentences.number_range import check_range
 from voz.language.sentences.references import renamed
 from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
 
 if TYPE_CHECKING:
     from yaml import Node
 
-SECTIONS = ("intents", "data")
+SENTENCE_SECTIONS = ("intents", "data")
 """One of them is in every such file that has sentences."""
 
-LIMITS = {"requires_context", "excludes_context"}
+CONTEXT_KEYS = {"requires_context", "excludes_context"}
 """Sentences that count only at times; here they would count always."""
 
 
-class Sentences(Notation):
+class HassilNotation(Notation):
     """The notation, in which numbers may be digits."""
 
     DIGITS = True
@@ -43,12 +50,12 @@ def parse_hassil(text: Yaml) -> TemplateSource:
     _definitions(text, source, parts, "")
     for name in ("wildcards", "skip_words"):
         if name in parts and text.sequence(parts[name], "words"):
-            raise wrong(text.place(parts[name]), _WHY[name])
+            raise error_at(text.place(parts[name]), _WHY[name])
     if "intents" in parts:
         for intent, node in text.mapping(parts["intents"], "the intents").items():
             block = text.mapping(node, "the data of the intent")
             if "data" not in block:
-                raise wrong(text.place(node), 'there is no "data" here; write its sentences')
+                raise error_at(text.place(node), 'there is no "data" here; write its sentences')
             for number, data in enumerate(text.sequence(block["data"], "sentences"), start=1):
                 _block(text, source, intent, data, f"{intent}.{number}.")
     if "data" in parts:
@@ -72,16 +79,16 @@ def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, s
         _sentence(text, source, intent, node, {}, {})
         return
     parts = text.mapping(node, "sentences")
-    for name in LIMITS & parts.keys():
-        raise wrong(
+    for name in CONTEXT_KEYS & parts.keys():
+        raise error_at(
             text.place(parts[name]), f"{name} is unknown here; remove it or these sentences"
         )
     names = _definitions(text, source, parts, scope)
     constants: dict[str, Value] = {}
     for slot, value in text.mapping(parts["slots"], "slots").items() if "slots" in parts else ():
-        constants[slot] = value_of(text.text(value).text)
+        constants[slot] = parse_value(text.text(value).text)
     if "sentences" not in parts:
-        raise wrong(text.place(node), 'there are no "sentences" here; write some')
+        raise error_at(text.place(node), 'there are no "sentences" here; write some')
     for sentence in text.sequence(parts["sentences"], "sentences"):
         _sentence(text, source, intent, sentence, constants, names)
 
@@ -95,7 +102,7 @@ def _sentence(
     names: dict[tuple[DefinitionKind, str], str],
 ) -> None:
     passage = text.text(node)
-    expression = renamed(Sentences(passage).parse(), names)
+    expression = renamed(HassilNotation(passage).parse(), names)
     source.templates.append(Template(intent, expression, passage.place(), constants))
 
 
@@ -112,7 +119,7 @@ def _definitions(
     for name, node in lists.items():
         source.define("list", scope + name, renamed(_list(text, node), names), text.place(node))
     for name, node in rules.items():
-        body = renamed(Sentences(text.text(node)).parse(), names)
+        body = renamed(HassilNotation(text.text(node)).parse(), names)
         source.define("rule", scope + name, body, text.place(node))
     return names
 
@@ -125,15 +132,15 @@ def _list(text: Yaml, node: Node) -> Expression:
     if isinstance(node, MappingNode):
         parts = text.mapping(node, "values")
         if "wildcard" in parts:
-            raise wrong(place, _WHY["wildcard"])
+            raise error_at(place, _WHY["wildcard"])
         if "range" in parts:
             return _range(text, parts["range"], place)
         if "values" not in parts:
-            raise wrong(place, 'there are no "values" here; write some')
+            raise error_at(place, 'there are no "values" here; write some')
         node = parts["values"]
     values = [_value(text, value) for value in text.sequence(node, "values")]
     if not values:
-        raise wrong(place, "the list is empty; write what may be said")
+        raise error_at(place, "the list is empty; write what may be said")
     return choice(values)
 
 
@@ -141,21 +148,21 @@ def _value(text: Yaml, node: Node) -> Expression:
     from yaml import MappingNode
 
     if not isinstance(node, MappingNode):
-        return Sentences(text.text(node)).parse()
+        return HassilNotation(text.text(node)).parse()
     parts = text.mapping(node, "in and out")
     if "in" not in parts:
-        raise wrong(text.place(node), 'what is said is missing; write "in: ..."')
-    spoken = Sentences(text.text(parts["in"])).parse()
-    return Tag(spoken, value_of(text.text(parts["out"]).text)) if "out" in parts else spoken
+        raise error_at(text.place(node), 'what is said is missing; write "in: ..."')
+    spoken = HassilNotation(text.text(parts["in"])).parse()
+    return Tag(spoken, parse_value(text.text(parts["out"]).text)) if "out" in parts else spoken
 
 
-def _range(text: Yaml, node: Node, place: Location) -> Numbers:
+def _range(text: Yaml, node: Node, place: Location) -> NumberRange:
     parts = {name: text.text(value).text for name, value in text.mapping(node, "from, to").items()}
     if unknown := {"multiplier", "fractions"} & parts.keys():
-        raise wrong(place, f"{min(unknown)} is unknown here; write from, to and step alone")
+        raise error_at(place, f"{min(unknown)} is unknown here; write from, to and step alone")
     try:
         first, last = Fraction(parts["from"]), Fraction(parts["to"])
         step = Fraction(parts.get("step", "1"))
     except (KeyError, ValueError, ZeroDivisionError):
-        raise wrong(place, "a range has numbers; write from: 0, to: 100, step: 5") from None
-    return checked(Numbers(first, last, step), place)
+        raise error_at(place, "a range has numbers; write from: 0, to: 100, step: 5") from None
+    return check_range(NumberRange(first, last, step), place)

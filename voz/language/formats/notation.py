@@ -10,33 +10,33 @@ import re
 from fractions import Fraction
 from itertools import product
 
-from voz.language.formats.parser import Parser, Passage, Token, spellings
+from voz.language.formats.parser import Parser, Passage, Token, word_spellings
 from voz.language.sentences.expression import (
     Expression,
-    Numbers,
+    NumberRange,
     Reference,
     Slot,
     Tag,
     Word,
     choice,
-    value_of,
+    parse_value,
 )
-from voz.language.sentences.location import Location, wrong
-from voz.language.sentences.number_range import checked
-from voz.language.sentences.spelling import MAX_LETTERS, normalize
+from voz.language.sentences.location import Location, error_at
+from voz.language.sentences.number_range import check_range
+from voz.language.sentences.spelling import MAX_WORD_LETTERS, normalize
 
-NAME = r"[A-Za-z_][\w-]*"
+NAME_PATTERN = r"[A-Za-z_][\w-]*"
 """Of a rule, a list or a slot."""
 
-MOST_SPELLINGS = 100
+MAX_JOINED_WORDS = 100
 """Words that `light[s]` and the like may stand for."""
 
 _NUMBER = r"[-+]?(?:[0-9]{1,9}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})"
 _RANGE = re.compile(
     rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})(?:\s*(?:by|,|/|\s)\s*({_NUMBER}))?\s*", re.ASCII
 )
-_SLOT = re.compile(rf"\s*({NAME})\s*(?::(.*))?", re.ASCII | re.DOTALL)
-_NAME = re.compile(rf"\s*({NAME})\s*", re.ASCII)
+_SLOT = re.compile(rf"\s*({NAME_PATTERN})\s*(?::(.*))?", re.ASCII | re.DOTALL)
+_NAME = re.compile(rf"\s*({NAME_PATTERN})\s*", re.ASCII)
 
 
 class Notation(Parser):
@@ -63,7 +63,7 @@ class Notation(Parser):
             self.fail('":" gives a value in a list alone, as in: colour = deep blue:blue', token.at)
         if not token.text[1:].strip():
             self.fail('there is no value behind ":"; write it or remove the ":"', token.at)
-        return Tag(found, value_of(" ".join(token.text[1:].split())))
+        return Tag(found, parse_value(" ".join(token.text[1:].split())))
 
     def ends(self) -> bool:
         """Whether the next token ends an alternative; a value does."""
@@ -89,11 +89,11 @@ class Notation(Parser):
         return before.kind == "word" and (group or token.kind in ("slot", "rule"))
 
     def _joined(self, first: Expression, second: Expression, token: Token) -> Expression:
-        one, other = spellings(first), spellings(second)
-        if one is None or other is None or len(one) * len(other) > MOST_SPELLINGS:
+        one, other = word_spellings(first), word_spellings(second)
+        if one is None or other is None or len(one) * len(other) > MAX_JOINED_WORDS:
             self.fail("only letters can touch a word, as in light[s]; write a space", token.at)
         words = dict.fromkeys(normalize(a + b) for a, b in product(one, other))
-        if any(len(word) > MAX_LETTERS or not word for word in words):
+        if any(len(word) > MAX_WORD_LETTERS or not word for word in words):
             self.fail("this makes no word; write a space", token.at)
         return choice([Word(word) for word in words])
 
@@ -120,7 +120,7 @@ def slot(passage: Passage) -> Slot:
     place = passage.place()
     match = _SLOT.fullmatch(passage.text)
     if not match:
-        raise wrong(place, "a slot is named by one word, as in {colour}")
+        raise error_at(place, "a slot is named by one word, as in {colour}")
     name, behind = match[1], match[2]
     if behind is None:
         return Slot(name, Reference("list", name, place), place)
@@ -128,7 +128,7 @@ def slot(passage: Passage) -> Slot:
         return Slot(other[1], Reference("list", name, place), place)
     if numbers := number_range(behind, passage.place(match.start(2))):
         return Slot(name, numbers, place)
-    raise wrong(
+    raise error_at(
         passage.place(match.start(2)),
         "behind the name stands another, as in {thing:object}, or numbers, as in "
         "{angle: 5..180 by 5}",
@@ -144,7 +144,7 @@ def list_body(passage: Passage) -> Expression:
     return number_range(passage.text, passage.place()) or Notation(passage, values=True).parse()
 
 
-def number_range(text: str, place: Location) -> Numbers | None:
+def number_range(text: str, place: Location) -> NumberRange | None:
     """Parse a range of numbers, as `5..180 by 5`; None if it is none.
 
     Raises:
@@ -154,4 +154,4 @@ def number_range(text: str, place: Location) -> Numbers | None:
     if not match:
         return None
     first, last, step = (Fraction(number or "1") for number in match.groups())
-    return checked(Numbers(first, last, step), place)
+    return check_range(NumberRange(first, last, step), place)

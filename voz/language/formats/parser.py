@@ -13,20 +13,20 @@ from typing import ClassVar, NamedTuple, NoReturn
 from voz.language.sentences.expression import (
     Choice,
     Expression,
-    Numbers,
+    NumberRange,
     Optional,
     Permutation,
     Word,
     choice,
-    sequence,
+    concatenation,
 )
-from voz.language.sentences.location import Location, wrong
-from voz.language.sentences.spelling import normalize, too_long, what_cannot_be_spoken
+from voz.language.sentences.location import Location, error_at
+from voz.language.sentences.spelling import find_unspeakable, length_complaint, normalize
 
-DEEPEST = 40
+MAX_GROUP_DEPTH = 40
 """Groups within groups; Python's own limit is not far above."""
 
-MOST_PERMUTED = 5
+MAX_PERMUTED_PARTS = 5
 """Six parts can stand in 720 orders."""
 
 
@@ -126,7 +126,7 @@ class Parser:
 
     def fail(self, message: str, at: int) -> NoReturn:
         """Raise an error about a place in the passage."""
-        raise wrong(self.passage.place(at), message)
+        raise error_at(self.passage.place(at), message)
 
     def alternatives(self, opened: str) -> Expression:
         """Parse what is in a group, or all; `opened` is what begins the group."""
@@ -140,9 +140,9 @@ class Parser:
             between = token.text
             parts.append(self.alternative())
         if between == ";":
-            if len(parts) > MOST_PERMUTED:
+            if len(parts) > MAX_PERMUTED_PARTS:
                 self.fail(
-                    f"{len(parts)} parts in any order are too many; write at most {MOST_PERMUTED}",
+                    f"{len(parts)} parts in any order; at most {MAX_PERMUTED_PARTS} are allowed",
                     self.next.at,
                 )
             return Permutation(tuple(parts))
@@ -156,7 +156,7 @@ class Parser:
             self.item(items)
         if not items:
             self.fail('an empty alternative; write "[...]" around what may be left out', begin)
-        return sequence(items)
+        return concatenation(items)
 
     def ends(self) -> bool:
         """Whether the next token ends an alternative."""
@@ -187,7 +187,7 @@ class Parser:
         """Parse a group behind its beginning."""
         close = dict((self.OPTIONAL, self.GROUP))[token.text]
         self.depth += 1
-        if self.depth > DEEPEST:
+        if self.depth > MAX_GROUP_DEPTH:
             self.fail("too many groups within groups; use rules", token.at)
         inner = self.alternatives(token.text)
         if self.next.text != close or self.next.kind != "mark":
@@ -199,10 +199,10 @@ class Parser:
     def word(self, token: Token) -> Expression:
         """Check a word."""
         if self.DIGITS and token.text.isascii() and token.text.isdigit() and len(token.text) <= 6:
-            return Numbers(Fraction(token.text), Fraction(token.text), Fraction(1))
-        if found := what_cannot_be_spoken(token.text):
+            return NumberRange(Fraction(token.text), Fraction(token.text), Fraction(1))
+        if found := find_unspeakable(token.text):
             self.fail(found[1], token.at + found[0])
-        if advice := too_long(token.text):
+        if advice := length_complaint(token.text):
             self.fail(advice, token.at)
         return Word(normalize(token.text))
 
@@ -217,14 +217,14 @@ class Parser:
         return [*found, Token("end", "", len(text.rstrip()), True)]
 
 
-def spellings(item: Expression) -> list[str] | None:
+def word_spellings(item: Expression) -> list[str] | None:
     """All that a group of single words may be, nothing too; None if it is something else."""
     if isinstance(item, Word):
         return [item.text]
     if isinstance(item, Optional):
-        inner = spellings(item.item)
+        inner = word_spellings(item.item)
         return None if inner is None else ["", *inner]
     if isinstance(item, Choice):
-        each = [spellings(one) for one in item.items]
+        each = [word_spellings(one) for one in item.items]
         return None if None in each else [text for texts in each for text in texts or ()]
     return None

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from voz.errors import CommandsError
-from voz.language.formats.text_lines import at_most, text_lines
-from voz.language.sentences.spelling import normalize, too_long, what_cannot_be_spoken
+from voz.language.formats.text_lines import content_lines, summarize_warnings
+from voz.language.sentences.spelling import find_unspeakable, length_complaint, normalize
 
-MAX_WORDS = 12
+MAX_COMMAND_WORDS = 12
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     """
     lines: dict[str, int] = {}
     repeats: list[str] = []
-    for number, text in text_lines(data, name):
+    for number, text in content_lines(data, name):
         _check_sentence(text, f"{name}:{number}")
         sentence = normalize(text)
         first = lines.setdefault(sentence, number)
@@ -60,17 +60,19 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     if not lines:
         raise CommandsError(f"{name}: holds no command; write one sentence a line")
     summary = f"{name}: {len(repeats)} lines repeat an earlier one; each sentence is kept once"
-    return CommandList(name, tuple(lines), tuple(lines.values()), at_most(repeats, summary))
+    return CommandList(
+        name, tuple(lines), tuple(lines.values()), summarize_warnings(repeats, summary)
+    )
 
 
 def _check_sentence(text: str, where: str) -> None:
     """Raise CommandsError, beginning with `where`, if the text is no usable sentence."""
-    if found := what_cannot_be_spoken(text):
+    if found := find_unspeakable(text):
         raise CommandsError(f"{where}: {found[1]}")
     words = text.split()
-    if len(words) > MAX_WORDS:
+    if len(words) > MAX_COMMAND_WORDS:
         raise CommandsError(
-            f"{where}: has {len(words)} words, more than {MAX_WORDS}; make the command shorter"
+            f"{where}: has {len(words)} words; at most {MAX_COMMAND_WORDS} are allowed"
         )
-    if advice := too_long(max(words, key=len)):
+    if advice := length_complaint(max(words, key=len)):
         raise CommandsError(f"{where}: {advice}")

@@ -12,19 +12,19 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from voz.language.formats.parser import Parser, Passage, Token
-from voz.language.formats.text_lines import whole_lines
+from voz.language.formats.text_lines import numbered_lines
 from voz.language.sentences.expression import (
-    NOTHING,
+    NO_WORDS,
     Expression,
-    Numbers,
+    NumberRange,
     Reference,
     Slot,
     Tag,
     choice,
-    value_of,
+    parse_value,
 )
-from voz.language.sentences.location import Location, wrong
-from voz.language.sentences.number_range import checked
+from voz.language.sentences.location import Location, error_at
+from voz.language.sentences.number_range import check_range
 from voz.language.sentences.references import references, renamed
 from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
 
@@ -37,7 +37,7 @@ ReadSlots = Callable[[str], tuple[str, bytes] | None]
 """Reads the list of a name: what messages call its file, and its bytes; None if there is none."""
 
 
-class Sentence(Parser):
+class RhasspyParser(Parser):
     """Parses a template of Rhasspy."""
 
     TOKEN = re.compile(
@@ -52,8 +52,8 @@ class Sentence(Parser):
         token = self.next
         if token.kind == "value":
             self.take()
-            item = items.pop() if items and not token.spaced else NOTHING
-            items.append(Tag(item, value_of(" ".join(token.text.strip(":()").split()))))
+            item = items.pop() if items and not token.spaced else NO_WORDS
+            items.append(Tag(item, parse_value(" ".join(token.text.strip(":()").split()))))
         elif token.kind == "tag":
             if not items:
                 self.fail("a tag stands behind what it names, as in (red){colour}", token.at)
@@ -70,13 +70,15 @@ class Sentence(Parser):
             self.fail("a tag is one word, perhaps with a value, as in {colour:red}", token.at)
         place = self.passage.place(token.at)
         value = match[2]
-        return Slot(match[1], item if value is None else Tag(item, value_of(value.strip())), place)
+        return Slot(
+            match[1], item if value is None else Tag(item, parse_value(value.strip())), place
+        )
 
     def word(self, token: Token) -> Expression:
         """Check a word; it may be a range of numbers."""
         if match := _RANGE.fullmatch(token.text):
             first, last, step = (Fraction(number or "1") for number in match.groups())
-            return checked(Numbers(first, last, step), self.passage.place(token.at))
+            return check_range(NumberRange(first, last, step), self.passage.place(token.at))
         return super().word(token)
 
     def other(self, token: Token) -> Expression:
@@ -103,7 +105,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
     source = TemplateSource(name)
     intent = ""
     own: dict[str, dict[tuple[DefinitionKind, str], str]] = {}
-    for number, line in whole_lines(data, name):
+    for number, line in numbered_lines(data, name):
         text = line.partition("#")[0].rstrip()
         if not text.strip() or text.lstrip().startswith(";"):
             continue
@@ -112,7 +114,9 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
             continue
         passage = Passage(name, number, 0, text)
         if not intent:
-            raise wrong(passage.place(), "this stands before the first [Intent]; write that above")
+            raise error_at(
+                passage.place(), "this stands before the first [Intent]; write that above"
+            )
         _add(source, intent, passage, own.setdefault(intent, {}))
     _use_names(source, own)
     _add_lists(source, read_slots)
@@ -124,13 +128,13 @@ def _add(
 ) -> None:
     if match := _RULE.match(line.text):
         own["rule", match[1]] = f"{intent}.{match[1]}"
-        body = Sentence(line.part(match.end())).parse()
+        body = RhasspyParser(line.part(match.end())).parse()
         source.define("rule", f"{intent}.{match[1]}", body, line.place())
         return
     begin = len(line.text) - len(line.text.lstrip())
     if line.text.startswith("\\[", begin):  # a sentence that begins with an option
         begin += 1
-    expression = Sentence(line.part(begin)).parse()
+    expression = RhasspyParser(line.part(begin)).parse()
     source.templates.append(Template(intent, expression, line.place(begin)))
 
 
@@ -163,7 +167,7 @@ def _add_lists(source: TemplateSource, read_slots: ReadSlots) -> None:
 def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location]:
     read = read_slots(named.name)
     if read is None:
-        raise wrong(
+        raise error_at(
             named.place,
             f'there is no list "${named.name}"; write its values, one a line, into the file '
             f"slots/{named.name} beside this one",
@@ -171,9 +175,9 @@ def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location
     file, data = read
     lines = [
         Passage(file, number, 0, line)
-        for number, whole in whole_lines(data, file)
+        for number, whole in numbered_lines(data, file)
         if (line := whole.partition("#")[0].rstrip())
     ]
     if not lines:
-        raise wrong(named.place, f"{file} is empty; write values, one a line")
-    return choice([Sentence(line).parse() for line in lines]), lines[0].place()
+        raise error_at(named.place, f"{file} is empty; write values, one a line")
+    return choice([RhasspyParser(line).parse() for line in lines]), lines[0].place()

@@ -11,18 +11,29 @@ from fractions import Fraction
 
 from voz.language.formats.parser import Parser, Token
 from voz.language.formats.yaml_text import Yaml
-from voz.language.sentences.expression import Expression, Numbers, Reference, Slot, choice, phrase
-from voz.language.sentences.expression import Sequence as InARow
-from voz.language.sentences.location import wrong
+from voz.language.sentences.expression import (
+    Concatenation,
+    Expression,
+    NumberRange,
+    Reference,
+    Slot,
+    choice,
+    phrase,
+)
+from voz.language.sentences.location import error_at
 from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
 
-NUMBERS: Mapping[str, int] = {"SingleDigitInteger": 9, "TwoDigitInteger": 99, "Percent": 100}
+BUILT_IN_NUMBERS: Mapping[str, int] = {
+    "SingleDigitInteger": 9,
+    "TwoDigitInteger": 99,
+    "Percent": 100,
+}
 """The largest number of the slots that Rhino brings."""
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
-class Expressions(Parser):
+class RhinoParser(Parser):
     """Parses an expression of Rhino."""
 
     TOKEN = re.compile(
@@ -43,17 +54,17 @@ class Expressions(Parser):
             kind, _, name = token.text[1:].partition(":")
             if kind.startswith("pv."):
                 slot = Slot(name or kind[3:], self._built_in(kind[3:], token), place)
-                return InARow((slot, phrase("percent"))) if kind == "pv.Percent" else slot
+                return Concatenation((slot, phrase("percent"))) if kind == "pv.Percent" else slot
             return Slot(name or kind, Reference("list", kind, place), place)
         return super().other(token)
 
     def _built_in(self, kind: str, token: Token) -> Expression:
         if kind == "Alphabetic":
             return choice([phrase(letter) for letter in LETTERS])
-        if kind not in NUMBERS:
-            known = ", ".join(f"$pv.{name}" for name in (*NUMBERS, "Alphabetic"))
+        if kind not in BUILT_IN_NUMBERS:
+            known = ", ".join(f"$pv.{name}" for name in (*BUILT_IN_NUMBERS, "Alphabetic"))
             self.fail(f"of Rhino's own slots only {known} are known; write a list", token.at)
-        return Numbers(Fraction(0), Fraction(NUMBERS[kind]), Fraction(1))
+        return NumberRange(Fraction(0), Fraction(BUILT_IN_NUMBERS[kind]), Fraction(1))
 
 
 def parse_rhino(text: Yaml) -> TemplateSource:
@@ -66,18 +77,18 @@ def parse_rhino(text: Yaml) -> TemplateSource:
     root = text.mapping(text.root, "the context")
     parts = text.mapping(root["context"], "expressions, slots and macros")
     if "expressions" not in parts:
-        raise wrong(text.place(root["context"]), 'there are no "expressions" here; write some')
+        raise error_at(text.place(root["context"]), 'there are no "expressions" here; write some')
     for intent, node in text.mapping(parts["expressions"], "the intents").items():
         for line in text.sequence(node, "expressions"):
             passage = text.text(line)
-            template = Template(intent, Expressions(passage).parse(), passage.place())
+            template = Template(intent, RhinoParser(passage).parse(), passage.place())
             source.templates.append(template)
     sections: list[tuple[DefinitionKind, str]] = [("list", "slots"), ("rule", "macros")]
     for kind, section in sections:
         named = text.mapping(parts[section], section) if section in parts else {}
         for name, node in named.items():
-            values = [Expressions(text.text(v)).parse() for v in text.sequence(node, "values")]
+            values = [RhinoParser(text.text(v)).parse() for v in text.sequence(node, "values")]
             if not values:
-                raise wrong(text.place(node), "this is empty; write what may be said")
+                raise error_at(text.place(node), "this is empty; write what may be said")
             source.define(kind, name, choice(values), text.place(node))
     return source

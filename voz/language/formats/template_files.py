@@ -9,22 +9,22 @@ from typing import TypeAlias
 from voz.errors import CommandsError
 from voz.files import read_bytes, shown_path
 from voz.language.formats.template_list import has_templates, parse_templates
-from voz.language.formats.text_lines import MAX_BYTES
-from voz.language.sentences.location import wrong
+from voz.language.formats.text_lines import MAX_TEXT_BYTES
+from voz.language.sentences.location import error_at
 from voz.language.sentences.template_source import TemplateSource
 
-MOST_FILES = 100
+MAX_IMPORTED_FILES = 100
 """That import each other."""
 
 
-def of_another_program(path: Path) -> bool:
+def has_known_ending(path: Path) -> bool:
     """Tell by the ending of its name whether a file is in the format of another program."""
-    return path.suffix.lower() in OTHERS
+    return path.suffix.lower() in PARSERS
 
 
 def is_templates(path: Path, data: bytes) -> bool:
     """Tell whether a file has more than plain sentences."""
-    return of_another_program(path) or has_templates(data)
+    return has_known_ending(path) or has_templates(data)
 
 
 def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
@@ -45,13 +45,15 @@ def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
 
 
 def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
-    data = read[path] = read_bytes(path, CommandsError, "give a readable text file", MAX_BYTES)
-    parse = OTHERS.get(path.suffix.lower(), _sentences)
+    data = read[path] = read_bytes(path, CommandsError, "give a readable text file", MAX_TEXT_BYTES)
+    parse = PARSERS.get(path.suffix.lower(), _sentences)
     source = parse(data, shown_path(path), path, read)
     for name, place in source.imports:
         other = path.parent / name
-        if len(read) >= MOST_FILES:
-            raise wrong(place, f"more than {MOST_FILES} files import each other; put some together")
+        if len(read) >= MAX_IMPORTED_FILES:
+            raise error_at(
+                place, f"more than {MAX_IMPORTED_FILES} files import each other; put some together"
+            )
         if any(_same(other, known) for known in read):
             continue
         try:
@@ -59,7 +61,7 @@ def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
         except CommandsError as error:
             if other in read:
                 raise
-            raise wrong(place, f"{error}") from None
+            raise error_at(place, f"{error}") from None
     return source
 
 
@@ -81,14 +83,16 @@ def _rhasspy(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Tem
         file = path.parent / "slots" / named
         if ".." in file.parts or not file.is_file():
             return None
-        data = read[file] = read_bytes(file, CommandsError, "give a readable text file", MAX_BYTES)
+        data = read[file] = read_bytes(
+            file, CommandsError, "give a readable text file", MAX_TEXT_BYTES
+        )
         return shown_path(file), data
 
     return parse_rhasspy(data, name, slots)
 
 
 def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
-    from voz.language.formats.hassil import SECTIONS, parse_hassil
+    from voz.language.formats.hassil import SENTENCE_SECTIONS, parse_hassil
     from voz.language.formats.rhino import parse_rhino
     from voz.language.formats.yaml_text import Yaml
 
@@ -96,8 +100,8 @@ def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
     parts = text.mapping(text.root, "intents (of hassil) or a context (of Rhino)")
     if "context" in parts:
         return parse_rhino(text)
-    if not parts.keys() & {*SECTIONS, "lists", "expansion_rules"}:
-        raise wrong(
+    if not parts.keys() & {*SENTENCE_SECTIONS, "lists", "expansion_rules"}:
+        raise error_at(
             text.place(text.root),
             'here stands "intents" (of hassil) or "context" (of Rhino); nothing else is read',
         )
@@ -105,15 +109,15 @@ def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
 
 
 def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> TemplateSource:
-    from voz.language.formats.jsgf import parse_jsgf
+    from voz.language.formats.jsgf_parser import parse_jsgf
 
     return parse_jsgf(data, name)
 
 
-Parse: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], TemplateSource]
+FormatParser: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], TemplateSource]
 """Parses a file; the path and what was read are for those that name others."""
 
-OTHERS: Mapping[str, Parse] = {
+PARSERS: Mapping[str, FormatParser] = {
     ".ini": _rhasspy,
     ".yaml": _yaml,
     ".yml": _yaml,

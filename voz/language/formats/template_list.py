@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import re
 
-from voz.language.formats.notation import NAME, Notation, list_body
+from voz.language.formats.notation import NAME_PATTERN, Notation, list_body
 from voz.language.formats.parser import Passage
-from voz.language.formats.text_lines import whole_lines
-from voz.language.sentences.location import wrong
-from voz.language.sentences.spelling import composed
+from voz.language.formats.text_lines import numbered_lines
+from voz.language.sentences.location import error_at
+from voz.language.sentences.spelling import compose_accents
 from voz.language.sentences.template_source import Template, TemplateSource
 
 _MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
 _IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
-_RULE = re.compile(rf"\s*<({NAME})>\s*=", re.ASCII)
-_LIST = re.compile(rf"\s*({NAME})\s*=", re.ASCII)
+_RULE = re.compile(rf"\s*<({NAME_PATTERN})>\s*=", re.ASCII)
+_LIST = re.compile(rf"\s*({NAME_PATTERN})\s*=", re.ASCII)
 _COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
 
 
@@ -39,7 +39,7 @@ def parse_templates(data: bytes, name: str) -> TemplateSource:
         CommandsError: a line cannot be used; the message says where and why.
     """
     source = TemplateSource(name)
-    for number, whole in whole_lines(data, name):
+    for number, whole in numbered_lines(data, name):
         text = whole.partition("#")[0].rstrip()
         if text.strip():
             _add(source, Passage(name, number, 0, text))
@@ -57,10 +57,12 @@ def _add(source: TemplateSource, line: Passage) -> None:
         source.define("list", match[1], list_body(_behind(line, match)), place)
     elif match := _COMMAND.match(line.text):
         expression = Notation(_behind(line, match)).parse()
-        source.templates.append(Template(composed(" ".join(match[1].split())), expression, place))
+        source.templates.append(
+            Template(compose_accents(" ".join(match[1].split())), expression, place)
+        )
     elif "=" in line.text:
         at = line.text.index("=")
-        raise wrong(
+        raise error_at(
             line.place(at),
             '"=" stands behind the name of a list or a rule, as in: colour = red | green',
         )
@@ -71,5 +73,7 @@ def _add(source: TemplateSource, line: Passage) -> None:
 def _behind(line: Passage, match: re.Match[str]) -> Passage:
     """What is behind the `=` or the `:`; raises CommandsError if that is nothing."""
     if not line.text[match.end() :].strip():
-        raise wrong(line.place(match.end() - 1), "there is nothing behind this; write what is said")
+        raise error_at(
+            line.place(match.end() - 1), "there is nothing behind this; write what is said"
+        )
     return line.part(match.end())

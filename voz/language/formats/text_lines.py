@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 from voz.errors import CommandsError
 
-MAX_BYTES = 1_000_000
+MAX_TEXT_BYTES = 1_000_000
 MAX_WARNINGS = 10
 
 
-def text_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
+def content_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
     """Go through the lines of a text that hold more than a comment.
 
     Args:
@@ -24,16 +24,16 @@ def text_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
     Raises:
         CommandsError: the text is too large or a line is not UTF-8.
     """
-    for number, line in whole_lines(data, name):
+    for number, line in numbered_lines(data, name):
         text = line.partition("#")[0].strip(" \t")
         if text.strip():
             yield number, text
 
 
-def whole_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
-    """Go through all lines of a text as they are; the rest is as with `text_lines`."""
-    if len(data) > MAX_BYTES:
-        raise CommandsError(f"{name}: is larger than {MAX_BYTES:,} bytes; make it smaller")
+def numbered_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
+    """Go through all lines of a text as they are; the rest is as with `content_lines`."""
+    if len(data) > MAX_TEXT_BYTES:
+        raise CommandsError(f"{name}: is larger than {MAX_TEXT_BYTES:,} bytes; make it smaller")
     data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     for number, line in enumerate(data.split(b"\n"), start=1):
         try:
@@ -44,6 +44,6 @@ def whole_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
             ) from None
 
 
-def at_most(warnings: list[str], summary: str) -> tuple[str, ...]:
+def summarize_warnings(warnings: list[str], summary: str) -> tuple[str, ...]:
     """Keep a few warnings as they are, and replace many by one that sums them up."""
     return tuple(warnings) if len(warnings) <= MAX_WARNINGS else (summary,)

@@ -7,8 +7,8 @@ from typing import NoReturn
 import yaml
 
 from voz.language.formats.parser import Passage
-from voz.language.formats.text_lines import whole_lines
-from voz.language.sentences.location import Location, wrong
+from voz.language.formats.text_lines import numbered_lines
+from voz.language.sentences.location import Location, error_at
 
 
 class Yaml:
@@ -21,22 +21,22 @@ class Yaml:
             CommandsError: it is no YAML.
         """
         self.name = name
-        self._lines = [line for _, line in whole_lines(data, name)]
+        self._lines = [line for _, line in numbered_lines(data, name)]
         try:
             root = yaml.compose("\n".join(self._lines), Loader=yaml.SafeLoader)
         except yaml.MarkedYAMLError as error:
             self._broken(error)
         except (yaml.YAMLError, RecursionError) as error:
-            raise wrong(Location(name, 1), f"is no YAML ({error}); correct it") from None
+            raise error_at(Location(name, 1), f"is no YAML ({error}); correct it") from None
         if root is None:
-            raise wrong(Location(name, 1), "is empty; write intents and their sentences")
+            raise error_at(Location(name, 1), "is empty; write intents and their sentences")
         self.root = root
 
     def _broken(self, error: yaml.MarkedYAMLError) -> NoReturn:
         mark = error.problem_mark
         line = min(mark.line, len(self._lines) - 1) if mark else 0
         place = Location(self.name, line + 1, mark.column + 1 if mark else 0, self._lines[line])
-        raise wrong(place, f"is no YAML: {error.problem or error.context}; correct it") from None
+        raise error_at(place, f"is no YAML: {error.problem or error.context}; correct it") from None
 
     def place(self, node: yaml.Node) -> Location:
         """Where a part begins."""
@@ -49,20 +49,20 @@ class Yaml:
     def mapping(self, node: yaml.Node, what: str) -> dict[str, yaml.Node]:
         """The parts of a mapping by name; `what` says what should stand there."""
         if not isinstance(node, yaml.MappingNode):
-            raise wrong(self.place(node), f"here stand {what}, as in: name: ...")
+            raise error_at(self.place(node), f"here stand {what}, as in: name: ...")
         return {self.text(key).text: value for key, value in node.value}
 
     def sequence(self, node: yaml.Node, what: str) -> list[yaml.Node]:
         """The parts of a sequence; `what` says what should stand there."""
         if not isinstance(node, yaml.SequenceNode):
-            raise wrong(self.place(node), f'here stand {what}, one a line behind "-"')
+            raise error_at(self.place(node), f'here stand {what}, one a line behind "-"')
         return list(node.value)
 
     def text(self, node: yaml.Node) -> Passage:
         """A text, as it stands in the file."""
         mark = node.start_mark
         if not isinstance(node, yaml.ScalarNode):
-            raise wrong(self._begin(node), "here stands one text")
+            raise error_at(self._begin(node), "here stands one text")
         quoted = 1 if node.style in ("'", '"') else 0
         text = " ".join(str(node.value).split("\n"))
         return Passage(

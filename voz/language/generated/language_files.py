@@ -13,17 +13,19 @@ from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, read_json, shown_path
 from voz.language.acoustics.spoken_language import Spoken, english
 from voz.language.formats.plain_list import parse_commands
-from voz.language.formats.text_lines import MAX_BYTES
+from voz.language.formats.text_lines import MAX_TEXT_BYTES
 from voz.language.generated.stored_commands import Stored, commands_in
 from voz.language.pronunciation.lexicon import PHONES
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.spelling import MAX_LETTERS, SIGN
+from voz.language.sentences.spelling import COMBINING_SIGN, MAX_WORD_LETTERS
 
 STEM = "comandos_voz"
 PACKAGED = Path(__file__).parent.parent.parent / "lm"
 AGAIN = "make the language files again with `voz build-lm`"
 
-_WORD = re.compile(rf"((?:[^\W_]|{SIGN}|['.-]){{1,{MAX_LETTERS}}})(\([0-9]{{1,3}}\))?")
+_WORD = re.compile(
+    rf"((?:[^\W_]|{COMBINING_SIGN}|['.-]){{1,{MAX_WORD_LETTERS}}})(\([0-9]{{1,3}}\))?"
+)
 """Of a dictionary. The underscore is for voz's own words, others mean something in a grammar."""
 
 
@@ -260,7 +262,7 @@ def stale_warning(files: LanguageFiles) -> str | None:
     if not files.commands.is_file():
         return None
     try:
-        data = read_bytes(files.commands, CommandsError, "", MAX_BYTES)
+        data = read_bytes(files.commands, CommandsError, "", MAX_TEXT_BYTES)
         listed = set(parse_commands(data, str(files.commands)).sentences)
     except CommandsError:
         listed = set()  # it could be used when it was built, so it has changed
@@ -276,6 +278,8 @@ def _changed(path: Path) -> str:
 def _sha(files: LanguageFiles, name: str) -> str | None:
     """The SHA-256 of a file that templates were read from; None if it cannot be read."""
     try:
-        return sha256(read_bytes(files.folder / name, CommandsError, "", MAX_BYTES)).hexdigest()
+        return sha256(
+            read_bytes(files.folder / name, CommandsError, "", MAX_TEXT_BYTES)
+        ).hexdigest()
     except CommandsError:
         return None

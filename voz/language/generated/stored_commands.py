@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from voz.language.sentences.automaton import Network
+from voz.language.sentences.automaton import Automaton
 from voz.language.sentences.command_set import Commands, Meaning
 
 
@@ -15,8 +15,8 @@ class Stored(msgspec.Struct, frozen=True):
 
     Attributes:
         sources: the SHA-256 of each file that they were read from, by its path from here.
-        arcs: of the network.
-        labels: of the network.
+        arcs: of the automaton.
+        labels: of the automaton.
         meanings: of the labels.
     """
 
@@ -28,11 +28,11 @@ class Stored(msgspec.Struct, frozen=True):
 
 def as_text(commands: Commands, sources: Mapping[str, str]) -> str:
     """Write commands as JSON; the same for the same arguments."""
-    network = commands.network
-    stored = Stored(dict(sources), network.arcs, network.labels, list(commands.meanings))
+    automaton = commands.automaton
+    stored = Stored(dict(sources), automaton.arcs, automaton.labels, list(commands.meanings))
     return msgspec.json.encode(stored).decode() + "\n"
 
 
 def commands_in(stored: Stored) -> Commands:
     """The commands again."""
-    return Commands(Network(stored.arcs, stored.labels), stored.meanings)
+    return Commands(Automaton(stored.arcs, stored.labels), stored.meanings)

@@ -13,18 +13,18 @@ from itertools import permutations
 from voz.language.generated.jsgf_grammar import NAME, written_as_tree
 from voz.language.sentences.expression import (
     Choice,
+    Concatenation,
     Expression,
-    Named,
-    Numbers,
+    NumberRange,
     Optional,
     Permutation,
+    ResolvedReference,
     Slot,
     Tag,
     Word,
 )
-from voz.language.sentences.expression import Sequence as InARow
 from voz.language.sentences.expression_size import Size, size
-from voz.language.sentences.number_range import values
+from voz.language.sentences.number_range import numbers_in
 from voz.language.sentences.number_words import wordings
 
 
@@ -47,7 +47,7 @@ def structured_jsgf(expressions: Iterable[Expression]) -> str:
 class _Writer:
     def __init__(self) -> None:
         self.rules: dict[str, str] = {}
-        self._names: dict[int | Numbers, str] = {}
+        self._names: dict[int | NumberRange, str] = {}
         self._kept: list[Expression] = []  # else another could get the id of one
         self._sizes: dict[int, Size] = {}
 
@@ -64,7 +64,7 @@ class _Writer:
         """Write an expression."""
         if isinstance(item, Word):
             return item.text
-        if isinstance(item, InARow):
+        if isinstance(item, Concatenation):
             return " ".join(map(self.write, item.items)) or "<NULL>"
         if isinstance(item, Choice):
             return f"( {self.alternatives(item.items)} )"
@@ -74,23 +74,23 @@ class _Writer:
         if isinstance(item, Permutation):
             orders = (" ".join(map(self.write, order)) for order in permutations(item.items))
             return f"( {' | '.join(orders)} )"
-        if isinstance(item, Numbers):
+        if isinstance(item, NumberRange):
             return self._numbers(item)
-        if isinstance(item, Named):
+        if isinstance(item, ResolvedReference):
             return self._named(item)
         assert isinstance(item, (Tag, Slot))
         return self.write(item.item)
 
-    def _named(self, item: Named) -> str:
+    def _named(self, item: ResolvedReference) -> str:
         if id(item) not in self._names:
             self._kept.append(item)
             body = self.write(item.item)
             self._names[id(item)] = self._rule(re.sub(r"\W", "_", item.name), body)
         return f"<{self._names[id(item)]}>"
 
-    def _numbers(self, item: Numbers) -> str:
+    def _numbers(self, item: NumberRange) -> str:
         if item not in self._names:
-            said = dict.fromkeys(text for number in values(item) for text in wordings(number))
+            said = dict.fromkeys(text for number in numbers_in(item) for text in wordings(number))
             self._names[item] = self._rule("number", " | ".join(written_as_tree(said)))
         return f"<{self._names[item]}>"
 

@@ -13,9 +13,9 @@ from itertools import combinations, pairwise, product
 from pathlib import Path
 
 from voz.errors import CommandsError
-from voz.language.formats.text_lines import text_lines
+from voz.language.formats.text_lines import content_lines
 from voz.language.pronunciation.letter_to_sound import FestivalError
-from voz.language.sentences.spelling import LETTER, normalize
+from voz.language.sentences.spelling import ANY_LETTER, normalize
 
 # What the acoustic model knows.
 PHONE_NAMES = (
@@ -28,7 +28,7 @@ GUESS = "letter-to-sound (a guess)"
 MIN_PART = 3  # letters of the shortest part of a compound
 MAX_PARTS = 3
 
-_USER_WORD = re.compile(rf"((?:{LETTER}|')+)(\([0-9]+\))?")
+_USER_WORD = re.compile(rf"((?:{ANY_LETTER}|')+)(\([0-9]+\))?")
 _ENGLISH_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
 _NOT_ENGLISH = re.compile(r"[^a-z']")
 
@@ -115,7 +115,7 @@ def parse_pronunciations(
         CommandsError: a line is no pronunciation, or names a phone that does not exist.
     """
     found: dict[str, dict[str, None]] = {}
-    for number, text in text_lines(data, name):
+    for number, text in content_lines(data, name):
         where = f"{name}:{number}"
         word, *phones = text.split()
         pattern = _ENGLISH_WORD if phones_known is None else _USER_WORD

@@ -10,19 +10,19 @@ import random
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
-NONE = -1
+NO_LABEL = -1
 """The label of a state in which no sentence ends."""
 
 Arcs = list[dict[str, int]]
 """Of each state: by word the state that it leads to."""
 
 
-class Network:
+class Automaton:
     """Sentences, each with a label: whose it is.
 
     Attributes:
         arcs: of each state, by word; the first is where every sentence begins.
-        labels: of the sentences that end in each state; `NONE` if none does.
+        labels: of the sentences that end in each state; `NO_LABEL` if none does.
     """
 
     def __init__(self, arcs: Arcs, labels: list[int]) -> None:
@@ -35,7 +35,7 @@ class Network:
         """How many sentences go on from each state."""
         counts = [0] * len(self.arcs)
         for state in bottom_up(self.arcs):
-            ends = self.labels[state] != NONE
+            ends = self.labels[state] != NO_LABEL
             counts[state] = ends + sum(counts[to] for to in self.arcs[state].values())
         return counts
 
@@ -70,7 +70,7 @@ class Network:
         """The sentence of a number from 0 on."""
         words, state = list[str](), 0
         while True:
-            if self.labels[state] != NONE:
+            if self.labels[state] != NO_LABEL:
                 if number == 0:
                     return " ".join(words)
                 number -= 1
@@ -95,7 +95,7 @@ class Network:
         """All sentences in the order of their labels; there must not be too many."""
         return [text for _, text in sorted(self._labeled(0, []), key=lambda pair: pair[0])]
 
-    def with_words(self, words: Collection[str]) -> list[str]:
+    def sentences_with_words(self, words: Collection[str]) -> list[str]:
         """For each of some words a sentence with it, in the order in which they are found."""
         way = {0: ""}
         found: dict[str, str] = {}
@@ -109,18 +109,18 @@ class Network:
     def _shortest(self, state: int) -> str:
         """How a sentence may end from a state on."""
         words = list[str]()
-        while self.labels[state] == NONE:
+        while self.labels[state] == NO_LABEL:
             word, state = next(iter(self.arcs[state].items()))
             words.append(word)
         return " ".join(words)
 
     def _labeled(self, state: int, before: list[str]) -> Iterator[tuple[int, str]]:
-        if self.labels[state] != NONE:
+        if self.labels[state] != NO_LABEL:
             yield self.labels[state], " ".join(before)
         for word, to in self.arcs[state].items():
             yield from self._labeled(to, [*before, word])
 
-    def with_label(self, label: int, most: int) -> list[str]:
+    def sentences_with_label(self, label: int, most: int) -> list[str]:
         """The shortest sentences with a label; with as many words those that come first."""
         found: list[str] = []
         level: list[tuple[int, tuple[str, ...]]] = [(0, ())]
@@ -130,36 +130,36 @@ class Network:
                 (to, (*words, word))
                 for state, words in level
                 for word, to in self.arcs[state].items()
-                if label in self._leads_to[to]
+                if label in self._reachable_labels[to]
             ][:most]
         return found[:most]
 
     @cached_property
-    def _leads_to(self) -> list[frozenset[int]]:
+    def _reachable_labels(self) -> list[frozenset[int]]:
         """The labels of the sentences that go on from each state."""
         found = [frozenset[int]()] * len(self.arcs)
         for state in bottom_up(self.arcs):
-            own = {self.labels[state]} - {NONE}
+            own = {self.labels[state]} - {NO_LABEL}
             found[state] = frozenset(own).union(*(found[to] for to in self.arcs[state].values()))
         return found
 
     @cached_property
-    def of_labels(self) -> Mapping[int, int]:
+    def counts_by_label(self) -> Mapping[int, int]:
         """How many sentences have each label."""
         ways, found = [0] * len(self.arcs), dict[int, int]()
         ways[0] = 1
         for state in reversed(bottom_up(self.arcs)):
-            if (label := self.labels[state]) != NONE:
+            if (label := self.labels[state]) != NO_LABEL:
                 found[label] = found.get(label, 0) + ways[state]
             for to in self.arcs[state].values():
                 ways[to] += ways[state]
         return found
 
 
-def tree(sentences: Sequence[str]) -> Network:
-    """Make a network of a list; the label of each sentence is its place in the list."""
+def prefix_tree(sentences: Sequence[str]) -> Automaton:
+    """Make a prefix tree of a list; the label of each sentence is its place in the list."""
     arcs: Arcs = [{}]
-    labels = [NONE]
+    labels = [NO_LABEL]
     for number, sentence in enumerate(sentences):
         state = 0
         for word in sentence.split():
@@ -167,11 +167,11 @@ def tree(sentences: Sequence[str]) -> Network:
             if following is None:
                 following = arcs[state][word] = len(arcs)
                 arcs.append({})
-                labels.append(NONE)
+                labels.append(NO_LABEL)
             state = following
-        if labels[state] == NONE:
+        if labels[state] == NO_LABEL:
             labels[state] = number
-    return Network(arcs, labels)
+    return Automaton(arcs, labels)
 
 
 def bottom_up(arcs: Arcs) -> list[int]:
@@ -191,7 +191,7 @@ def bottom_up(arcs: Arcs) -> list[int]:
     return order
 
 
-def minimal(arcs: Arcs, labels: list[int]) -> Network:
+def minimized(arcs: Arcs, labels: list[int]) -> Automaton:
     """Merge states from which the same goes on; only what is needed stays."""
     merged: dict[int, int] = {}
     known: dict[tuple[object, ...], int] = {}
@@ -207,4 +207,4 @@ def minimal(arcs: Arcs, labels: list[int]) -> Network:
     final: Arcs = [
         {word: last - merged[to] for word, to in arcs[state].items()} for state in reversed(kept)
     ]
-    return Network(final, [labels[state] for state in reversed(kept)])
+    return Automaton(final, [labels[state] for state in reversed(kept)])

@@ -11,18 +11,18 @@ from typing import NamedTuple
 import msgspec
 
 from voz.errors import LanguageError
-from voz.language.sentences.automaton import NONE, Network, tree
+from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
-from voz.language.sentences.letter_distance import Letters
-from voz.language.sentences.neighbors import Costs, nearest
-from voz.language.sentences.slot_reader import Reader
-from voz.language.sentences.spelling import without_accents
-from voz.language.sentences.typed_text import tokens
+from voz.language.sentences.letter_distance import LetterDistances
+from voz.language.sentences.neighbors import WordCosts, nearest
+from voz.language.sentences.slot_reader import SlotReader
+from voz.language.sentences.spelling import strip_accents
+from voz.language.sentences.typed_text import spoken_forms
 
-MOST_LISTED = 5_000
+MAX_LISTED_SENTENCES = 5_000
 """Sentences of templates that are written down one by one; of more some are drawn."""
 
-UNLIKE = 0.4
+MAX_WRONG_LETTERS = 0.4
 """Of the letters of a line that is no sentence, the share that may be wrong to guess which."""
 
 NO_SLOTS: Mapping[str, Value] = MappingProxyType({})
@@ -39,7 +39,7 @@ class Meaning(msgspec.Struct, frozen=True, omit_defaults=True):
 
     command: str
     constants: dict[str, Value] = {}
-    reader: Reader | None = None
+    reader: SlotReader | None = None
 
 
 class Parse(NamedTuple):
@@ -66,17 +66,17 @@ class Commands(Collection[str]):
     A sentence is in it, can be counted and looked at as in a list; `len` is how many there are.
 
     Attributes:
-        network: the sentences; their labels are places in `meanings`.
+        automaton: the sentences; their labels are places in `meanings`.
         meanings: of each template, or of each sentence of a plain list.
     """
 
-    def __init__(self, network: Network, meanings: Sequence[Meaning]) -> None:
+    def __init__(self, automaton: Automaton, meanings: Sequence[Meaning]) -> None:
         """Take what templates were compiled to."""
-        self.network = network
+        self.automaton = automaton
         self.meanings = meanings
 
     def __len__(self) -> int:
-        return self.network.count
+        return self.automaton.count
 
     def __iter__(self) -> Iterator[str]:
         """All sentences in the order of the list; raises what `listed` does."""
@@ -88,7 +88,7 @@ class Commands(Collection[str]):
     @property
     def few(self) -> bool:
         """Whether they can be written down one by one, as every plain list can."""
-        return len(self) <= max(MOST_LISTED, len(self.meanings))
+        return len(self) <= max(MAX_LISTED_SENTENCES, len(self.meanings))
 
     @cached_property
     def listed(self) -> list[str]:
@@ -100,19 +100,19 @@ class Commands(Collection[str]):
         if not self.few:
             raise LanguageError(
                 f"{len(self):,} sentences are too many for this, which looks at each of them; "
-                f"use templates of at most {MOST_LISTED:,}"
+                f"use templates of at most {MAX_LISTED_SENTENCES:,}"
             )
-        return self.network.sentences()
+        return self.automaton.sentences()
 
     @property
     def longest(self) -> int:
         """Words of the longest sentence."""
-        return self.network.longest
+        return self.automaton.longest
 
     @property
     def vocabulary(self) -> tuple[str, ...]:
         """All words, each once."""
-        return self.network.words
+        return self.automaton.words
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -131,7 +131,7 @@ class Commands(Collection[str]):
         words = text.split()
         label = self._label(words)
         if label is None:
-            typed = tokens(text)
+            typed = spoken_forms(text)
             found = next(chain(self._spoken(typed), self._spoken(self._accented(typed))), None)
             if found is None:
                 return None
@@ -142,42 +142,42 @@ class Commands(Collection[str]):
             slots = {**slots, **(meaning.reader.slots(words) or {})}
         return Parse(" ".join(words), meaning.command, slots)
 
-    def may_go_on(self, text: str) -> bool:
+    def has_continuation(self, text: str) -> bool:
         """Tell whether a longer sentence begins with this one."""
-        state = self.network.walk(text.split())
-        return state is not None and bool(self.network.arcs[state])
+        state = self.automaton.walk(text.split())
+        return state is not None and bool(self.automaton.arcs[state])
 
-    def is_begun(self, text: str) -> bool:
+    def is_typed_prefix(self, text: str) -> bool:
         """Tell whether a longer sentence begins with what was typed, which may have digits."""
-        return bool(words := tokens(text)) and any(
-            self.network.arcs[state] for state, _ in self._walked(words)
+        return bool(words := spoken_forms(text)) and any(
+            self.automaton.arcs[state] for state, _ in self._walked(words)
         )
 
-    def going_on(self, text: str) -> frozenset[str]:
+    def continuing_commands(self, text: str) -> frozenset[str]:
         """Name the commands of the longer sentences that begin with this one."""
-        begin = self.network.walk(text.split())
+        begin = self.automaton.walk(text.split())
         if begin is None:
             return frozenset()
         found: set[str] = set()
         seen, waiting = {begin}, [begin]
         while waiting:
-            for after in self.network.arcs[waiting.pop()].values():
-                if self.network.labels[after] != NONE:
-                    found.add(self.meanings[self.network.labels[after]].command)
+            for after in self.automaton.arcs[waiting.pop()].values():
+                if self.automaton.labels[after] != NO_LABEL:
+                    found.add(self.meanings[self.automaton.labels[after]].command)
                 waiting += {after} - seen
                 seen.add(after)
         return frozenset(found)
 
     def sample(self, number: int, seed: int = 0) -> list[str]:
         """Draw sentences, each as likely as any other, none twice; the same seed the same."""
-        return self.network.sample(number, seed)
+        return self.automaton.sample(number, seed)
 
     def examples(self) -> list[str]:
         """All sentences if they are few; else some with all words, each drawn as likely."""
         if self.few:
             return self.listed
-        drawn = self.sample(MOST_LISTED)
-        return drawn + self.network.with_words(set(self.vocabulary) - _words(drawn))
+        drawn = self.sample(MAX_LISTED_SENTENCES)
+        return drawn + self.automaton.sentences_with_words(set(self.vocabulary) - _words(drawn))
 
     def named(self, names: Collection[str], most: int) -> list[str]:
         """Sentences that mean one of some commands or are named themselves, in the list's order.
@@ -187,10 +187,12 @@ class Commands(Collection[str]):
             most: of each template; the shortest come first.
         """
         labels = [n for n, meaning in enumerate(self.meanings) if meaning.command in names]
-        found = [text for label in labels for text in self.network.with_label(label, most)]
+        found = [
+            text for label in labels for text in self.automaton.sentences_with_label(label, most)
+        ]
         return list(dict.fromkeys([*found, *(text for text in names if text in self)]))
 
-    def neighbors(self, text: str, most: int, sound: Costs) -> list[str]:
+    def neighbors(self, text: str, most: int, sound: WordCosts) -> list[str]:
         """Find the sentences that sound most like one: a word or two are another, or one too many.
 
         Args:
@@ -201,19 +203,21 @@ class Commands(Collection[str]):
         Returns:
             The sentences, the nearest first; fewer if there are no more so near.
         """
-        return [near.sentence for near in nearest(self.network, text.split(), sound, most)]
+        return [near.sentence for near in nearest(self.automaton, text.split(), sound, most)]
 
     def meant(self, text: str) -> str | None:
         """Guess which sentence somebody wanted to type; None if nothing is like it."""
-        words = [word for ways in tokens(text) for word in ways[0].split()][: self.longest + 3]
-        found = nearest(self.network, words, Letters(), 1, changes=len(words))
-        close = found and found[0].cost <= UNLIKE * sum(map(len, words))
+        words = [word for ways in spoken_forms(text) for word in ways[0].split()][
+            : self.longest + 3
+        ]
+        found = nearest(self.automaton, words, LetterDistances(), 1, changes=len(words))
+        close = found and found[0].cost <= MAX_WRONG_LETTERS * sum(map(len, words))
         return found[0].sentence if close else None
 
     def _label(self, words: Sequence[str]) -> int | None:
-        state = self.network.walk(words)
-        label = NONE if state is None else self.network.labels[state]
-        return None if label == NONE else label
+        state = self.automaton.walk(words)
+        label = NO_LABEL if state is None else self.automaton.labels[state]
+        return None if label == NO_LABEL else label
 
     def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
         """Give typed words their accents; one that may have several is each of them."""
@@ -224,14 +228,14 @@ class Commands(Collection[str]):
         """The words that may be meant by one without accents."""
         found: dict[str, list[str]] = {}
         for word in self.vocabulary:
-            found.setdefault(without_accents(word), []).append(word)
+            found.setdefault(strip_accents(word), []).append(word)
         return found
 
     def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
         """The sentences that typed text may be; numbers have several wordings."""
         for state, words in self._walked(typed):
-            if self.network.labels[state] != NONE:
-                yield words, self.network.labels[state]
+            if self.automaton.labels[state] != NO_LABEL:
+                yield words, self.automaton.labels[state]
 
     def _walked(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
         """The states to which typed text leads, each with the words on its way."""
@@ -241,7 +245,7 @@ class Commands(Collection[str]):
                 (after, [*words, *way.split()])
                 for state, words in begun
                 for way in ways
-                if (after := self.network.walk(way.split(), state)) is not None
+                if (after := self.automaton.walk(way.split(), state)) is not None
             ]
         return begun
 
@@ -252,4 +256,4 @@ def _words(sentences: Iterable[str]) -> set[str]:
 
 def plain_commands(sentences: Sequence[str]) -> Commands:
     """The commands of a plain list: each sentence is its own command."""
-    return Commands(tree(sentences), [Meaning(sentence) for sentence in sentences])
+    return Commands(prefix_tree(sentences), [Meaning(sentence) for sentence in sentences])

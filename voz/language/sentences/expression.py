@@ -20,7 +20,7 @@ class Word:
 
 
 @dataclass(frozen=True, slots=True)
-class Sequence:
+class Concatenation:
     """One after the other; none of them is no word at all."""
 
     items: tuple[Expression, ...]
@@ -56,7 +56,7 @@ class Tag:
 
 
 @dataclass(frozen=True, slots=True)
-class Numbers:
+class NumberRange:
     """A number in words: from the first to the last, so far apart, in all usual wordings."""
 
     first: Fraction
@@ -83,7 +83,7 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class ResolvedReference:
     """What a reference stands for, with its name."""
 
     kind: Literal["rule", "list"]
@@ -92,16 +92,25 @@ class Named:
 
 
 Expression: TypeAlias = (
-    Word | Sequence | Choice | Optional | Permutation | Tag | Numbers | Slot | Reference | Named
+    Word
+    | Concatenation
+    | Choice
+    | Optional
+    | Permutation
+    | Tag
+    | NumberRange
+    | Slot
+    | Reference
+    | ResolvedReference
 )
 
-NOTHING = Sequence(())
+NO_WORDS = Concatenation(())
 """No word."""
 
 
-def sequence(items: list[Expression]) -> Expression:
+def concatenation(items: list[Expression]) -> Expression:
     """Put expressions one after the other; one alone stays as it is."""
-    return items[0] if len(items) == 1 else Sequence(tuple(items))
+    return items[0] if len(items) == 1 else Concatenation(tuple(items))
 
 
 def choice(items: list[Expression]) -> Expression:
@@ -111,17 +120,21 @@ def choice(items: list[Expression]) -> Expression:
 
 def phrase(text: str) -> Expression:
     """Words in a row."""
-    return sequence([Word(word) for word in text.split()])
+    return concatenation([Word(word) for word in text.split()])
 
 
-def value_of(text: str) -> Value:
+def parse_value(text: str) -> Value:
     """Read a value: a number if it is one."""
     try:
-        return tidy(Fraction(text)) if text[:1] in "+-.0123456789" and "/" not in text else text
+        return (
+            plain_number(Fraction(text))
+            if text[:1] in "+-.0123456789" and "/" not in text
+            else text
+        )
     except ValueError:
         return text
 
 
-def tidy(number: Fraction) -> int | float:
+def plain_number(number: Fraction) -> int | float:
     """Write a number without a fraction as a whole one."""
     return int(number) if number.denominator == 1 else float(number)

@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 from voz.language.sentences.expression import (
     Choice,
+    Concatenation,
     Expression,
-    Named,
-    Numbers,
+    NumberRange,
     Optional,
     Permutation,
     Reference,
-    Sequence,
+    ResolvedReference,
     Slot,
     Tag,
     Word,
 )
-from voz.language.sentences.number_range import in_words
+from voz.language.sentences.number_range import tagged_wordings
 
 
 class Size(NamedTuple):
@@ -43,9 +43,9 @@ def size(item: Expression, known: dict[int, Size]) -> Size:
     """
     if isinstance(item, Word):
         return Size(1, 1)
-    if isinstance(item, Numbers):
+    if isinstance(item, NumberRange):
         return _size_of_numbers(item)
-    if isinstance(item, (Sequence, Permutation)):
+    if isinstance(item, (Concatenation, Permutation)):
         each = [size(one, known) for one in item.items]
         orders = factorial(len(each)) if isinstance(item, Permutation) else 1
         return Size(orders * prod(one.ways for one in each), sum(one.longest for one in each))
@@ -55,7 +55,7 @@ def size(item: Expression, known: dict[int, Size]) -> Size:
     if isinstance(item, Optional):
         inner = size(item.item, known)
         return Size(inner.ways + 1, inner.longest)
-    if isinstance(item, Named):
+    if isinstance(item, ResolvedReference):
         if id(item) not in known:
             known[id(item)] = size(item.item, known)
         return known[id(item)]
@@ -64,20 +64,20 @@ def size(item: Expression, known: dict[int, Size]) -> Size:
 
 
 @lru_cache(maxsize=1000)
-def _size_of_numbers(numbers: Numbers) -> Size:
-    return size(in_words(numbers), {})
+def _size_of_numbers(numbers: NumberRange) -> Size:
+    return size(tagged_wordings(numbers), {})
 
 
-def plainest(item: Expression) -> str:
+def default_name(item: Expression) -> str:
     """The first sentence of a template without what may be left out; a slot is its name."""
     if isinstance(item, Word):
         return item.text
     if isinstance(item, Slot):
         return f"{{{item.name}}}"
-    if isinstance(item, (Sequence, Permutation)):
-        return " ".join(filter(None, map(plainest, item.items)))
+    if isinstance(item, (Concatenation, Permutation)):
+        return " ".join(filter(None, map(default_name, item.items)))
     if isinstance(item, Choice):
-        return plainest(item.items[0])
-    if isinstance(item, (Tag, Named)):
-        return plainest(item.item)
-    return plainest(in_words(item)) if isinstance(item, Numbers) else ""
+        return default_name(item.items[0])
+    if isinstance(item, (Tag, ResolvedReference)):
+        return default_name(item.item)
+    return default_name(tagged_wordings(item)) if isinstance(item, NumberRange) else ""

@@ -6,21 +6,21 @@ from difflib import SequenceMatcher
 from functools import lru_cache
 
 
-class Letters:
+class LetterDistances:
     """How far apart words are written, in letters that differ."""
 
     def __init__(self) -> None:
         """Keep what was compared."""
-        self.instead = lru_cache(maxsize=10_000)(self._instead)
+        self.substitution_cost = lru_cache(maxsize=10_000)(self._instead)
 
     def _instead(self, word: str, other: str) -> float:
         alike = SequenceMatcher(None, word, other, autojunk=False).ratio()
         return (1 - alike) * max(len(word), len(other))
 
-    def rough(self, word: str, other: str) -> float:
+    def rough_cost(self, word: str, other: str) -> float:
         """How many letters only one of two words has."""
         return len(set(word) ^ set(other))
 
-    def alone(self, word: str) -> float:
+    def gap_cost(self, word: str) -> float:
         """What it costs to leave a word out, or to put it in: it is half a mistake."""
         return len(word) / 2 + 0.5

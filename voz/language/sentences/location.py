@@ -34,6 +34,6 @@ class Location:
         return text, " " * (self.column - 1) + "^"
 
 
-def wrong(place: Location, message: str) -> CommandsError:
+def error_at(place: Location, message: str) -> CommandsError:
     """Make an error that says where, and shows it."""
     return CommandsError(f"{place}: {message}", place.excerpt())

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
 
-LARGEST = 999_999
+LARGEST_NUMBER = 999_999
 
 _SAID = (
     "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen "
@@ -44,8 +44,8 @@ def wordings(number: Fraction) -> tuple[str, ...]:
         return tuple(
             f"{sign} {text}" for sign in ("minus", "negative") for text in wordings(-number)
         )
-    if number > LARGEST:
-        raise ValueError(f"numbers go up to {LARGEST:,}")
+    if number > LARGEST_NUMBER:
+        raise ValueError(f"numbers go up to {LARGEST_NUMBER:,}")
     whole = number.numerator // number.denominator
     part = number - whole
     said = [*_whole(whole)] if not part else [*_decimal(whole, part), *_with_quarters(whole, part)]

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from voz.language.sentences.expression import (
     Choice,
+    Concatenation,
     Expression,
-    Named,
-    Numbers,
+    NumberRange,
     Optional,
     Permutation,
     Reference,
-    Sequence,
+    ResolvedReference,
     Slot,
     Tag,
     Word,
@@ -33,15 +33,15 @@ def renamed(item: Expression, names: Mapping[tuple[DefinitionKind, str], str]) -
     """Let the references in an expression have the names that are known elsewhere."""
     if isinstance(item, Reference):
         return replace(item, name=names.get((item.kind, item.name), item.name))
-    if isinstance(item, (Sequence, Choice, Permutation)):
+    if isinstance(item, (Concatenation, Choice, Permutation)):
         return replace(item, items=tuple(renamed(one, names) for one in item.items))
-    if isinstance(item, (Word, Numbers, Named)):
+    if isinstance(item, (Word, NumberRange, ResolvedReference)):
         return item
     return replace(item, item=renamed(item.item, names))
 
 
 def inside(item: Expression) -> Iterable[Expression]:
     """What an expression is made of."""
-    if isinstance(item, (Sequence, Choice, Permutation)):
+    if isinstance(item, (Concatenation, Choice, Permutation)):
         return item.items
-    return (item.item,) if isinstance(item, (Optional, Tag, Slot, Named)) else ()
+    return (item.item,) if isinstance(item, (Optional, Tag, Slot, ResolvedReference)) else ()

@@ -9,16 +9,16 @@ import msgspec
 
 from voz.language.sentences.expression import Value
 
-Mark: TypeAlias = tuple[str, Value]
+SlotMark: TypeAlias = tuple[str, Value]
 """`{` and `}` are the ends of a slot, `<` and `>` those of what counts as a value."""
 
-Marks: TypeAlias = tuple[Mark, ...]
+SlotMarks: TypeAlias = tuple[SlotMark, ...]
 
-MarkedArc: TypeAlias = tuple[int, Marks]
+MarkedArc: TypeAlias = tuple[int, SlotMarks]
 """The state that a word leads to, and what begins or ends before the word."""
 
 
-class Reader(msgspec.Struct, frozen=True):
+class SlotReader(msgspec.Struct, frozen=True):
     """The states of a template; the first is where it begins, and nothing leads back.
 
     Attributes:
@@ -27,7 +27,7 @@ class Reader(msgspec.Struct, frozen=True):
     """
 
     arcs: list[dict[str, list[MarkedArc]]]
-    ends: dict[int, Marks]
+    ends: dict[int, SlotMarks]
 
     def slots(self, words: Sequence[str]) -> dict[str, Value] | None:
         """Find what the slots are in a sentence; None if it is none of the template.
@@ -44,7 +44,7 @@ class Reader(msgspec.Struct, frozen=True):
 
     def _paths(
         self, words: Sequence[str], at: int, state: int, dead: set[tuple[int, int]]
-    ) -> Iterator[list[Marks]]:
+    ) -> Iterator[list[SlotMarks]]:
         """The marks before each word of a sentence from one on, and behind it."""
         if at == len(words):
             if state in self.ends:
@@ -61,7 +61,7 @@ class Reader(msgspec.Struct, frozen=True):
             dead.add((at, state))
 
 
-def _values(words: Sequence[str], marks: Sequence[Marks]) -> dict[str, Value]:
+def _values(words: Sequence[str], marks: Sequence[SlotMarks]) -> dict[str, Value]:
     """What the slots are, by the marks before each word and at the end."""
     found: dict[str, Value] = {}
     name, parts, tagged = "", list[Value](), 0

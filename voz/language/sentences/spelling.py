@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import unicodedata
 
-MAX_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
+MAX_WORD_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
 
-SIGN = r"(?:(?!\w)[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
+COMBINING_SIGN = r"(?:(?!\w)[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
 """What some scripts put to a letter, and is none by itself."""
 
-LETTER = rf"(?:[^\W\d_]|{SIGN})"
+ANY_LETTER = rf"(?:[^\W\d_]|{COMBINING_SIGN})"
 """Of any language; which of them a language has, its dictionary says."""
 
 # Of the white space only the space and the tab are meant to be in a line of text: the others
@@ -25,21 +25,21 @@ def normalize(text: str) -> str:
         The text in lower case, with single spaces and none at its ends; a letter with its accent
         is one character.
     """
-    return " ".join(composed(text.lower()).split())
+    return " ".join(compose_accents(text.lower()).split())
 
 
-def composed(text: str) -> str:
+def compose_accents(text: str) -> str:
     """Write each letter with its accent as one character, whatever the editor made of it."""
     return unicodedata.normalize("NFC", text)
 
 
-def without_accents(text: str) -> str:
+def strip_accents(text: str) -> str:
     """Leave out all accents, as who types on a keyboard without them does."""
     letters = unicodedata.normalize("NFD", text)
     return "".join(letter for letter in letters if not unicodedata.combining(letter))
 
 
-def what_cannot_be_spoken(text: str) -> tuple[int, str] | None:
+def find_unspeakable(text: str) -> tuple[int, str] | None:
     """Find the first character that cannot stand in a command: where, and what to do about it."""
     for found in _UNUSUAL.finditer(text):
         if unicodedata.category(found.group())[0] not in "LM":  # letters, and signs put to them
@@ -47,13 +47,13 @@ def what_cannot_be_spoken(text: str) -> tuple[int, str] | None:
     return None
 
 
-def too_long(word: str) -> str:
+def length_complaint(word: str) -> str:
     """Say that a word is too long to be one; empty if it is not."""
-    if len(word) <= MAX_LETTERS:
+    if len(word) <= MAX_WORD_LETTERS:
         return ""
     return (
-        f'"{word[:MAX_LETTERS]}..." has {len(word)} letters, '
-        f"more than {MAX_LETTERS}; write it as several words"
+        f'"{word[:MAX_WORD_LETTERS]}..." has {len(word)} letters, '
+        f"more than {MAX_WORD_LETTERS}; write it as several words"
     )
 
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from voz.language.sentences.expression import Expression, Value
-from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.location import Location, error_at
 
 DefinitionKind = Literal["rule", "list"]
 
@@ -63,7 +63,7 @@ class TemplateSource:
             CommandsError: it stands for something else already.
         """
         if before := self.definitions.get((kind, name)):
-            raise wrong(
+            raise error_at(
                 place, f'the {kind} "{name}" is there already ({before.place}); use another name'
             )
         self.definitions[kind, name] = Definition(expression, place)
@@ -75,6 +75,6 @@ class TemplateSource:
             self.define(kind, name, definition.expression, definition.place)
 
 
-def shown(kind: DefinitionKind, name: str) -> str:
+def reference_text(kind: DefinitionKind, name: str) -> str:
     """Write a name as it is used in a template."""
     return f"<{name}>" if kind == "rule" else f"{{{name}}}"

@@ -6,9 +6,9 @@ import re
 from fractions import Fraction
 
 from voz.language.sentences.number_words import wordings
-from voz.language.sentences.spelling import SIGN, composed
+from voz.language.sentences.spelling import COMBINING_SIGN, compose_accents
 
-_LETTERS = rf"(?:[^\W_]|{SIGN})+"
+_LETTERS = rf"(?:[^\W_]|{COMBINING_SIGN})+"
 _TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'{_LETTERS})*'?")
 _PLAIN = str.maketrans(
     {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001
@@ -18,7 +18,7 @@ _PLAIN = str.maketrans(
 _HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
 
 
-def tokens(text: str) -> list[list[str]]:
+def spoken_forms(text: str) -> list[list[str]]:
     """Split typed text into words and numbers.
 
     Args:
@@ -27,7 +27,7 @@ def tokens(text: str) -> list[list[str]]:
     Returns:
         For each word or number the ways to say it: a word in lower case, a number in all wordings.
     """
-    plain = _HYPHEN.sub(" ", composed(text.lower()).translate(_PLAIN))
+    plain = _HYPHEN.sub(" ", compose_accents(text.lower()).translate(_PLAIN))
     return [_said(token) for token in _TOKEN.findall(plain)]
 
 

@@ -12,7 +12,7 @@ from random import Random
 
 from voz.language.acoustics.phone_distances import Distances
 from voz.language.sentences.command_set import Commands
-from voz.language.sentences.neighbors import Near, nearest
+from voz.language.sentences.neighbors import Neighbor, nearest
 from voz.language.similarity.alike_report import differing, words_that_differ
 from voz.language.similarity.confusion import UNLIKE, AlikePair
 from voz.language.similarity.word_distances import WordDistances
@@ -47,7 +47,7 @@ def pairs_of_many(
     sound = WordDistances(spellings, distances)
     found: dict[frozenset[str], AlikePair] = {}
     for sentence in _drawn(commands):
-        for near in nearest(commands.network, sentence.split(), sound, NEIGHBORS):
+        for near in nearest(commands.automaton, sentence.split(), sound, NEIGHBORS):
             pair = _pair(sentence, near, sound)
             words = words_that_differ(pair)
             if words not in found or pair.alike > found[words].alike:
@@ -59,11 +59,11 @@ def _drawn(commands: Commands) -> list[str]:
     """Draw sentences: of as many templates as possible one, then others."""
     every = range(len(commands.meanings))
     labels = sorted(Random(0).sample(every, min(LOOKED_AT, len(every))))
-    each = [text for label in labels for text in commands.network.with_label(label, 1)]
+    each = [text for label in labels for text in commands.automaton.sentences_with_label(label, 1)]
     return list(dict.fromkeys([*each, *commands.sample(LOOKED_AT)]))[:LOOKED_AT]
 
 
-def _pair(sentence: str, near: Near, sound: WordDistances) -> AlikePair:
+def _pair(sentence: str, near: Neighbor, sound: WordDistances) -> AlikePair:
     one, other = differing(sentence, near.sentence)
     alike = exp(-near.cost / USUAL_FRAMES / UNLIKE)
     return AlikePair(sentence, near.sentence, alike, (sound.phones(one), sound.phones(other)))

@@ -38,17 +38,17 @@ class WordDistances:
             word: [tuple(way) for way in ways[:MOST_SPELLINGS]] for word, ways in spellings.items()
         }
         self._phones = {word: frozenset(ways[0]) for word, ways in self._spellings.items()}
-        self.instead = lru_cache(maxsize=100_000)(self._instead)
+        self.substitution_cost = lru_cache(maxsize=100_000)(self._instead)
 
     def _instead(self, word: str, other: str) -> float:
         ways, others = self._spellings[word], self._spellings[other]
         return min(loss_between(one, two, self._distances) for one in ways for two in others)
 
-    def rough(self, word: str, other: str) -> float:
+    def rough_cost(self, word: str, other: str) -> float:
         """How many phones only one of two words has."""
         return len(self._phones[word] ^ self._phones[other])
 
-    def alone(self, word: str) -> float:
+    def gap_cost(self, word: str) -> float:
         """What it costs to leave a word out, or to put it in."""
         return ALONE * len(self._spellings[word][0])
 

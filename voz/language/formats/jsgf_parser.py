@@ -11,18 +11,18 @@ from __future__ import annotations
 import re
 
 from voz.language.formats.parser import Parser, Passage, Token
-from voz.language.formats.text_lines import whole_lines
+from voz.language.formats.text_lines import numbered_lines
 from voz.language.sentences.expression import (
-    NOTHING,
+    NO_WORDS,
     Choice,
     Expression,
     Reference,
     Slot,
     Tag,
-    sequence,
-    value_of,
+    concatenation,
+    parse_value,
 )
-from voz.language.sentences.location import Location, wrong
+from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.references import references
 from voz.language.sentences.template_source import Template, TemplateSource
 
@@ -36,7 +36,7 @@ _RULE = re.compile(
 _WEIGHT = re.compile(r"/\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*/")
 
 
-class Rule(Parser):
+class JsgfParser(Parser):
     """Parses what a rule stands for."""
 
     TOKEN = re.compile(
@@ -63,9 +63,9 @@ class Rule(Parser):
             if not items:
                 self.fail("a tag stands behind what it means; write words before it", token.at)
             self.take()
-            value = value_of(re.sub(r"\\(.)", r"\1", token.text[1:-1]).strip())
+            value = parse_value(re.sub(r"\\(.)", r"\1", token.text[1:-1]).strip())
             ends = self.next.kind == "end" or self.ends()
-            before = sequence(items[:]) if ends else items.pop()
+            before = concatenation(items[:]) if ends else items.pop()
             items[:] = [Tag(before, value)] if ends else [*items, Tag(before, value)]
         else:
             items.append(self.atom())
@@ -84,7 +84,7 @@ class Rule(Parser):
         if token.kind == "rule":
             name = token.text[1:-1].strip().removeprefix(self._prefix)
             if name == "NULL":
-                return NOTHING
+                return NO_WORDS
             if name == "VOID":
                 self.fail("<VOID> can never be said; remove this alternative", token.at)
             return Reference("rule", name, self.passage.place(token.at))
@@ -93,7 +93,7 @@ class Rule(Parser):
                 self.word(Token("word", match.group(), token.at + 1 + match.start(), True))
                 for match in re.finditer(r"\S+", token.text[1:-1])
             ]
-            return sequence(words)
+            return concatenation(words)
         return super().other(token)
 
 
@@ -107,7 +107,7 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     Raises:
         CommandsError: it has something that cannot be.
     """
-    text = "\n".join(line for _, line in whole_lines(data, name))
+    text = "\n".join(line for _, line in numbered_lines(data, name))
     text = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found.group()), text)
     whole = Passage(name, 1, 0, text)
     header = _HEADER.match(text)
@@ -116,19 +116,19 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     while found := _VISIBLE.search(text, at):
         at = found.start()
         if _IMPORT.match(text, at):
-            raise wrong(whole.place(at), "other grammars are not read; write their rules here")
+            raise error_at(whole.place(at), "other grammars are not read; write their rules here")
         match = _RULE.match(text, at)
         if not match:
-            raise wrong(whole.place(at), "here stands a rule, as in: <colour> = red | green;")
+            raise error_at(whole.place(at), "here stands a rule, as in: <colour> = red | green;")
         place = whole.place(at)
-        body = Rule(_part(whole, match.start(3), match.end(3)), grammar).parse()
+        body = JsgfParser(_part(whole, match.start(3), match.end(3)), grammar).parse()
         rule = match[2].removeprefix(f"{grammar}.")
         if match[1]:
             public.append((rule, body, place))
         source.define("rule", rule, _slot(rule, body, place), place)
         at = match.end()
     if not public:
-        raise wrong(
+        raise error_at(
             Location(name, 1), 'no rule is public; write "public" before that which is said'
         )
     _add_public(source, public)

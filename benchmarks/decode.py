@@ -17,7 +17,7 @@ from pathlib import Path
 
 from machine import machine, peak_megabytes
 
-from voz.apps.recordings.rows import MANIFEST, records_in
+from voz.apps.recordings.manifest_text import MANIFEST_NAME, parse_records
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"
@@ -87,7 +87,7 @@ ENGINES: dict[str, Callable[[], Understand]] = {
 
 
 def commands() -> list[tuple[Path, str]]:
-    rows = records_in((FIXTURES / MANIFEST).read_text(encoding="utf-8"))
+    rows = parse_records((FIXTURES / MANIFEST_NAME).read_text(encoding="utf-8"))
     return [(FIXTURES / r["file"], r["text"]) for r in rows if r["kind"] == "command"]
 
 

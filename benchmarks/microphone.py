@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from machine import machine
 
-from voz.apps.evaluation.noise import generator_for, mixed, stretch
+from voz.apps.evaluation.noise import generator_for, mix, random_stretch
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
@@ -73,7 +73,7 @@ def recordings(clip: Clip, noises: list[Samples]) -> Iterator[Samples]:
         yield within_16_bits(sound * 10 ** (decibels / 20))
     noise = noises[rng.integers(len(noises))]
     for ratio in RATIOS:
-        yield mixed(within_16_bits(sound), stretch(noise, LENGTH, rng), ratio)
+        yield mix(within_16_bits(sound), random_stretch(noise, LENGTH, rng), ratio)
 
 
 def read(path: Path) -> Samples:

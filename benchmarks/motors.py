@@ -23,7 +23,7 @@ from machine import machine
 
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.evaluation.statistics import estimate
-from voz.apps.evaluation.tables import shown
+from voz.apps.evaluation.tables import estimate_text
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
@@ -161,7 +161,8 @@ def main() -> None:
     print("| | commands | share |\n|---|---|---|")
     for name, each in sorted(found.items()):
         speakers, hits = zip(*each, strict=True)
-        print(f"| {name} | {len(each)} | {shown(estimate(hits, [1.0] * len(each), speakers))} |")
+        share = estimate_text(estimate(hits, [1.0] * len(each), speakers))
+        print(f"| {name} | {len(each)} | {share} |")
 
 
 def chosen(clips: Sequence[Clip], most: int) -> list[Clip]:

@@ -22,7 +22,7 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from voz.apps.recordings.rows import records_in
+from voz.apps.recordings.manifest_text import parse_records
 from voz.recognition.phoneme_network import BLANKS
 from voz.recognition.second_ear import IPA, load_network
 
@@ -75,7 +75,7 @@ def read(manifest: Path) -> list[tuple[str, list[str], list[str]]]:
     """Read the speakers, phones and symbols of all recordings that have phones."""
     network = load_network()
     found = []
-    rows = [row for row in records_in(manifest.read_text()) if row["phones"]]
+    rows = [row for row in parse_records(manifest.read_text()) if row["phones"]]
     for row in track(rows, console=Console(stderr=True), transient=True):
         samples, rate = soundfile.read(manifest.parent / row["path"], dtype="int16")
         if len(samples) < LONGEST * rate:

@@ -29,7 +29,7 @@ from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_f
 from voz.apps.evaluation.results import Result
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.statistics import estimate
-from voz.apps.evaluation.tables import shown, shown_alarms
+from voz.apps.evaluation.tables import alarm_rate_text, estimate_text
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.errors import AudioError, ConfigError, VozError
@@ -213,14 +213,14 @@ def lost(clean: Iterable[Result], noisy: Sequence[Result]) -> str:
 
 
 def alarms(results: Sequence[Result]) -> str:
-    return shown_alarms(alarms_in(results)) if results else NOTHING
+    return alarm_rate_text(alarms_in(results)) if results else NOTHING
 
 
 def rate(results: Sequence[Result], counts: Sequence[float], of: Sequence[float]) -> str:
     """Divide, with the interval over the speakers."""
     if not results:
         return NOTHING
-    return shown(estimate(counts, of, [result.speaker for result in results]))
+    return estimate_text(estimate(counts, of, [result.speaker for result in results]))
 
 
 def calibration(results: Iterable[Result]) -> str:

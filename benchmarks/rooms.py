@@ -21,7 +21,7 @@ from voz.apps.evaluation.engines import EngineChoice
 from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_for
 from voz.apps.evaluation.results import OUT_OF_NOTHING, Result
 from voz.apps.evaluation.scores import alarms_in
-from voz.apps.evaluation.tables import shown_alarms
+from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.clips import Clip
 from voz.errors import AudioError, ConfigError, VozError
 from voz.files import read_json
@@ -96,7 +96,7 @@ def row(results: Sequence[Result], conditions: Sequence[str]) -> list[str]:
         *(share(group) for group in (commands, *groups)),
         str(sum(result.is_wrongly_obeyed for result in commands)) if commands else NOTHING,
         obeyed(near_misses),
-        shown_alarms(alarms_in(others)) if others else NOTHING,
+        alarm_rate_text(alarms_in(others)) if others else NOTHING,
     ]
 
 

@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from live_robot import LiveRobot, live_robot, speak, velocity
 from pulseaudio import sound_server
 
-from voz.apps.evaluation.noise import mixed
+from voz.apps.evaluation.noise import mix
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import SAMPLE_RATE, Samples
@@ -108,7 +108,7 @@ def in_noise(clip: Clip, rng: np.random.Generator) -> Samples:
     speech = np.pad(speech, around)
     spectrum = np.fft.rfft(rng.standard_normal(len(speech)))
     pink = np.fft.irfft(spectrum / np.sqrt(np.arange(len(spectrum)) + 1), len(speech))
-    return mixed(speech, np.rint(3000 * pink / pink.std()).astype(np.int16), LOUDER)
+    return mix(speech, np.rint(3000 * pink / pink.std()).astype(np.int16), LOUDER)
 
 
 def soak(

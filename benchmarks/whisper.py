@@ -11,7 +11,7 @@ from difflib import SequenceMatcher
 from importlib.util import find_spec
 from pathlib import Path
 
-from voz.apps.evaluation.engines import ENGINES, LONGEST_WHOLE, Engine, words
+from voz.apps.evaluation.engines import ENGINES, LONGEST_SINGLE_COMMAND, Engine, normalized_words
 from voz.apps.evaluation.results import Understood
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
@@ -49,7 +49,7 @@ def whisper(language: LanguageFiles, _settings: Recognition) -> Engine:
             without_timestamps=True,
             initial_prompt=", ".join(commands),
         )
-        return words(" ".join(part.text for part in parts))
+        return normalized_words(" ".join(part.text for part in parts))
 
     def nearest(samples: Samples, start: float, end: float) -> Understood:
         text = transcript(samples)
@@ -59,7 +59,7 @@ def whisper(language: LanguageFiles, _settings: Recognition) -> Engine:
 
     def recognize(samples: Samples) -> list[Understood]:
         seconds = len(samples) / SAMPLE_RATE
-        if seconds <= LONGEST_WHOLE:
+        if seconds <= LONGEST_SINGLE_COMMAND:
             return [nearest(samples, 0.0, seconds)]
         return [nearest(part.samples, part.start, part.end) for part in segments([samples])]
 

@@ -31,7 +31,7 @@ from rich.progress import track
 
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.rows import MANIFEST
+from voz.apps.recordings.manifest_text import MANIFEST_NAME
 from voz.audio import SAMPLE_RATE
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
@@ -127,7 +127,7 @@ def speak(folder: Path) -> Path:
                 sound = synthesis.with_floor(synthesis.phrase(voice, word), noise)
                 soundfile.write(folder / file, sound, SAMPLE_RATE, subtype="PCM_16")
             lines.append(f"{file}\t{word}\t{voice}\tcommand\n")
-    manifest = folder / MANIFEST
+    manifest = folder / MANIFEST_NAME
     manifest.write_text("".join(lines))
     return manifest
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from voz.apps.recordings.rows import MANIFEST, records_in
+from voz.apps.recordings.manifest_text import MANIFEST_NAME, parse_records
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
 
@@ -31,5 +31,5 @@ class Recording(NamedTuple):
 
 
 def read_manifest() -> list[Recording]:
-    rows = records_in((FIXTURES / MANIFEST).read_text(encoding="utf-8"))
+    rows = parse_records((FIXTURES / MANIFEST_NAME).read_text(encoding="utf-8"))
     return [Recording(FIXTURES / r["file"], r["text"], r["voice"], r["kind"]) for r in rows]

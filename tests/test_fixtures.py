@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from voz.apps.recordings.rows import rows_in
+from voz.apps.recordings.manifest_text import parse_lines
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "audio_fixtures"
@@ -32,7 +32,7 @@ class Recording(NamedTuple):
 
 
 def manifest():
-    (_, header), *rows = rows_in((FOLDER / "manifest.tsv").read_text())
+    (_, header), *rows = parse_lines((FOLDER / "manifest.tsv").read_text())
     assert header == list(Recording._fields)
     return [Recording(*row.fields) for row in rows]
 

@@ -13,7 +13,7 @@ from recordings import ROOT
 from synthesis import Fixture, speak, write
 
 from voz.apps.batch.decoding import decode_recordings
-from voz.apps.batch.rows import Decoded
+from voz.apps.batch.outcomes import UtteranceRow
 from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
@@ -83,7 +83,9 @@ def test_spoken_commands_of_a_list_are_understood(name: str, tmp_path: Path) -> 
     recordings = read_manifest(tmp_path / "manifest.tsv")
     heard = list(decode_recordings(recognizer, [recording.path for recording in recordings]))
     rows = [row for outcome in heard for row in outcome.rows]
-    assert [row.text for row in rows if isinstance(row, Decoded)] == [r.text for r in recordings]
+    assert [row.text for row in rows if isinstance(row, UtteranceRow)] == [
+        r.text for r in recordings
+    ]
     assert len(recordings) == len(clips) >= 6
 
 

@@ -23,7 +23,7 @@ import pocketsphinx
 import typer
 from rich.progress import track
 
-from voz.apps.recordings.rows import records_in
+from voz.apps.recordings.manifest_text import parse_records
 from voz.audio import Samples
 from voz.audio.capture.files import read_blocks
 from voz.language.acoustics.phone_distances import DISTANCES
@@ -136,7 +136,7 @@ def articulatory_distance(one: str, other: str) -> float:
 def clips(manifest: Path, conditions: Sequence[str]) -> Iterator[Clip]:
     """Go through the recordings of a manifest whose words are all in the dictionary."""
     cmudict = read_cmudict()
-    for row in records_in(manifest.read_text(encoding="utf-8")):
+    for row in parse_records(manifest.read_text(encoding="utf-8")):
         if conditions and row.get("condition") not in conditions:
             continue
         phones = pronunciation(cmudict, row["text"].lower())

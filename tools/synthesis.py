@@ -20,7 +20,7 @@ import numpy.typing as npt
 import soundfile
 import soxr
 
-from voz.apps.recordings.rows import MANIFEST, as_text, rows_in
+from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines, parse_lines
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
 
@@ -215,14 +215,14 @@ def gain(decibels: float) -> float:
 
 def write(folder: Path, made: list[tuple[Fixture, Sound]]) -> None:
     """Replace what an earlier run made by these recordings and their manifest."""
-    manifest = folder / MANIFEST
+    manifest = folder / MANIFEST_NAME
     if manifest.exists():
         # By its list, not by folder: the user may have named one with other things in it.
-        for row in rows_in(manifest.read_text())[1:]:
+        for row in parse_lines(manifest.read_text())[1:]:
             (folder / row.fields[0]).unlink(missing_ok=True)
     for fixture, samples in made:
         path = folder / fixture.file
         path.parent.mkdir(parents=True, exist_ok=True)
         soundfile.write(path, samples, fixture.rate, subtype="PCM_16")
     rows = sorted((each.file, each.text, each.voice, each.kind) for each, _ in made)
-    manifest.write_text(as_text([("file", "text", "voice", "kind"), *rows]))
+    manifest.write_text(join_lines([("file", "text", "voice", "kind"), *rows]))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from recordings import FIXTURES, Recording
 
-from voz.apps.evaluation.noise import mixed, stretch
+from voz.apps.evaluation.noise import mix, random_stretch
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.audio.level import LOWEST, Fault, dbfs, faults, measure, obeyed_of_100
@@ -112,14 +112,14 @@ def test_what_was_cut_off_before_it_was_turned_down_is_clipped(command: Samples)
 def test_noise_behind_the_speech_is_noisy(
     ratio: float, fault: list[Fault], command: Samples, noise: Samples
 ) -> None:
-    behind = stretch(noise, LENGTH, np.random.default_rng(1))
-    found = measure(mixed(command, behind, ratio))
+    behind = random_stretch(noise, LENGTH, np.random.default_rng(1))
+    found = measure(mix(command, behind, ratio))
     assert faults(found) == fault
     assert found.above_background == pytest.approx(ratio, abs=3.5)
 
 
 def test_far_and_in_noise_is_both_quiet_and_noisy(command: Samples, noise: Samples) -> None:
-    found = measure(louder(mixed(command, noise, 8), -40))
+    found = measure(louder(mix(command, noise, 8), -40))
     assert faults(found) == [Fault.TOO_QUIET, Fault.NOISY]
 
 

@@ -15,8 +15,8 @@ import soundfile
 from calls import VOZ
 from recordings import FIXTURES, ROOT, Recording
 
-from voz.apps.recordings.enrollment import prompts, read_kept
-from voz.apps.recordings.rows import MANIFEST, as_text
+from voz.apps.recordings.enrollment import choose_prompts, read_saved_recordings
+from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
 from voz.language.generated.language_files import LanguageFiles, read_sentences
@@ -64,7 +64,7 @@ def write(folder: Path, said: Sequence[Said], speaker: str = "ana") -> Path:
     for number, sentence in enumerate(said):
         soundfile.write(folder / f"{number}.wav", sentence.samples, SAMPLE_RATE)
         rows.append((f"{number}.wav", sentence.text, speaker, "command"))
-    (folder / MANIFEST).write_text(as_text(rows))
+    (folder / MANIFEST_NAME).write_text(join_lines(rows))
     return folder
 
 
@@ -215,11 +215,11 @@ def test_recording_tells_what_is_heard_and_can_be_stopped_and_goes_on(
 ) -> None:
     said = {s.text: s.samples for s in said_by(recordings, "festival_slt")}
     environment = pulse | {"XDG_DATA_HOME": os.environ["XDG_DATA_HOME"]}
-    asked = prompts(read_sentences(LanguageFiles(ROOT / "lm")), "ana")
+    asked = choose_prompts(read_sentences(LanguageFiles(ROOT / "lm")), "ana")
     assert record(environment, said, tmp_path, times=2) == asked[:2]
-    assert [s.text for s in read_kept(home / "ana" / "recordings", said)] == asked[:2]
+    assert [s.text for s in read_saved_recordings(home / "ana" / "recordings", said)] == asked[:2]
     assert record(environment, said, tmp_path, times=1) == asked[2:3]
-    kept = read_kept(home / "ana" / "recordings", said)
+    kept = read_saved_recordings(home / "ana" / "recordings", said)
     assert [s.text for s in kept] == asked[:3]
     for sentence in kept:
         (segment,) = segments([sentence.samples])

@@ -182,7 +182,7 @@ def test_an_output_without_what_its_recordings_were_like_says_that_all_are_taken
     before = (tmp_path / "heard.jsonl.recordings").read_text()
     (tmp_path / "heard.jsonl.recordings").unlink()
     result = decode(out, folder, "--resume")
-    assert f"{out}: what its recordings were like is not kept beside it" in result.err
+    assert f"{out}: has no .recordings file of its own" in result.err
     assert "24 recordings (24 were known)" in result.err
     assert "is not kept" not in decode(out, folder, "--resume").err
     # Of another output it says nothing.

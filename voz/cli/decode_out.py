@@ -9,17 +9,17 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from voz.apps.batch.summary import Totals, results_of
+from voz.apps.batch.summary import Totals, results_for_clips
 from voz.cli.progress import progress
 from voz.cli.terminal import tell
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
+    from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
-    from voz.apps.batch.many import Many
-    from voz.apps.batch.places import Place
-    from voz.apps.batch.rows import Outcome
+    from voz.apps.batch.locations import Location
+    from voz.apps.batch.outcomes import Outcome
     from voz.cli.decode_options import Decoding
 
 
@@ -47,7 +47,7 @@ class Account:
         if (file := outcome.rows[0].file) in self.said:
             self.heard[file] = outcome
 
-    def tell(self, output: Place, inputs: Inputs) -> None:
+    def tell(self, output: Location, inputs: Inputs) -> None:
         """Tell all of it."""
         known = self.whole.files - self.new.files
         kept = f" ({known:,} were known)" if known else ""
@@ -57,7 +57,9 @@ class Account:
         _tell_scores(inputs, self.heard)
 
 
-def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many: Many) -> bool:
+def keep(
+    options: Decoding, output: Location, header: Header, inputs: Inputs, many: BatchDecoder
+) -> bool:
     """Decode recordings into a file, and tell what it came to.
 
     Args:
@@ -74,16 +76,16 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
 
     from voz.apps.batch.fingerprint import digest_of
     from voz.apps.batch.inputs import shard_of
-    from voz.apps.batch.output import Going, decode_into
-    from voz.apps.batch.places import check_place, place_for
+    from voz.apps.batch.locations import check_output, parse_location
+    from voz.apps.batch.output import ResumeOptions, decode_to_output
     from voz.apps.batch.remote import shown_name
 
     names = inputs.names
     if options.shard:
         header = replace(header, shard=options.shard, inputs=digest_of(names))
         names = shard_of(names, options.shard)
-    options.check_written([output], [name for name in names if place_for(name) == output])
-    check_place(output, options.resumes or options.overwrite, "go on with it by --resume, ")
+    options.check_written([output], [name for name in names if parse_location(name) == output])
+    check_output(output, options.resumes or options.overwrite, "go on with it by --resume, ")
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
     with progress() as bar, _telling_how_to_go_on(output):
 
@@ -92,17 +94,17 @@ def keep(options: Decoding, output: Place, header: Header, inputs: Inputs, many:
             bar.heard(outcome)
 
         how = (options.resumes, options.retry_failed, options.overwrite)
-        going = Going(*how, done, bar.begin, tell)
+        going = ResumeOptions(*how, done, bar.begin, tell)
         decode = partial(many.decode, names)
-        decode_into(output, header, names, decode, going, account.written)
+        decode_to_output(output, header, names, decode, going, account.written)
     account.tell(output, inputs)
     return account.whole.failed > 0
 
 
 @contextmanager
-def _telling_how_to_go_on(output: Place) -> Iterator[None]:
+def _telling_how_to_go_on(output: Location) -> Iterator[None]:
     """Say, if a signal ends a `with` block, that nothing is lost."""
-    from voz.apps.batch.places import journal_path
+    from voz.apps.batch.locations import journal_path
 
     try:
         yield
@@ -114,7 +116,7 @@ def _telling_how_to_go_on(output: Place) -> Iterator[None]:
 
 def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
     """Tell how well it was understood what manifests say was said."""
-    results = list(results_of(inputs.clips, heard))
+    results = list(results_for_clips(inputs.clips, heard))
     if not results:
         return
     from voz.apps.evaluation.report import require_libraries
@@ -125,8 +127,8 @@ def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
         tell(f"no scores: {error}")
         return
     from voz.apps.evaluation.scores import score
-    from voz.apps.evaluation.tables import as_text, main_tables
+    from voz.apps.evaluation.tables import main_tables, table_text
 
     for table in main_tables(score(results), []):
-        for line in ("", *as_text(table).split("\n")):
+        for line in ("", *table_text(table).split("\n")):
             tell(line)

@@ -92,7 +92,7 @@ def fit_confidence(
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """
     from voz.apps.evaluation import fit_confidence as fitting
-    from voz.apps.evaluation.examples import check_talk, collect, description
+    from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
     from voz.apps.evaluation.recognize import tasks_for
     from voz.apps.recordings.manifest import read_manifests
     from voz.recognition.confidence_model import save_models
@@ -104,10 +104,10 @@ def fit_confidence(
     check_new(out, overwrite)
     check_talk(clips)
     recordings = len(tasks_for(clips, [], [], room=False))
-    found = list(with_bar(collect(clips, lm, jobs), RECOGNIZING, recordings))
+    found = list(with_bar(collect_examples(clips, lm, jobs), RECOGNIZING, recordings))
     examples = [example for of_recording in found for example in of_recording.examples]
     alone = [example for of_recording in found for example in of_recording.alone]
-    fitted_on = [description(clips, name) for name in sorted({c.set for c in clips})]
+    fitted_on = [describe_set(clips, name) for name in sorted({c.set for c in clips})]
     hours = sum(of_recording.talk for of_recording in found) / 3600
     commands = [clip for of_recording in found for clip in of_recording.commands]
     models, likely = fitting.fit_models(examples, alone, fitted_on, hours, commands)

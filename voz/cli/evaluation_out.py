@@ -46,13 +46,13 @@ def pictures_folder(page: Path) -> Path:
 
 def _put_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
     """Write the page, and its pictures beside it; gives what was written."""
+    from voz.apps.evaluation.failure_sounds import sounds_of_failures
     from voz.apps.evaluation.failures import failures
     from voz.apps.evaluation.page import to_html
     from voz.apps.evaluation.plots import pictures
-    from voz.apps.evaluation.sounds import sounds_of
 
     drawn = pictures(evaluation.curves, evaluation.scores.commands)
-    sounds = sounds_of(failures(evaluation.results), tasks)
+    sounds = sounds_of_failures(failures(evaluation.results), tasks)
     write_text(name, to_html(evaluation, {t: p.svg for t, p in drawn.items()}, sounds))
     if not drawn or not Path(name).is_file():  # a pipe, or a device
         return [name]

@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.progress import Progress
 
 from voz.apps.recordings.enrollment import (
-    hear,
-    missing,
-    prompts,
-    read_kept,
+    check_recording,
+    choose_prompts,
+    missing_prompts,
     read_recordings,
-    record,
+    read_saved_recordings,
+    record_prompts,
 )
-from voz.apps.recordings.rows import MANIFEST
+from voz.apps.recordings.manifest_text import MANIFEST_NAME
 from voz.audio.capture.microphone import open_microphone
 from voz.cli.terminal import show, warn
 from voz.errors import ConfigError
@@ -56,7 +56,7 @@ def make_profile(
     recognizer = Recognizer(language, settings)
     if wav is None:
         _record(name, device, commands, recognizer, own, console)
-    said = read_recordings((wav or own) / MANIFEST, commands)
+    said = read_recordings((wav or own) / MANIFEST_NAME, commands)
     if wav:
         _warn_of_misheard(said, recognizer)
     found = _calibrate(said, language, settings, name)
@@ -105,20 +105,20 @@ def _record(
     console: Console,
 ) -> None:
     """Ask for what has no recording yet."""
-    asked = prompts(commands, name)
+    asked = choose_prompts(commands, name)
     if len(set(asked)) < FEWEST:
         raise ConfigError(
             f"the language has {len(set(asked))} commands; to calibrate, add some to its list "
             f"until there are {FEWEST}"
         )
-    left = missing(asked, read_kept(folder, commands))
+    left = missing_prompts(asked, read_saved_recordings(folder, commands))
     if not left:
         return
     if len(left) < len(asked):
         console.print(f"{len(asked) - len(left)} of {len(asked)} are recorded already")
     try:
         with open_microphone(device) as blocks:
-            record(left, blocks, recognizer, folder, name, console)
+            record_prompts(left, blocks, recognizer, folder, name, console)
     except SystemExit:  # Ctrl-C
         console.print("stopped; what is recorded is kept, and the same call goes on")
         raise
@@ -127,7 +127,7 @@ def _record(
 def _warn_of_misheard(said: list[Said], recognizer: Recognizer) -> None:
     """Warn of the recordings that are not heard as what their list says."""
     for sentence in said:
-        right, heard = hear(sentence.text, sentence.samples, recognizer)
+        right, heard = check_recording(sentence.text, sentence.samples, recognizer)
         if not right:
             warn(f"{sentence.file}: should be {sentence.text}; heard: {heard}")
 

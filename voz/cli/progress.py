@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from voz.apps.batch.rows import Outcome
+    from voz.apps.batch.outcomes import Outcome
 
 
 class Progress:

@@ -19,10 +19,10 @@ from voz.cli.terminal import LONGEST_LINE, tell
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
+    from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
-    from voz.apps.batch.many import Many
-    from voz.apps.batch.tasks import Driving
+    from voz.apps.batch.tasks import SimulationOptions
     from voz.language.generated.language_files import LanguageFiles
 
 MEGABYTE = 1_000_000
@@ -74,21 +74,21 @@ def merge(
 
     Example: voz merge heard-*.jsonl --out heard.jsonl
     """
+    from voz.apps.batch.locations import check_output, parse_location
     from voz.apps.batch.merging import merge as merge_shards
-    from voz.apps.batch.places import check_place, place_for
     from voz.files import check_not_read
 
     check_not_read([out], shards)
-    check_place(place_for(out), overwrite)
-    count = merge_shards([place_for(shard) for shard in shards], place_for(out))
+    check_output(parse_location(out), overwrite)
+    count = merge_shards([parse_location(shard) for shard in shards], parse_location(out))
     tell(f"written: {out}, {count:,} recordings")
 
 
 def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
     """Decode the sound that comes on standard input, and show it as it comes."""
     from voz.apps.batch.decoding import decode_blocks
+    from voz.apps.batch.outcomes import SilentRow
     from voz.apps.batch.piped import piped_blocks
-    from voz.apps.batch.rows import Nothing
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile
 
@@ -98,7 +98,7 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
     recognizer = Recognizer(language, options.settings().recognition, known)
     write = writer(options)
     outcome = decode_blocks(recognizer, piped_blocks(_stdin(), options.rate), "-", write)
-    if isinstance(outcome.rows[0], Nothing):
+    if isinstance(outcome.rows[0], SilentRow):
         write(outcome.rows[0])
     return outcome.failed
 
@@ -106,28 +106,28 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
 def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
     """Decode recordings on all cores; tells whether some could not be read."""
     from voz.apps.batch.inputs import find_inputs
-    from voz.apps.batch.places import place_for
+    from voz.apps.batch.locations import parse_location
     from voz.apps.batch.remote import shown_name
     from voz.cli.decode_out import keep
 
     inputs = find_inputs(paths, options.glob, _listed())
     if options.drive and not (options.resumes or options.overwrite):
-        from voz.apps.batch.driving import check_undriven
+        from voz.apps.batch.simulated_run import check_no_events
 
-        check_undriven(options.drive, map(shown_name, inputs.names))
+        check_no_events(options.drive, map(shown_name, inputs.names))
     header, many = _how(options, language)
     if options.out:
-        return keep(options, place_for(options.out), header, inputs, many)
+        return keep(options, parse_location(options.out), header, inputs, many)
     return _show_all(options, inputs, many)
 
 
-def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
+def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, BatchDecoder]:
     """What the results hang on, and who decodes."""
     from msgspec.structs import replace
 
+    from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import digest_of, header_for
-    from voz.apps.batch.many import Many
-    from voz.apps.batch.tasks import Setup
+    from voz.apps.batch.tasks import WorkerSetup
     from voz.recognition.speaker.profiles import load_profile
 
     settings = options.settings().recognition
@@ -135,32 +135,32 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, Many]:
     header = header_for(language, settings, known)
     memory = options.memory_limit * MEGABYTE
     folder = str(language.folder.resolve())
-    setup = Setup(folder, settings, options.profile, memory, header.fingerprint)
+    setup = WorkerSetup(folder, settings, options.profile, memory, header.fingerprint)
     if options.drive:
-        driving = _driving(options, language, options.drive)
-        setup = replace(setup, driving=driving)
-        rules = digest_of([driving.settings.decode(), str(driving.listening)])
+        simulation_options = _driving(options, language, options.drive)
+        setup = replace(setup, driving=simulation_options)
+        rules = digest_of([simulation_options.settings.decode(), str(simulation_options.listening)])
         header = replace(header, drive=rules)
     careful = options.out is not None
-    return header, Many(setup, options.jobs, options.time_limit, careful, options.dask)
+    return header, BatchDecoder(setup, options.jobs, options.time_limit, careful, options.dask)
 
 
-def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> Driving:
+def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> SimulationOptions:
     """By which rules recordings drive; refuses a list that drives and cannot stop."""
-    from voz.apps.batch.driving import driving
+    from voz.apps.batch.simulated_run import simulation_options
     from voz.language.generated.language_files import name_of_list, read_commands
     from voz.run.commands import begins_listening, check_list
 
     settings, commands = options.settings(), read_commands(language)
     check_list(commands, settings.table, name_of_list(language))
     listening = options.listening or not begins_listening(commands, settings.table)
-    return driving(folder, settings, listening)
+    return simulation_options(folder, settings, listening)
 
 
-def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
+def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
     """Decode recordings and show them in order."""
     from voz.apps.batch.inputs import shard_of
-    from voz.apps.batch.output import in_order
+    from voz.apps.batch.output import in_input_order
     from voz.cli.progress import progress
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
@@ -169,7 +169,7 @@ def _show_all(options: Decoding, inputs: Inputs, many: Many) -> bool:
     # In between results a bar would be in the way.
     with progress(shown=not sys.stdout.isatty()) as bar:
         bar.begin(len(names))
-        for outcome in in_order(many.decode(names, range(len(names)))):
+        for outcome in in_input_order(many.decode(names, range(len(names)))):
             bar.heard(outcome)
             for row in outcome.rows:
                 write(row)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from voz.cli.terminal import put, show
 
 if TYPE_CHECKING:
-    from voz.apps.batch.rows import Decoded, Row
+    from voz.apps.batch.outcomes import Row, UtteranceRow
     from voz.cli.decode_options import Decoding
 
 
@@ -28,17 +28,17 @@ def _show_json(row: Row) -> None:
 
 
 def _show_row(row: Row, detailed: bool) -> None:
-    from voz.apps.batch.rows import Nothing, Unreadable
+    from voz.apps.batch.outcomes import ErrorRow, SilentRow
 
-    if isinstance(row, Unreadable):
+    if isinstance(row, ErrorRow):
         show(f"{'':>26} error {row.error}")
-    elif isinstance(row, Nothing):
+    elif isinstance(row, SilentRow):
         show(f"{'':8} {row.seconds:8.2f}  {'':4}  {'':8}  {'(nothing is said)':32}  {row.file}")
     else:
         _show_heard(row, detailed)
 
 
-def _show_heard(row: Decoded, detailed: bool) -> None:
+def _show_heard(row: UtteranceRow, detailed: bool) -> None:
     from voz.events import explain, in_detail
 
     accepted = "yes" if row.accepted else "no"

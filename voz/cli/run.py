@@ -224,9 +224,9 @@ def _receivers(
 
 
 def _bag(path: Path) -> AbstractContextManager[Receiver]:
-    from voz.apps.recordings.bags import bag_of
+    from voz.apps.recordings.bags import write_bag
 
-    return bag_of(path)
+    return write_bag(path)
 
 
 def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Recorder:

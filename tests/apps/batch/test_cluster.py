@@ -15,16 +15,16 @@ import pytest
 from calls import in_process
 from recordings import ROOT, Recording
 
-from voz.apps.batch.cluster import cluster
-from voz.apps.batch.rows import Outcome, Unreadable
+from voz.apps.batch.cluster import dask_executor
+from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import Setup
+from voz.apps.batch.tasks import WorkerSetup
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
 pytestmark = pytest.mark.slow
 
-SETUP = Setup(str(ROOT / "lm"), Recognition(second_ear=False))
+SETUP = WorkerSetup(str(ROOT / "lm"), Recognition(second_ear=False))
 
 
 @contextmanager
@@ -67,7 +67,7 @@ def workers(address: str, count: int, cwd: Path, *more: str) -> Iterator[list[in
 
 
 def decoded(address: str, names: list[str], limit: float | None = None) -> dict[str, Outcome]:
-    with cluster(address, SETUP) as pool:
+    with dask_executor(address, SETUP) as pool:
         known = list(Scheduler(pool, names, range(len(names)), limit).run())
     assert sorted(number for number, _ in known) == list(range(len(names)))
     return {names[number]: outcome for number, outcome in known}
@@ -75,7 +75,7 @@ def decoded(address: str, names: list[str], limit: float | None = None) -> dict[
 
 def error(outcome: Outcome) -> str:
     (row,) = outcome.rows
-    assert isinstance(row, Unreadable)
+    assert isinstance(row, ErrorRow)
     return row.error
 
 
@@ -90,7 +90,7 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(
     """Without a nanny: it does not come back."""
     with (
         workers(scheduler, 2, tmp_path, "--no-nanny") as processes,
-        cluster(scheduler, SETUP) as pool,
+        dask_executor(scheduler, SETUP) as pool,
     ):
         numbers = []
         for number, outcome in Scheduler(pool, names, range(len(names))).run():
@@ -129,22 +129,25 @@ def test_what_cannot_be_used_is_a_line(scheduler: str, tmp_path: Path) -> None:
     with (
         workers(scheduler, 1, tmp_path, "--nthreads", "2"),
         pytest.raises(ConfigError, match="has 2 threads; start workers with --nthreads 1"),
-        cluster(scheduler, SETUP),
+        dask_executor(scheduler, SETUP),
     ):
         pass
 
 
 def test_workers_with_other_models_refuse(scheduler: str, names: list[str], tmp_path: Path) -> None:
-    other = Setup(SETUP.folder, SETUP.settings, fingerprint="another")
+    other = WorkerSetup(SETUP.folder, SETUP.settings, fingerprint="another")
     with (
         workers(scheduler, 1, tmp_path),
-        cluster(scheduler, other) as pool,
+        dask_executor(scheduler, other) as pool,
         pytest.raises(ConfigError, match="other language files"),
     ):
         list(Scheduler(pool, names, range(len(names))).run())
 
 
 def test_a_cluster_that_is_not_there_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("voz.apps.batch.cluster.WAITED_FOR", 1)
-    with pytest.raises(ConfigError, match="nothing answers there"), cluster("tcp://[::1]:1", SETUP):
+    monkeypatch.setattr("voz.apps.batch.cluster.CONNECT_TIMEOUT", 1)
+    with (
+        pytest.raises(ConfigError, match="nothing answers there"),
+        dask_executor("tcp://[::1]:1", SETUP),
+    ):
         pass

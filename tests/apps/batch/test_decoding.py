@@ -8,7 +8,7 @@ import soundfile
 from recordings import Recording
 
 from voz.apps.batch.decoding import decode_recordings
-from voz.apps.batch.rows import Decoded, Nothing, Unreadable
+from voz.apps.batch.outcomes import ErrorRow, SilentRow, UtteranceRow
 from voz.recognition.recognizer import Recognizer
 
 
@@ -19,7 +19,7 @@ def test_an_unreadable_recording_does_not_end_the_rest(
     bad = tmp_path / "bad.wav"
     bad.write_text("no recording")
     outcomes = list(decode_recordings(recognizer, [good[0], bad, good[1]]))
-    assert [type(o.rows[0]) for o in outcomes] == [Decoded, Unreadable, Decoded]
+    assert [type(o.rows[0]) for o in outcomes] == [UtteranceRow, ErrorRow, UtteranceRow]
     assert [o.failed for o in outcomes] == [False, True, False]
     assert outcomes[1].rows[0].file == str(bad)
 
@@ -27,7 +27,7 @@ def test_an_unreadable_recording_does_not_end_the_rest(
 def test_a_recording_with_nothing_in_it_has_a_row(recognizer: Recognizer, tmp_path: Path) -> None:
     soundfile.write(tmp_path / "silence.wav", [0.0] * 24000, 16000)
     (outcome,) = decode_recordings(recognizer, [tmp_path / "silence.wav"])
-    assert outcome.rows == (Nothing(str(tmp_path / "silence.wav"), 1.5),)
+    assert outcome.rows == (SilentRow(str(tmp_path / "silence.wav"), 1.5),)
 
 
 def test_results_do_not_hang_on_the_order(

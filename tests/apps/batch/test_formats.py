@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.formats import FORMATS, by_file, format_of, reading
-from voz.apps.batch.rows import Decoded, Nothing, Row, Unreadable
+from voz.apps.batch.formats import OUTPUT_FORMATS, format_of, group_by_file, open_output
+from voz.apps.batch.outcomes import ErrorRow, Row, SilentRow, UtteranceRow
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
@@ -23,7 +23,7 @@ seconds = st.floats(0, 1e5).map(lambda value: round(value, 3))
 scores = st.floats(-99, 99).map(lambda value: round(value, 2))
 slots = st.dictionaries(texts, texts | st.integers(-99, 99) | st.floats(0, 9), max_size=2)
 heard = st.builds(
-    Decoded,
+    UtteranceRow,
     texts,
     seconds,
     seconds,
@@ -38,17 +38,17 @@ heard = st.builds(
     slots,
 )
 rows = st.lists(
-    heard | st.builds(Nothing, texts, seconds) | st.builds(Unreadable, texts, texts), max_size=20
+    heard | st.builds(SilentRow, texts, seconds) | st.builds(ErrorRow, texts, texts), max_size=20
 )
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", OUTPUT_FORMATS)
 @given(written=rows)
 def test_what_is_written_is_read_back(ending: str, written: list[Row]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         one, other = Path(folder) / f"one{ending}", Path(folder) / f"other{ending}"
         format_of(one).write(one, HEADER, written)
-        with reading(one) as (header, read):
+        with open_output(one) as (header, read):
             back = list(read)
         format_of(other).write(other, header, back)
         assert (header, back) == (HEADER, written)
@@ -57,25 +57,25 @@ def test_what_is_written_is_read_back(ending: str, written: list[Row]) -> None:
 
 def test_parquet_has_the_header_and_types(tmp_path: Path) -> None:
     path = tmp_path / "heard.parquet"
-    said = Decoded("a.wav", 1.0, 2.0, "stop", 0.5, True, command="halt", slots={"n": 2})
-    format_of(path).write(path, HEADER, [said, Nothing("b.wav", 3.0)])
+    said = UtteranceRow("a.wav", 1.0, 2.0, "stop", 0.5, True, command="halt", slots={"n": 2})
+    format_of(path).write(path, HEADER, [said, SilentRow("b.wav", 3.0)])
     table = pq.read_table(path)
     assert table.column("start").to_pylist() == [1.0, None]
     assert table.column("command").to_pylist() == ["halt", None]
     assert b'"fingerprint":"print"' in table.schema.metadata[b"voz"]
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", OUTPUT_FORMATS)
 def test_what_is_no_output_is_a_line(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"heard{ending}"
     path.write_text("something else\n")
-    with pytest.raises(ConfigError, match="is no output of"), reading(path) as (_, read):
+    with pytest.raises(ConfigError, match="is no output of"), open_output(path) as (_, read):
         list(read)
     path.unlink()
-    with pytest.raises(ConfigError, match="cannot be read"), reading(path):
+    with pytest.raises(ConfigError, match="cannot be read"), open_output(path):
         pass
 
 
 def test_rows_are_taken_together_by_recording() -> None:
-    found = [Nothing("a", 1.0), Unreadable("b", "x"), Unreadable("b", "y")]
-    assert [(file, len(of_file)) for file, of_file in by_file(found)] == [("a", 1), ("b", 2)]
+    found = [SilentRow("a", 1.0), ErrorRow("b", "x"), ErrorRow("b", "y")]
+    assert [(file, len(of_file)) for file, of_file in group_by_file(found)] == [("a", 1), ("b", 2)]

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.journal import journal_for, journal_path
-from voz.apps.batch.rows import Decoded, Nothing, Outcome, Row, failure
+from voz.apps.batch.journal import journal_path, open_journal
+from voz.apps.batch.outcomes import Outcome, Row, SilentRow, UtteranceRow, failed_outcome
 from voz.apps.batch.stamps import Stamp
 from voz.errors import ConfigError
 from voz.settings import Recognition
@@ -22,10 +22,10 @@ NAMES = [f"{number}.wav" for number in range(6)]
 
 
 def outcome(name: str, kind: int) -> Outcome:
-    heard = [Decoded(name, 0.5 * n, 1.0, "go\nbäck", 0.5, True) for n in range(kind)]
-    rows: tuple[Row, ...] = tuple(heard) or (Nothing(name, 2.0),)
+    heard = [UtteranceRow(name, 0.5 * n, 1.0, "go\nbäck", 0.5, True) for n in range(kind)]
+    rows: tuple[Row, ...] = tuple(heard) or (SilentRow(name, 2.0),)
     stamp = Stamp(9, "12", "abc") if kind else None
-    return failure(name, f"{name}: bad") if kind == 3 else Outcome(rows, 1.5, 0.25, stamp)
+    return failed_outcome(name, f"{name}: bad") if kind == 3 else Outcome(rows, 1.5, 0.25, stamp)
 
 
 KNOWN = {name: outcome(name, number % 4) for number, name in enumerate(NAMES)}
@@ -37,7 +37,7 @@ def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -
         output = Path(folder) / "heard.jsonl"
         path = journal_path(output)
         ends = []
-        with journal_for(output, HEADER, NAMES, resume=False) as journal:
+        with open_journal(output, HEADER, NAMES, resume=False) as journal:
             for name in order:
                 ends.append(path.stat().st_size)
                 journal.add(name, KNOWN[name])
@@ -45,7 +45,7 @@ def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -
         ends.append(path.stat().st_size)
         path.write_bytes(path.read_bytes()[:size])
         whole = [name for name, end in zip(order, ends[1:], strict=True) if end <= size]
-        with journal_for(output, HEADER, NAMES, resume=True) as journal:
+        with open_journal(output, HEADER, NAMES, resume=True) as journal:
             missing = [NAMES[number] for number in journal.missing()]
             assert sorted([*missing, *whole]) == NAMES
             for name in missing:
@@ -55,11 +55,11 @@ def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -
 
 def test_a_recording_gets_another_stamp_and_keeps_its_rows(tmp_path: Path) -> None:
     output, later = tmp_path / "heard.jsonl", Stamp(9, "13", "abc")
-    with journal_for(output, HEADER, NAMES, resume=False) as journal:
+    with open_journal(output, HEADER, NAMES, resume=False) as journal:
         for name in NAMES[1:]:
             journal.add(name, KNOWN[name])
         journal.set_stamp(2, later)
-    with journal_for(output, HEADER, NAMES, resume=True) as journal:
+    with open_journal(output, HEADER, NAMES, resume=True) as journal:
         stamps = {number: each.stamp for number, each in journal.stamps()}
         assert stamps == {n: KNOWN[NAMES[n]].stamp for n in range(1, 6)} | {2: later}
         journal.add(NAMES[0], KNOWN[NAMES[0]])
@@ -70,10 +70,10 @@ def test_a_recording_gets_another_stamp_and_keeps_its_rows(tmp_path: Path) -> No
 
 def test_what_failed_can_be_asked_for_again(tmp_path: Path) -> None:
     output = tmp_path / "heard.jsonl"
-    with journal_for(output, HEADER, NAMES, resume=False) as journal:
+    with open_journal(output, HEADER, NAMES, resume=False) as journal:
         for name in NAMES:
             journal.add(name, KNOWN[name])
-    with journal_for(output, HEADER, NAMES, resume=True) as journal:
+    with open_journal(output, HEADER, NAMES, resume=True) as journal:
         assert journal.missing() == []
         assert journal.missing(failed=True) == [3]
         journal.add(NAMES[3], KNOWN[NAMES[1]])
@@ -82,30 +82,30 @@ def test_what_failed_can_be_asked_for_again(tmp_path: Path) -> None:
 
 def test_input_that_grows_is_missing_and_what_is_gone_is_not_asked_for(tmp_path: Path) -> None:
     output = tmp_path / "heard.jsonl"
-    with journal_for(output, HEADER, NAMES[:2], resume=False) as journal:
+    with open_journal(output, HEADER, NAMES[:2], resume=False) as journal:
         for name in NAMES[:2]:
             journal.add(name, KNOWN[name])
-    with journal_for(output, HEADER, [NAMES[4], NAMES[1]], resume=True) as journal:
+    with open_journal(output, HEADER, [NAMES[4], NAMES[1]], resume=True) as journal:
         assert journal.missing() == [0]
 
 
 def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:
     output = tmp_path / "heard.jsonl"
     with (
-        journal_for(output, HEADER, NAMES, resume=False),
+        open_journal(output, HEADER, NAMES, resume=False),
         pytest.raises(ConfigError, match="is being made by another run"),
-        journal_for(output, HEADER, NAMES, resume=True),
+        open_journal(output, HEADER, NAMES, resume=True),
     ):
         pass
 
 
 def test_a_run_that_has_not_ended_is_not_begun_anew_by_mistake(tmp_path: Path) -> None:
     output = tmp_path / "heard.jsonl"
-    with journal_for(output, HEADER, NAMES, resume=False):
+    with open_journal(output, HEADER, NAMES, resume=False):
         pass
     with (
         pytest.raises(ConfigError, match="go on by --resume"),
-        journal_for(output, HEADER, NAMES, resume=False),
+        open_journal(output, HEADER, NAMES, resume=False),
     ):
         pass
 
@@ -123,12 +123,12 @@ def test_what_was_begun_otherwise_is_refused(
     tmp_path: Path, change: dict[str, object], said: str
 ) -> None:
     output = tmp_path / "heard.jsonl"
-    with journal_for(output, HEADER, NAMES, resume=False):
+    with open_journal(output, HEADER, NAMES, resume=False):
         pass
     other = replace(HEADER, fingerprint="another", **change)
     with (
         pytest.raises(ConfigError, match=said),
-        journal_for(output, other, NAMES, resume=True),
+        open_journal(output, other, NAMES, resume=True),
     ):
         pass
 
@@ -138,7 +138,7 @@ def test_what_is_no_journal_is_refused(tmp_path: Path) -> None:
     journal_path(output).write_text("mine\n")
     with (
         pytest.raises(ConfigError, match="is no journal"),
-        journal_for(output, HEADER, NAMES, resume=True),
+        open_journal(output, HEADER, NAMES, resume=True),
     ):
         pass
     assert journal_path(output).read_text() == "mine\n"

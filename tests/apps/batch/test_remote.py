@@ -13,10 +13,10 @@ import pytest
 from calls import in_process
 from recordings import GO_BACK
 
-from voz.apps.batch.many import Many
-from voz.apps.batch.remote import fetched
-from voz.apps.batch.rows import Outcome, Unreadable
-from voz.apps.batch.tasks import Setup
+from voz.apps.batch.batch_decoder import BatchDecoder
+from voz.apps.batch.outcomes import ErrorRow, Outcome
+from voz.apps.batch.remote import local_recording
+from voz.apps.batch.tasks import WorkerSetup
 from voz.errors import AudioError
 from voz.language.generated.language_files import PACKAGED
 from voz.settings import Recognition
@@ -40,7 +40,7 @@ def server() -> Iterator[str]:
 
 
 def decoded(*names: str) -> list[Outcome]:
-    many = Many(Setup(str(PACKAGED), Recognition()), jobs=1)
+    many = BatchDecoder(WorkerSetup(str(PACKAGED), Recognition()), jobs=1)
     return [outcome for _, outcome in many.decode(names, range(len(names)))]
 
 
@@ -62,15 +62,15 @@ def test_what_is_wrong_elsewhere_is_named_as_the_user_did() -> None:
     }
     for outcome, (name, said) in zip(decoded(*expected), expected.items(), strict=True):
         (row,) = outcome.rows
-        assert isinstance(row, Unreadable)
+        assert isinstance(row, ErrorRow)
         assert row.error.startswith(f"{name}: {said}")
 
 
 def test_what_has_no_end_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("voz.apps.batch.remote.MOST_BYTES", 1000)
+    monkeypatch.setattr("voz.apps.batch.remote.MOST_FETCHED_BYTES", 1000)
     with fsspec.open("memory://large.wav", "wb") as file:
         file.write(bytes(1001))
-    with pytest.raises(AudioError, match="is larger than"), fetched("memory://large.wav"):
+    with pytest.raises(AudioError, match="is larger than"), local_recording("memory://large.wav"):
         pass
 
 

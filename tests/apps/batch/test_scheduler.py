@@ -11,12 +11,12 @@ from threading import Thread
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.apps.batch.rows import Nothing, Outcome
+from voz.apps.batch.outcomes import Outcome, SilentRow
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import Files, Result, Task
+from voz.apps.batch.tasks import BatchTask, DecodeTask, TaskResult
 from voz.process.worker_pool import WorkerDied
 
-Given = tuple[Future[Result], Files]
+Given = tuple[Future[TaskResult], DecodeTask]
 
 
 class Blaming:
@@ -28,13 +28,13 @@ class Blaming:
         self.size = size
         self.given: SimpleQueue[Given | None] = SimpleQueue()
 
-    def submit(self, task: Task, limit: float | None) -> Future[Result]:
-        assert isinstance(task, Files)
-        future: Future[Result] = Future()
+    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
+        assert isinstance(task, DecodeTask)
+        future: Future[TaskResult] = Future()
         self.given.put((future, task))
         return future
 
-    def result(self, future: Future[Result]) -> Result:
+    def result(self, future: Future[TaskResult]) -> TaskResult:
         return future.result()
 
     def work(self) -> None:
@@ -45,7 +45,7 @@ class Blaming:
                 if fatal:
                     future.set_exception(WorkerDied("by poison"))
                 else:
-                    future.set_result(tuple(Outcome((Nothing(n, 1.0),)) for n in task.names))
+                    future.set_result(tuple(Outcome((SilentRow(n, 1.0),)) for n in task.names))
 
     def _others(self) -> Iterator[Given]:
         while True:

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.apps.batch.stamps import Stamp, look_again, stamp_of, with_checksum
+from voz.apps.batch.stamps import Stamp, check_stamps, stamp_of, with_checksum
 
 CONTENTS = [None, b"", b"one", b"two", b"longer"]
 """Of a file; None if there is none."""
@@ -46,7 +46,7 @@ def test_what_changed_is_found_and_what_is_gone_has_not_changed(
         known = [(number, whole_stamp(path)) for number, path in enumerate(paths)]
         for path, (_, after) in zip(paths, states, strict=True):
             put(path, *after)
-        found = {each.number: each for each in look_again([*map(str, paths)], known)}
+        found = {each.number: each for each in check_stamps([*map(str, paths)], known)}
         for number, ((content, time), (now, now_time)) in enumerate(states):
             same_look = content is not None and now is not None and len(content) == len(now)
             if now is None or (same_look and time == now_time):
@@ -62,16 +62,16 @@ def test_many_are_looked_at_and_each_is_named_by_its_number(tmp_path: Path) -> N
     known = [(number, stamp_of(name)) for number, name in enumerate(names)]
     for number in (0, 1023, 1024, 2999):
         Path(names[number]).write_bytes(b"x")
-    assert [each.number for each in look_again(names, known)] == [0, 1023, 1024, 2999]
+    assert [each.number for each in check_stamps(names, known)] == [0, 1023, 1024, 2999]
 
 
 def test_what_was_not_read_to_its_end_has_changed_as_soon_as_its_time_has(tmp_path: Path) -> None:
     path = tmp_path / "a.wav"
     put(path, b"one", 1)
     known = [(0, stamp_of(str(path)))]
-    assert not list(look_again([str(path)], known))
+    assert not list(check_stamps([str(path)], known))
     put(path, b"one", 2)
-    (looked,) = look_again([str(path)], known)
+    (looked,) = check_stamps([str(path)], known)
     assert looked.changed
 
 
@@ -100,7 +100,7 @@ def server(tmp_path: Path) -> Iterator[str]:
 
 
 def changed(name: str, known: Stamp) -> list[bool]:
-    return [each.changed for each in look_again([name], [(0, known)])]
+    return [each.changed for each in check_stamps([name], [(0, known)])]
 
 
 def test_what_changed_on_a_web_server_is_found(server: str, tmp_path: Path) -> None:

@@ -7,9 +7,9 @@ import pytest
 from recordings import FIXTURES, GO_BACK
 
 from voz.apps.batch import worker
-from voz.apps.batch.rows import Outcome
-from voz.apps.batch.stamps import look_again
-from voz.apps.batch.tasks import Files, Setup
+from voz.apps.batch.outcomes import Outcome
+from voz.apps.batch.stamps import check_stamps
+from voz.apps.batch.tasks import DecodeTask, WorkerSetup
 from voz.apps.batch.worker import work
 from voz.language.generated.language_files import PACKAGED
 from voz.settings import Recognition
@@ -32,7 +32,7 @@ def test_what_changes_while_it_is_decoded_has_the_stamp_of_before(
         return outcome
 
     monkeypatch.setattr(worker, "_heard", meanwhile)
-    setup = Setup(str(PACKAGED), Recognition(second_ear=False))
-    (outcome,) = work(setup, Files((str(path),)))  # type: ignore[misc]
-    looked = list(look_again([str(path)], [(0, outcome.stamp)]))
+    setup = WorkerSetup(str(PACKAGED), Recognition(second_ear=False))
+    (outcome,) = work(setup, DecodeTask((str(path),)))  # type: ignore[misc]
+    looked = list(check_stamps([str(path)], [(0, outcome.stamp)]))
     assert [each.changed for each in looked] == ([True] if changes else [])

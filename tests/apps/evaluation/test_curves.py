@@ -6,13 +6,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.apps.evaluation.curves import Bin, CurvePoint, confusion, curves, operating, reliability
+from voz.apps.evaluation.curves import (
+    CurvePoint,
+    ReliabilityBin,
+    confusion,
+    curves,
+    operating_curve,
+    reliability,
+)
 
 CONFIDENCES = st.lists(st.integers(0, 20).map(lambda n: n / 20), min_size=1, max_size=20)
 
 
 def test_each_confidence_is_a_threshold() -> None:
-    curve = operating([0.9, 0.8, 0.4, 0.4], [0.8, 0.1])
+    curve = operating_curve([0.9, 0.8, 0.4, 0.4], [0.8, 0.1])
     assert curve.points == [
         CurvePoint(0.9, 0.25, 0.0),
         CurvePoint(0.8, 0.5, 0.5),
@@ -28,12 +35,12 @@ def test_the_area_is_how_often_a_command_is_surer(
     commands: list[float], others: list[float]
 ) -> None:
     wins = [(c > o) + (c == o) / 2 for c in commands for o in others]
-    assert operating(commands, others).area == pytest.approx(sum(wins) / len(wins), abs=1e-5)
+    assert operating_curve(commands, others).area == pytest.approx(sum(wins) / len(wins), abs=1e-5)
 
 
 @given(CONFIDENCES, CONFIDENCES)
 def test_a_lower_threshold_lets_more_through(commands: list[float], others: list[float]) -> None:
-    points = operating(commands, others).points
+    points = operating_curve(commands, others).points
     hits, false_alarms = [p.hits for p in points], [p.false_alarms for p in points]
     assert (hits, false_alarms) == (sorted(hits), sorted(false_alarms))
     assert (hits[-1], false_alarms[-1]) == (1, 1)
@@ -42,8 +49,8 @@ def test_a_lower_threshold_lets_more_through(commands: list[float], others: list
 def test_reliability_in_bins_of_a_tenth() -> None:
     curve = reliability([(0.95, True), (1.0, True), (0.92, False), (0.05, False), (0.1, True)])
     third = pytest.approx(2 / 3, abs=1e-5)
-    assert curve.bins[0] == Bin(0.05, 0, 1)
-    assert curve.bins[1] == Bin(0.1, 1, 1)
+    assert curve.bins[0] == ReliabilityBin(0.05, 0, 1)
+    assert curve.bins[1] == ReliabilityBin(0.1, 1, 1)
     assert (curve.bins[2].right, curve.bins[2].utterances) == (third, 3)
     off = 0.05 * 1 + 0.9 * 1 + abs(2.87 / 3 - 2 / 3) * 3
     assert curve.expected_error == pytest.approx(off / 5, abs=1e-4)

@@ -95,7 +95,7 @@ def test_what_a_program_hears(
 def test_a_program_that_fails_is_an_error_of_this_clip(
     code: str, said: str, tmp_path: Path, clip: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(engines, "PROGRAM_SECONDS", 0.3 if "sleep" in code else 60)
+    monkeypatch.setattr(engines, "PROGRAM_TIMEOUT", 0.3 if "sleep" in code else 60)
     with pytest.raises(AudioError, match=said):
         program_engine(script(tmp_path, code), COMMANDS)(clip.samples())
 

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 from recordings import FIXTURES
 
-from voz.apps.evaluation.examples import check_talk, collect, description
+from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.errors import ConfigError
@@ -17,7 +17,7 @@ from voz.errors import ConfigError
 def test_a_set_is_described_by_its_kinds_and_speakers() -> None:
     clips = read_manifest(FIXTURES / "manifest.tsv")
     kinds = {clip.kind for clip in clips}
-    said = description(clips, clips[0].set)
+    said = describe_set(clips, clips[0].set)
     assert all(f" {kind}" in said for kind in kinds)
     assert said.endswith(f"; {len({clip.speaker for clip in clips})} speakers")
 
@@ -33,7 +33,7 @@ def test_in_a_stream_everything_belongs_to_what_was_said_there(tmp_path: Path) -
     session = FIXTURES / "long" / "session.wav"
     said = Clip("lab", "session.wav", session, "start speech", "me", "command", "all", 0.5, 2.0)
     other = replace(said, text="", kind="near-miss", start=2.5, end=4.0)
-    (collected,) = collect([said, other], None, 1)
+    (collected,) = collect_examples([said, other], None, 1)
     for examples in (collected.examples, collected.alone):
         kinds = [(e.clip.kind, e.text, e.right) for e in examples]
         assert kinds[:2] == [("command", "start speech", True), ("near-miss", "go forward", False)]

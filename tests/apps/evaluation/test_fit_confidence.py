@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import replace
 from recordings import FIXTURES
 
-from voz.apps.evaluation.examples import Example, collect, description
+from voz.apps.evaluation.examples import Example, collect_examples, describe_set
 from voz.apps.evaluation.fit_confidence import (
     acceptance,
     cross_validated,
@@ -175,7 +175,7 @@ def as_talk(some: Iterable[Example]) -> list[Example]:
 
 def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) -> None:
     clips = read_manifest(FIXTURES / "manifest.tsv")[::6]
-    collected = list(collect(clips, None, 2))
+    collected = list(collect_examples(clips, None, 2))
     found = [e for c in collected for e in c.examples]
     assert any(e.right for e in found)
     assert any(not e.right for e in found)
@@ -186,7 +186,7 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     assert all(set(e.values) == {*ONE_EAR, VOICES_AROUND} for e in alone)
     commands = [clip for c in collected for clip in c.commands]
     assert len(commands) == sum(clip.kind == "command" for clip in clips)
-    fitted_on = [description(clips, "audio_fixtures")]
+    fitted_on = [describe_set(clips, "audio_fixtures")]
     found, alone = ([*some, *as_talk(some)] for some in (found, alone))
     models, likely = fit_models(found, alone, fitted_on, 1.0, commands)
     assert "command" in models.two_ears.fitted_on[0]

@@ -39,15 +39,15 @@ def test_the_ratio_of_a_mix_is_what_was_asked_for(
     silence = np.zeros(int(pause * SAMPLE_RATE), np.int16)
     speech = np.concatenate([silence, some_noise(0.5, speech_level), silence])
     background = some_noise(len(speech) / SAMPLE_RATE, noise_level, seed=1)
-    added = noise.mixed(speech, background, ratio).astype(float) - speech
+    added = noise.mix(speech, background, ratio).astype(float) - speech
     measured = 10 * np.log10(noise.speech_power(speech) / np.mean(added**2))
     assert measured == pytest.approx(ratio, abs=0.1)
 
 
 def test_noise_goes_on_before_and_after_what_is_said() -> None:
     background, speech = some_noise(20, 1000, seed=1), some_noise(1, 3000)
-    heard = noise.within(background, speech, 10, np.random.default_rng(0)).astype(float)
-    before, after = round(noise.BEFORE * SAMPLE_RATE), round(noise.AFTER * SAMPLE_RATE)
+    heard = noise.embed_in_noise(background, speech, 10, np.random.default_rng(0)).astype(float)
+    before, after = round(noise.NOISE_BEFORE * SAMPLE_RATE), round(noise.NOISE_AFTER * SAMPLE_RATE)
     assert len(heard) == before + len(speech) + after
     levels = [np.sqrt(np.mean(part**2)) for part in (heard[:before], heard[-after:])]
     assert levels == pytest.approx([3000 / 10**0.5] * 2, rel=0.03)
@@ -60,7 +60,9 @@ def test_the_ratio_is_that_to_the_mean_of_noise_that_comes_and_goes() -> None:
     comes_and_goes = np.concatenate([hum, np.zeros_like(hum)])
     speech = some_noise(1, 3000)
     powers = [
-        np.mean((noise.within(comes_and_goes, speech, 0, rng).astype(float)[:SAMPLE_RATE]) ** 2)
+        np.mean(
+            (noise.embed_in_noise(comes_and_goes, speech, 0, rng).astype(float)[:SAMPLE_RATE]) ** 2
+        )
         for rng in map(np.random.default_rng, range(20))
     ]
     assert min(powers) == 0  # in a pause
@@ -69,7 +71,7 @@ def test_the_ratio_is_that_to_the_mean_of_noise_that_comes_and_goes() -> None:
 
 def test_what_would_overdrive_is_turned_down_together() -> None:
     speech, background = some_noise(1, 8000), some_noise(1, 8000, seed=1)
-    sum_ = noise.mixed(speech, background, 0).astype(float)
+    sum_ = noise.mix(speech, background, 0).astype(float)
     assert np.abs(sum_).max() == 32767
     gains, *_ = np.linalg.lstsq(np.stack([speech, background], axis=1).astype(float), sum_)
     assert gains[0] == pytest.approx(gains[1], rel=0.05)
@@ -78,7 +80,7 @@ def test_what_would_overdrive_is_turned_down_together() -> None:
 @given(st.integers(1, 3000), st.integers(1, 3000))
 def test_a_stretch_is_as_long_as_asked_and_out_of_the_noise(there: int, wanted: int) -> None:
     ramp = np.arange(there, dtype=np.int16)
-    cut = noise.stretch(ramp, wanted, np.random.default_rng(0))
+    cut = noise.random_stretch(ramp, wanted, np.random.default_rng(0))
     assert len(cut) == wanted
     assert all(np.diff(cut) % there == 1 % there)
 
@@ -95,7 +97,7 @@ def test_a_click_in_a_room_is_the_response_of_the_room() -> None:
     click = np.zeros(100, np.int16)
     click[0] = 10000
     response = noise.room_response(np.random.default_rng(0))
-    heard = noise.reverberated(click, response)
+    heard = noise.reverberate(click, response)
     assert len(heard) == 100 + len(response) - 1
     assert heard[: len(response)] == pytest.approx(10000 * response, abs=0.51)
 

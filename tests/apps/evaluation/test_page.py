@@ -11,7 +11,7 @@ import soundfile
 
 from voz.apps.evaluation import report
 from voz.apps.evaluation.failures import Failure, failures
-from voz.apps.evaluation.page import MOST_LISTED, to_html
+from voz.apps.evaluation.page import MOST_LISTED_FAILURES, to_html
 from voz.apps.evaluation.plots import pictures
 from voz.apps.evaluation.report import Evaluation
 from voz.apps.evaluation.results import Result
@@ -120,8 +120,8 @@ def test_where_all_went_well_the_page_says_so(result: Any) -> None:
 
 
 def test_of_very_many_failures_the_page_lists_some_and_says_so(result: Any) -> None:
-    results = [result("stop", file=str(number)) for number in range(MOST_LISTED + 7)]
+    results = [result("stop", file=str(number)) for number in range(MOST_LISTED_FAILURES + 7)]
     text = page_of(report.evaluate(results, {}))
-    assert len(rows_of(text)) == MOST_LISTED
+    assert len(rows_of(text)) == MOST_LISTED_FAILURES
     assert "What went wrong: 1,007" in text
     assert "And 7 more, which --json lists." in text

@@ -122,9 +122,9 @@ def test_a_command_has_to_be_found_in_noise_that_goes_on(
     command, rest = recognize(Task((clip,), noise=(hum,), snr=20), voz)
     assert (command.obeyed, command.noise, command.snr) == (["go back"], "hum", 20)
     (heard,) = command.heard
-    assert noise.BEFORE < heard.start < heard.end < noise.BEFORE + command.seconds
+    assert noise.NOISE_BEFORE < heard.start < heard.end < noise.NOISE_BEFORE + command.seconds
     assert (rest.kind, rest.heard, rest.noise, rest.snr) == ("out-of-nothing", (), "hum", 20)
-    assert rest.seconds == noise.BEFORE + noise.AFTER
+    assert rest.seconds == noise.NOISE_BEFORE + noise.NOISE_AFTER
 
 
 def test_who_takes_a_stream_for_one_utterance_has_heard_the_first(
@@ -139,7 +139,7 @@ def test_a_clip_is_prepared_the_same_way_each_time(clips: list[Clip], hum: Path)
     clean, room = Task((clips[0],)), Task((clips[0],), room=True)
     noisy = Task((clips[0],), room=True, noise=(hum, hum), snr=10)
     assert np.array_equal(prepared(noisy)[0], prepared(noisy)[0])
-    around = round(16000 * (noise.BEFORE + noise.AFTER))
+    around = round(16000 * (noise.NOISE_BEFORE + noise.NOISE_AFTER))
     lengths = [len(prepared(task)[0]) for task in (clean, room, noisy)]
     assert np.diff(lengths).tolist() == [6400, around]
 

@@ -7,17 +7,17 @@ from voz.apps.evaluation.scores import score
 from voz.apps.evaluation.statistics import Estimate, alarm_rate
 from voz.apps.evaluation.tables import (
     Table,
-    as_text,
+    alarm_rate_text,
+    estimate_text,
     main_tables,
-    shown,
-    shown_alarms,
     speaker_tables,
+    table_text,
 )
 
 
 def test_a_table_is_aligned() -> None:
     table = Table(("name", "clips"), [("a longer one", "5"), ("b", "1000")])
-    assert as_text(table).splitlines() == [
+    assert table_text(table).splitlines() == [
         "name          clips",
         "a longer one      5",
         "b              1000",
@@ -25,14 +25,14 @@ def test_a_table_is_aligned() -> None:
 
 
 def test_a_figure_is_shown_with_its_interval() -> None:
-    assert shown(Estimate(0.9434, 0.921, 0.9619)) == "0.943 (0.92-0.96)"
-    assert shown(Estimate(12.34, 0, 40.6), digits=1) == "12.3 (0-41)"
+    assert estimate_text(Estimate(0.9434, 0.921, 0.9619)) == "0.943 (0.92-0.96)"
+    assert estimate_text(Estimate(12.34, 0, 40.6), digits=1) == "12.3 (0-41)"
 
 
 def test_alarms_are_shown_with_the_hours_they_come_from() -> None:
-    assert shown_alarms(alarm_rate(0, hours=0.6)) == "0 in 0.6 h (0 to 6.1 per hour)"
-    assert shown_alarms(alarm_rate(40, hours=16.3 / 60)) == "40 in 0.27 h (105 to 200 per hour)"
-    assert shown_alarms(alarm_rate(3, hours=123.4)) == "3 in 123 h (0.005 to 0.071 per hour)"
+    assert alarm_rate_text(alarm_rate(0, hours=0.6)) == "0 in 0.6 h (0 to 6.1 per hour)"
+    assert alarm_rate_text(alarm_rate(40, hours=16.3 / 60)) == "40 in 0.27 h (105 to 200 per hour)"
+    assert alarm_rate_text(alarm_rate(3, hours=123.4)) == "3 in 123 h (0.005 to 0.071 per hour)"
 
 
 def test_noises_are_told_apart_if_there_are_several(result: Any) -> None:

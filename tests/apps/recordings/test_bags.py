@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_typestore
 
-from voz.apps.recordings.bags import HEARD, STRING, bag_of, check_bag, read_sayings
+from voz.apps.recordings.bags import HEARD_TOPIC, STRING, check_bag, read_sayings, write_bag
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
 from voz.language.sentences.command_set import plain_commands
@@ -27,7 +27,7 @@ LINES = ["start speech", "go forward", "dance", "-", "point beer", "turn left", 
 
 def keep(path: Path, lines: Sequence[str] = LINES) -> list[Event]:
     events: list[Event] = []
-    with bag_of(path) as receive:
+    with write_bag(path) as receive:
         type_lines(lines, events.append, receive)
     return events
 
@@ -85,7 +85,7 @@ def test_another_recognizer_may_shout_and_say_what_is_no_command(tmp_path: Path)
     path = tmp_path / "theirs.bag"
     types = get_typestore(Stores.ROS1_NOETIC)
     with Writer1(path) as writer:
-        topic = writer.add_connection(f"/robot1{HEARD}", STRING, typestore=types)
+        topic = writer.add_connection(f"/robot1{HEARD_TOPIC}", STRING, typestore=types)
         for seconds, text in [(100, "START SPEECH"), (101, " Go  Forward"), (102, "the weather")]:
             message = types.types[STRING](text)
             writer.write(topic, seconds * 10**9, types.serialize_ros1(message, STRING))
@@ -102,7 +102,7 @@ def test_another_recognizer_may_shout_and_say_what_is_no_command(tmp_path: Path)
 def test_a_run_that_is_ended_leaves_a_whole_bag(name: str, tmp_path: Path) -> None:
     def program() -> None:
         path = tmp_path / name
-        with bag_of(path) as receive:
+        with write_bag(path) as receive:
             type_lines(["go forward"], receive, listening=True)
             raise SystemExit(143)
 
@@ -118,7 +118,7 @@ def test_a_run_that_is_ended_leaves_a_whole_bag(name: str, tmp_path: Path) -> No
 def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("voz.apps.recordings.bags.SAVED_EVERY", 0.0)
+    monkeypatch.setattr("voz.apps.recordings.bags.SAVE_INTERVAL", 0.0)
     path = tmp_path / name
     complaint = rf"{name}: cannot be written \([^\n]+\); it has what was published in the first"
     with full_disk(90_000), pytest.raises(ConfigError, match=complaint):
@@ -136,11 +136,11 @@ def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
 def test_once_a_bag_cannot_be_written_it_says_so_once(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("voz.apps.recordings.bags.SAVED_EVERY", 0.0)
+    monkeypatch.setattr("voz.apps.recordings.bags.SAVE_INTERVAL", 0.0)
     failures = []
 
     def program() -> None:
-        with full_disk(90_000), bag_of(tmp_path / name) as receive:
+        with full_disk(90_000), write_bag(tmp_path / name) as receive:
             for number in range(3000):
                 try:
                     receive(Twist(number / 10, 0.1, 0.0))
@@ -168,11 +168,11 @@ import time
 from pathlib import Path
 import voz.apps.recordings.bags
 from voz.events import Twist
-voz.apps.recordings.bags.SAVED_EVERY = voz.apps.recordings.bags.SAVED_PART = 0.0
-with voz.apps.recordings.bags.bag_of(Path({name!r})) as receive:
+voz.apps.recordings.bags.SAVE_INTERVAL = voz.apps.recordings.bags.SAVE_INTERVAL_SHARE = 0.0
+with voz.apps.recordings.bags.write_bag(Path({name!r})) as receive:
     for number in range(30):
         receive(Twist(number / 10, 0.1, 0.0))
-    voz.apps.recordings.bags.SAVED_EVERY = 1000.0
+    voz.apps.recordings.bags.SAVE_INTERVAL = 1000.0
     for number in range(30, 60):
         receive(Twist(number / 10, 0.1, 0.0))
     print("written", flush=True)
@@ -219,7 +219,7 @@ def test_a_bag_with_a_damaged_time_is_one_line(damaged: int, tmp_path: Path) -> 
     path = tmp_path / "damaged.bag"
     types = get_typestore(Stores.ROS1_NOETIC)
     with Writer1(path) as writer:
-        topic = writer.add_connection(HEARD, STRING, typestore=types)
+        topic = writer.add_connection(HEARD_TOPIC, STRING, typestore=types)
         for stamp in (1_700_000_000 * 10**9, 1_700_000_001 * 10**9, damaged):
             message = types.types[STRING]("go forward")
             writer.write(topic, stamp, types.serialize_ros1(message, STRING))

@@ -13,7 +13,14 @@ from full_disk import full_disk
 from recordings import FIXTURES, GO_BACK
 from rich.console import Console
 
-from voz.apps.recordings.enrollment import PROMPTS, hear, missing, prompts, read_kept, record
+from voz.apps.recordings.enrollment import (
+    PROMPT_COUNT,
+    check_recording,
+    choose_prompts,
+    missing_prompts,
+    read_saved_recordings,
+    record_prompts,
+)
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.errors import ConfigError
@@ -23,22 +30,25 @@ from voz.recognition.speaker.calibration import Said
 
 def test_each_command_is_asked_for_and_some_twice_in_the_same_order_each_time() -> None:
     commands = [f"command {number}" for number in range(14)]
-    asked = prompts(commands, "ana")
-    assert asked == prompts(commands, "ana") != prompts(commands, "juan")
-    assert (len(asked), set(asked)) == (PROMPTS, set(commands))
-    assert len(set(prompts([str(n) for n in range(1000)], "ana"))) == PROMPTS
+    asked = choose_prompts(commands, "ana")
+    assert asked == choose_prompts(commands, "ana") != choose_prompts(commands, "juan")
+    assert (len(asked), set(asked)) == (PROMPT_COUNT, set(commands))
+    assert len(set(choose_prompts([str(n) for n in range(1000)], "ana"))) == PROMPT_COUNT
 
 
 def test_what_is_recorded_is_not_asked_for_again() -> None:
     nothing = np.zeros(0, np.int16)
-    assert missing(["a", "b", "a", "c"], [Said("a", nothing), Said("c", nothing)]) == ["b", "a"]
+    assert missing_prompts(["a", "b", "a", "c"], [Said("a", nothing), Said("c", nothing)]) == [
+        "b",
+        "a",
+    ]
 
 
 def say(asked: list[str], folder: Path, recognizer: Recognizer, *clips: Path) -> list[str]:
     """Answer by recordings, one after the other and again; gives the lines that are shown."""
     shown = io.StringIO()
     blocks = microphone(clips or [GO_BACK])
-    record(asked, blocks, recognizer, folder, "ana", Console(file=shown, width=200))
+    record_prompts(asked, blocks, recognizer, folder, "ana", Console(file=shown, width=200))
     return [" ".join(line.split()) for line in shown.getvalue().splitlines()]
 
 
@@ -69,8 +79,8 @@ def test_what_is_heard_is_shown_and_what_is_heard_wrongly_is_asked_for_once_more
         "heard: start speech; say again: go back",
         "heard: stop speech; kept, to learn how you say it",
     ]
-    (kept,) = read_kept(tmp_path / "other", ["go back"])
-    assert hear("go back", kept.samples, recognizer) == (False, "stop speech")
+    (kept,) = read_saved_recordings(tmp_path / "other", ["go back"])
+    assert check_recording("go back", kept.samples, recognizer) == (False, "stop speech")
 
 
 def test_a_recording_never_takes_the_place_of_another(
@@ -84,7 +94,9 @@ def test_a_recording_never_takes_the_place_of_another(
     manifest.write_text("\n".join([header, *rest]))  # as an editor may, without a last newline
     first.unlink()
     say(["go back"], tmp_path, recognizer)
-    texts = [said.text for said in read_kept(tmp_path, ["stop", "go forward", "go back"])]
+    texts = [
+        said.text for said in read_saved_recordings(tmp_path, ["stop", "go forward", "go back"])
+    ]
     assert texts == ["stop", "go forward", "go back"]
     assert {path: path.read_bytes() for path in others} == before
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.apps.recordings.recent_sound import KEPT, MARGIN, Excerpt, RecentSound
+from voz.apps.recordings.recent_sound import EXCERPT_MARGIN, LONGEST_KEPT, Excerpt, RecentSound
 from voz.audio import SAMPLE_RATE
 from voz.events import Utterance
 
@@ -39,13 +39,15 @@ def test_the_sound_comes_with_its_margins_as_soon_as_it_is_there(
             tape.mark(start / SAMPLE_RATE, end / SAMPLE_RATE, heard(0, 1))
         fed += len(block)
         found = list(tape.feed(block))
-        assert not found or fed >= end + MARGIN
+        assert not found or fed >= end + EXCERPT_MARGIN
         pieces += found
     if marked > len(cuts):
         tape.mark(start / SAMPLE_RATE, end / SAMPLE_RATE, heard(0, 1))
     pieces += tape.finish()
     (piece,) = pieces
-    np.testing.assert_array_equal(piece.samples, STREAM[max(0, start - MARGIN) : end + MARGIN])
+    np.testing.assert_array_equal(
+        piece.samples, STREAM[max(0, start - EXCERPT_MARGIN) : end + EXCERPT_MARGIN]
+    )
 
 
 def test_the_memory_of_a_long_stream_is_bounded_and_what_is_kept_is_right() -> None:
@@ -56,6 +58,6 @@ def test_the_memory_of_a_long_stream_is_bounded_and_what_is_kept_is_right() -> N
     tape.mark(80, 90, heard(80, 90))
     tape.mark(0, 10, heard(0, 10))  # long forgotten
     (piece,) = tape.finish()
-    assert len(piece.samples) == 10 * SAMPLE_RATE + 2 * MARGIN
+    assert len(piece.samples) == 10 * SAMPLE_RATE + 2 * EXCERPT_MARGIN
     assert (piece.samples[0], piece.samples[-1]) == (79, 90)
-    assert sum(map(len, tape._blocks)) <= KEPT + SAMPLE_RATE
+    assert sum(map(len, tape._blocks)) <= LONGEST_KEPT + SAMPLE_RATE

@@ -14,8 +14,8 @@ from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
 from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest_text import MANIFEST_NAME
 from voz.apps.recordings.recorder import Recorder
-from voz.apps.recordings.rows import MANIFEST
 from voz.audio import SAMPLE_RATE
 from voz.errors import AudioError
 from voz.events import Utterance
@@ -45,7 +45,7 @@ def test_a_disk_that_goes_away_is_one_warning(tmp_path: Path) -> None:
     said: list[str] = []
     folder = tmp_path / "disk"
     with Recorder(folder, 1, said.append) as recorder:
-        while not (folder / MANIFEST).exists():
+        while not (folder / MANIFEST_NAME).exists():
             time.sleep(0.01)
         shutil.rmtree(folder)
         for _ in range(3):
@@ -66,7 +66,7 @@ def test_what_was_kept_is_told_and_can_be_corrected_until_the_disk_fails(tmp_pat
         start, file = recorder.kept.popleft()
         assert (start, folder / file) == (HEARD.start, next(folder.glob("*.flac")))
         recorder.correct(file, "go back", "command").result(PATIENCE)
-        assert [clip.text for clip in read_manifest(folder / MANIFEST)] == ["go back"]
+        assert [clip.text for clip in read_manifest(folder / MANIFEST_NAME)] == ["go back"]
         with pytest.raises(AudioError, match="not there any more"):
             recorder.correct("other.flac", "go back", "command").result(PATIENCE)
         shutil.rmtree(folder)
@@ -89,7 +89,7 @@ def test_what_a_run_records_decodes_alike(pulse: dict[str, str], tmp_path: Path)
         robot.wait_for(lambda event: event["type"] == "utterance" and event["source"] == "text")
         assert robot.end() == 143
         told = [event for event in robot.of("utterance") if event["source"] == "microphone"]
-    clips = read_manifest(folder / MANIFEST)
+    clips = read_manifest(folder / MANIFEST_NAME)
     kinds = [clip.kind for clip in clips]
     assert kinds == ["command" if event["accepted"] else "near-miss" for event in told]
     decoded = in_process("decode", "--json", *(clip.path for clip in clips)).json

@@ -8,7 +8,7 @@ import pytest
 from calls import in_process
 from driving import type_lines
 
-from voz.apps.recordings.bags import bag_of
+from voz.apps.recordings.bags import write_bag
 from voz.apps.recordings.sessions import read_session
 from voz.errors import ConfigError
 from voz.events import Event, SelectedObject, Twist, Utterance, to_json
@@ -33,7 +33,7 @@ def test_what_was_written_as_json_is_read_back_whole(tmp_path: Path, events: lis
 def test_of_a_bag_there_is_what_was_published(
     name: str, tmp_path: Path, events: list[Event]
 ) -> None:
-    with bag_of(tmp_path / name) as receive:
+    with write_bag(tmp_path / name) as receive:
         for event in events:
             receive(event)
     read = read_session(tmp_path / name)

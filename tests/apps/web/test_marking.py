@@ -18,7 +18,7 @@ from programs import wait_until
 from recordings import FIXTURES
 
 from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.rows import MANIFEST
+from voz.apps.recordings.manifest_text import MANIFEST_NAME
 
 pytestmark = pytest.mark.slow
 
@@ -42,7 +42,7 @@ def forward() -> np.ndarray:
 
 def last(folder: Path) -> tuple[str, str]:
     """What the manifest says of the newest recording."""
-    clip = read_manifest(folder / MANIFEST)[-1]
+    clip = read_manifest(folder / MANIFEST_NAME)[-1]
     return clip.kind, clip.text
 
 
@@ -125,7 +125,7 @@ def test_what_was_heard_is_played_and_marked_on_the_page(
     shown.locator("summary").click()
     expect(shown.get_by_role("button", name="Right")).to_be_disabled()
     assert page.complaints == watcher.complaints == []  # type: ignore[attr-defined]
-    scores = in_process("eval", folder / MANIFEST, "--jobs", "1")
+    scores = in_process("eval", folder / MANIFEST_NAME, "--jobs", "1")
     assert scores.code == 0
     assert "near-misses" in scores.out
 
@@ -166,11 +166,11 @@ def test_a_mark_that_cannot_be_is_one_line(
 ) -> None:
     with opened_without_browser(robot) as page:
         page.take_the_wheel()
-        before = (folder / MANIFEST).read_text()
+        before = (folder / MANIFEST_NAME).read_text()
         answer = mark(robot, page, **{"file": recording, **more})
         assert answer.status_code == status
         assert error in answer.json()["error"]
-        assert (folder / MANIFEST).read_text() == before
+        assert (folder / MANIFEST_NAME).read_text() == before
 
 
 def test_a_recording_is_served_to_those_who_may_come_in_and_kept_by_nobody(

@@ -15,47 +15,47 @@ from contextlib import contextmanager, suppress
 from threading import Event, Lock, Thread
 from typing import Any, NamedTuple
 
-from voz.apps.batch.pool import TooSlow
-from voz.apps.batch.tasks import Result, Setup, Task
+from voz.apps.batch.executors import TaskTimeout
+from voz.apps.batch.tasks import BatchTask, TaskResult, WorkerSetup
 from voz.apps.batch.worker import work
 from voz.errors import ConfigError, VozError
 from voz.extras import how_to_install
 from voz.process.worker_pool import WorkerDied
 
-WAITED_FOR = 30
+CONNECT_TIMEOUT = 30
 """How long a cluster may take to answer, and to have its first worker, s."""
 
-COUNTED_EVERY = 5.0
+COUNT_INTERVAL = 5.0
 """How often it is looked how many workers there are, s."""
 
-QUEUED = 3
+QUEUE_FACTOR = 3
 """Times its limit a task may take until it is given up: it may have to wait for others."""
 
-LOOKED_EVERY = 1.0
+TIMEOUT_CHECK_INTERVAL = 1.0
 """How often it is looked what takes too long, s."""
 
 _ONE_AT_A_TIME = Lock()
 
 
-class UnderWay(NamedTuple):
+class RunningTask(NamedTuple):
     """A task that a cluster has: dask's future of it, ours, and when it is given up, s."""
 
     asked: Any
-    ended: Future[Result]
+    ended: Future[TaskResult]
     due: float
 
 
-class Cluster:
+class DaskExecutor:
     """Workers of a cluster, however many there are at the time."""
 
     batch = 100_000_000
     """An hour of sound, half a minute of work: of more tasks the scheduler would have much to do.
     """
 
-    def __init__(self, client: Any, setup: Setup) -> None:
+    def __init__(self, client: Any, setup: WorkerSetup) -> None:
         self._client, self._setup = client, setup
         self._counted, self._count = 0.0, 1
-        self._limited: dict[str, UnderWay] = {}
+        self._limited: dict[str, RunningTask] = {}
         self._over = Event()
         self._patience = Thread(target=self._watch, name="voz-patience", daemon=True)
         self._patience.start()
@@ -68,18 +68,18 @@ class Cluster:
     @property
     def size(self) -> int:
         """How many workers there were lately; one at least."""
-        if time.monotonic() > self._counted + COUNTED_EVERY:
+        if time.monotonic() > self._counted + COUNT_INTERVAL:
             self._counted = time.monotonic()
             self._count = max(1, len(_workers(self._client)))
         return self._count
 
-    def submit(self, task: Task, limit: float | None) -> Future[Result]:
+    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
         """Begin a task; what takes longer than the limit costs its worker."""
-        ended: Future[Result] = Future()
-        asked = self._client.submit(work_alone, self._setup, task, pure=False)
+        ended: Future[TaskResult] = Future()
+        asked = self._client.submit(work_exclusively, self._setup, task, pure=False)
         if limit:
-            due = time.monotonic() + limit * QUEUED
-            self._limited[asked.key] = UnderWay(asked, ended, due)
+            due = time.monotonic() + limit * QUEUE_FACTOR
+            self._limited[asked.key] = RunningTask(asked, ended, due)
 
         def done(_: object) -> None:
             self._limited.pop(asked.key, None)
@@ -88,21 +88,21 @@ class Cluster:
         asked.add_done_callback(done)
         return ended
 
-    def result(self, future: Future[Result]) -> Result:
+    def result(self, future: Future[TaskResult]) -> TaskResult:
         """Give the result of a task; raises what `Pool.result` does."""
         return future.result()
 
     def _watch(self) -> None:
-        while not self._over.wait(LOOKED_EVERY):
+        while not self._over.wait(TIMEOUT_CHECK_INTERVAL):
             now = time.monotonic()
             for each in [each for each in list(self._limited.values()) if each.due < now]:
                 self._limited.pop(each.asked.key, None)
                 self._give_up(each)
 
-    def _give_up(self, each: UnderWay) -> None:
+    def _give_up(self, each: RunningTask) -> None:
         """Restart the worker that does not come back from a task."""
         with suppress(InvalidStateError):
-            each.ended.set_exception(TooSlow())
+            each.ended.set_exception(TaskTimeout())
         with suppress(Exception):  # it may have gone by itself
             busy = self._client.processing()
             at = [address for address, keys in busy.items() if each.asked.key in keys]
@@ -111,7 +111,7 @@ class Cluster:
 
 
 @contextmanager
-def cluster(address: str, setup: Setup) -> Iterator[Cluster]:
+def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
     """Use a cluster for the length of a `with` block.
 
     Args:
@@ -127,20 +127,20 @@ def cluster(address: str, setup: Setup) -> Iterator[Cluster]:
         raise ConfigError(f"dask is not installed; {how_to_install('dask')}") from error
     try:
         client = Client(  # type: ignore[no-untyped-call]
-            address, timeout=WAITED_FOR, set_as_default=False
+            address, timeout=CONNECT_TIMEOUT, set_as_default=False
         )
     except (OSError, asyncio.TimeoutError, ValueError, TypeError) as error:
         raise ConfigError(f"--dask {address}: nothing answers there; is a scheduler up?") from error
     with client:
         _check(client, address)
-        pool = Cluster(client, setup)
+        pool = DaskExecutor(client, setup)
         try:
             yield pool
         finally:
             pool.close()
 
 
-def work_alone(setup: Setup, task: Task) -> Result:
+def work_exclusively(setup: WorkerSetup, task: BatchTask) -> TaskResult:
     """Do a task, one at a time: a recognizer is for one thread."""
     with _ONE_AT_A_TIME:
         return work(setup, task)
@@ -152,7 +152,7 @@ def _check(client: Any, address: str) -> None:
     Whether they have the same voz, models and list each worker finds out itself.
     """
     try:
-        client.wait_for_workers(1, timeout=WAITED_FOR)
+        client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
     except (TimeoutError, asyncio.TimeoutError) as error:  # two kinds before Python 3.11
         raise ConfigError(
             f"--dask {address}: has no workers; start some with one thread"
@@ -182,7 +182,7 @@ def _workers(client: Any) -> dict[str, Any]:
     return found
 
 
-def _pass_on(asked: Any, ended: Future[Result]) -> None:
+def _pass_on(asked: Any, ended: Future[TaskResult]) -> None:
     """Give on what became of a task, unless it was given up."""
     from distributed import KilledWorker
 

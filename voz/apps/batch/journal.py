@@ -20,21 +20,21 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header, difference
-from voz.apps.batch.places import Place, journal_path, shown_place
-from voz.apps.batch.rows import Outcome, as_row
-from voz.apps.batch.stamp_file import Stamped
+from voz.apps.batch.locations import Location, journal_path, shown_location
+from voz.apps.batch.outcomes import Outcome, parse_row
+from voz.apps.batch.stamp_file import RecordingStamp
 from voz.apps.batch.stamps import Stamp
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.files import os_errors_as_config_error, shown_path
 
-SAVED_EVERY = 5.0
+FSYNC_INTERVAL = 5.0
 """How often it is put on the disk, s: so much is lost if the power fails, nothing by a kill."""
 
-NOWHERE = -1
+NO_OFFSET = -1
 
 
-class Entry(msgspec.Struct, frozen=True, omit_defaults=True):
+class JournalEntry(msgspec.Struct, frozen=True, omit_defaults=True):
     """A line: the rows of a recording, how much of it was heard, and what it was like."""
 
     file: str
@@ -45,7 +45,7 @@ class Entry(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Journal:
-    """Outcomes by recording; made by `journal_for`."""
+    """Outcomes by recording; made by `open_journal`."""
 
     def __init__(self, file: int, names: Sequence[str]) -> None:
         """Read what is there.
@@ -56,7 +56,7 @@ class Journal:
         """
         self._file = file
         self._numbers = {name: number for number, name in enumerate(names)}
-        self._at = array("q", [NOWHERE]) * len(names)
+        self._at = array("q", [NO_OFFSET]) * len(names)
         self._failed = bytearray(len(names))
         self._saved = time.monotonic()
         with _reader(file) as lines:
@@ -68,18 +68,20 @@ class Journal:
 
     def missing(self, failed: bool = False) -> list[int]:
         """The recordings without an outcome, by their number; those that failed too if asked."""
-        return [n for n, at in enumerate(self._at) if at == NOWHERE or (failed and self._failed[n])]
+        return [
+            n for n, at in enumerate(self._at) if at == NO_OFFSET or (failed and self._failed[n])
+        ]
 
     def add(self, file: str, outcome: Outcome) -> None:
         """Keep an outcome, all of it or nothing; raises OSError if it cannot be written."""
         rows = tuple(msgspec.to_builtins(row) for row in outcome.rows)
-        self._append(Entry(file, rows, outcome.seconds, outcome.cpu, outcome.stamp))
+        self._append(JournalEntry(file, rows, outcome.seconds, outcome.cpu, outcome.stamp))
 
-    def _append(self, entry: Entry) -> None:
+    def _append(self, entry: JournalEntry) -> None:
         length = _write(self._file, self._end, entry)
         self._note(entry)
         self._end += length
-        if time.monotonic() > self._saved + SAVED_EVERY:
+        if time.monotonic() > self._saved + FSYNC_INTERVAL:
             os.fsync(self._file)
             self._saved = time.monotonic()
 
@@ -90,16 +92,16 @@ class Journal:
                 lines.seek(at)
                 entry = _entry(lines.readline())
                 assert entry is not None
-                rows = tuple(as_row(row) for row in entry.rows)
+                rows = tuple(parse_row(row) for row in entry.rows)
                 yield Outcome(rows, entry.seconds, entry.cpu, entry.stamp)
 
-    def stamps(self) -> Iterator[tuple[int, Stamped]]:
+    def stamps(self) -> Iterator[tuple[int, RecordingStamp]]:
         """What the recordings that have an outcome were like, in their order, by their number."""
         with _reader(self._file) as lines:
             for number, at in enumerate(self._at):
-                if at != NOWHERE:
+                if at != NO_OFFSET:
                     lines.seek(at)
-                    yield number, msgspec.json.decode(lines.readline(), type=Stamped)
+                    yield number, msgspec.json.decode(lines.readline(), type=RecordingStamp)
 
     def set_stamp(self, number: int, stamp: Stamp) -> None:
         """Keep that a recording has the same bytes, but another stamp."""
@@ -109,7 +111,7 @@ class Journal:
         assert entry is not None
         self._append(replace(entry, stamp=stamp))
 
-    def _note(self, entry: Entry) -> None:
+    def _note(self, entry: JournalEntry) -> None:
         """Remember where a line is that begins at the end."""
         number = self._numbers.get(entry.file)
         if number is not None:  # else it is no longer asked for
@@ -118,12 +120,12 @@ class Journal:
 
 
 @contextmanager
-def journal_for(
-    output: Place,
+def open_journal(
+    output: Location,
     header: Header,
     names: Sequence[str],
     resume: bool,
-    finished: Iterable[Entry] = (),
+    finished: Iterable[JournalEntry] = (),
     overwrite: bool = False,
 ) -> Iterator[Journal]:
     """Open the journal of an output, and let no other run have it, for a `with` block.
@@ -169,7 +171,7 @@ def _header_there(file: int, path: Path) -> Header | None:
         raise ConfigError(f"{shown_path(path)}: is no journal of voz; remove it") from error
 
 
-def check_same_run(there: Header, header: Header, output: Place) -> None:
+def check_same_run(there: Header, header: Header, output: Location) -> None:
     """Refuse to go on with what was begun otherwise; raises ConfigError then."""
     differing = difference(there, header)
     if not differing and there.shard != header.shard:
@@ -178,24 +180,24 @@ def check_same_run(there: Header, header: Header, output: Place) -> None:
         differing = "other rules to drive by" if there.drive else "no --drive"
     if differing:
         raise ConfigError(
-            f"{shown_place(output)}: was begun with {differing}; go on as it was begun, or name "
+            f"{shown_location(output)}: was begun with {differing}; go on as it was begun, or name "
             "another file by --out"
         )
 
 
 @contextmanager
-def _locked(path: Path, output: Place) -> Iterator[int]:
+def _locked(path: Path, output: Location) -> Iterator[int]:
     file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     try:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ConfigError(
-                f"{shown_place(output)}: is being made by another run; wait for it, or name "
+                f"{shown_location(output)}: is being made by another run; wait for it, or name "
                 "another file by --out"
             ) from None
         if not _is_still(path, file):
-            raise ConfigError(f"{shown_place(output)}: was made by another run just now")
+            raise ConfigError(f"{shown_location(output)}: was made by another run just now")
         yield file
     finally:
         os.close(file)
@@ -229,11 +231,11 @@ def _write(file: int, at: int, record: msgspec.Struct) -> int:
     return len(data)
 
 
-def _entry(line: bytes) -> Entry | None:
+def _entry(line: bytes) -> JournalEntry | None:
     """What a line holds; None if it is not whole."""
     if not line.endswith(b"\n"):
         return None
     try:
-        return msgspec.json.decode(line, type=Entry)
+        return msgspec.json.decode(line, type=JournalEntry)
     except msgspec.MsgspecError:
         return None

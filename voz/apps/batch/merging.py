@@ -9,10 +9,10 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header, difference
-from voz.apps.batch.formats import by_file, format_of, reading
+from voz.apps.batch.formats import format_of, group_by_file, open_output
 from voz.apps.batch.inputs import parse_shard
-from voz.apps.batch.places import Place, journal_path, shown_place, written
-from voz.apps.batch.rows import Row
+from voz.apps.batch.locations import Location, journal_path, output_file, shown_location
+from voz.apps.batch.outcomes import Row
 from voz.apps.batch.stamp_file import read_stamps, write_stamps
 from voz.errors import ConfigError
 
@@ -20,7 +20,7 @@ Of = TypeVar("Of")
 """What is known of a recording."""
 
 
-def merge(shards: Sequence[Place], output: Place) -> int:
+def merge(shards: Sequence[Location], output: Location) -> int:
     """Put the outputs of shards together, in the order of the input.
 
     Args:
@@ -35,20 +35,20 @@ def merge(shards: Sequence[Place], output: Place) -> int:
     """
     write = format_of(output).write
     with ExitStack() as files:
-        opened = [(path, *files.enter_context(reading(_ended(path)))) for path in shards]
+        opened = [(path, *files.enter_context(open_output(_ended(path)))) for path in shards]
         _check_headers([(path, header) for path, header, _ in opened])
         opened.sort(key=lambda one: parse_shard(one[1].shard)[0])
         count = 0
 
         def rows() -> Iterator[Row]:
             nonlocal count
-            groups = [by_file(read) for _, _, read in opened]
+            groups = [group_by_file(read) for _, _, read in opened]
             for of_file in _in_turn(groups):
                 count += 1
                 yield from of_file
 
         whole = replace(opened[0][1], shard="", inputs="")
-        with written(output) as path:
+        with output_file(output) as path:
             write(path, whole, rows())
         known = [files.enter_context(read_stamps(path)) for path, _, _ in opened]
         stamps = [((each.file, each) for each in of_shard) for of_shard in known if of_shard]
@@ -57,25 +57,26 @@ def merge(shards: Sequence[Place], output: Place) -> int:
     return count
 
 
-def _ended(path: Place) -> Place:
+def _ended(path: Location) -> Location:
     if journal_path(path).exists():
-        raise ConfigError(f"{shown_place(path)}: its run has not ended; go on by --resume first")
+        raise ConfigError(f"{shown_location(path)}: its run has not ended; go on by --resume first")
     return path
 
 
-def _check_headers(headers: Sequence[tuple[Place, Header]]) -> None:
+def _check_headers(headers: Sequence[tuple[Location, Header]]) -> None:
     """Refuse shards that do not make a whole."""
     first_path, first = headers[0]
     there = set()
     for path, header in headers:
         if not header.shard:
-            raise ConfigError(f"{shown_place(path)}: is no shard; it was made without --shard")
+            raise ConfigError(f"{shown_location(path)}: is no shard; it was made without --shard")
         differing = difference(first, header)
         if not differing and header.inputs != first.inputs:
             differing = "another list of recordings"
         if differing:
             raise ConfigError(
-                f"{shown_place(path)}: was made with {differing} than {shown_place(first_path)}"
+                f"{shown_location(path)}: was made with {differing} than "
+                f"{shown_location(first_path)}"
             )
         there.add(header.shard)
     count = parse_shard(first.shard)[1]

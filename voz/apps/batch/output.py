@@ -10,25 +10,32 @@ from typing import TypeAlias
 import msgspec
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.formats import by_file, format_of, reading
-from voz.apps.batch.journal import Entry, Journal, check_same_run, journal_for
-from voz.apps.batch.places import Place, exists, journal_path, shown_place, state_of, written
+from voz.apps.batch.formats import format_of, group_by_file, open_output
+from voz.apps.batch.journal import Journal, JournalEntry, check_same_run, open_journal
+from voz.apps.batch.locations import (
+    Location,
+    exists,
+    journal_path,
+    object_state,
+    output_file,
+    shown_location,
+)
+from voz.apps.batch.outcomes import Outcome, Row
 from voz.apps.batch.remote import shown_name
-from voz.apps.batch.rows import Outcome, Row
-from voz.apps.batch.scheduler import Known
-from voz.apps.batch.stamp_file import Stamped, read_stamps, write_stamps
-from voz.apps.batch.stamps import look_again, stamp_of
+from voz.apps.batch.scheduler import Finished
+from voz.apps.batch.stamp_file import RecordingStamp, read_stamps, write_stamps
+from voz.apps.batch.stamps import check_stamps, stamp_of
 from voz.errors import ConfigError
 
-Decode: TypeAlias = Callable[[Sequence[int]], Iterator[Known]]
+DecodeFunction: TypeAlias = Callable[[Sequence[int]], Iterator[Finished]]
 """Decodes recordings, given their numbers, in any order."""
 
-NAMED = 10
+MOST_NAMED = 10
 """Recordings that are named to the user at most; there may be a million."""
 
 
 @dataclass(frozen=True)
-class Going:
+class ResumeOptions:
     """How a run goes on from another one.
 
     Attributes:
@@ -48,12 +55,12 @@ class Going:
     notice: Callable[[str], None]
 
 
-def decode_into(
-    output: Place,
+def decode_to_output(
+    output: Location,
     header: Header,
     names: Sequence[str],
-    decode: Decode,
-    going: Going,
+    decode: DecodeFunction,
+    going: ResumeOptions,
     whole: Callable[[Outcome], None],
 ) -> None:
     """Decode recordings into a file; until it is whole the old one stays.
@@ -70,10 +77,10 @@ def decode_into(
         ConfigError: it cannot be written, or holds what cannot be gone on with.
     """
     write = format_of(output).write
-    before = state_of(output)
+    before = object_state(output)
     shown = [shown_name(name) for name in names]
     finished = _finished(output, header, going) if going.resume else iter(())
-    with journal_for(output, header, shown, going.resume, finished, going.overwrite) as journal:
+    with open_journal(output, header, shown, going.resume, finished, going.overwrite) as journal:
         changed = _changed(journal, names, going) if going.resume else []
         left = sorted({*journal.missing(going.failed), *changed})
         going.total(len(left))
@@ -86,9 +93,9 @@ def decode_into(
                 whole(outcome)
                 yield from outcome.rows
 
-        with _telling_what_is_kept(), written(output) as path:
-            if state_of(output) != before:
-                raise ConfigError(f"{shown_place(output)}: was written by another run meanwhile")
+        with _telling_what_is_kept(), output_file(output) as path:
+            if object_state(output) != before:
+                raise ConfigError(f"{shown_location(output)}: was written by another run meanwhile")
             write(path, header, rows())
         write_stamps(output, (stamped for _, stamped in journal.stamps()))
         journal_path(output).unlink()
@@ -102,38 +109,38 @@ def _telling_what_is_kept() -> Iterator[None]:
         raise ConfigError(f"{error}; what was decoded is kept, go on by --resume") from error
 
 
-def _changed(journal: Journal, names: Sequence[str], going: Going) -> list[int]:
+def _changed(journal: Journal, names: Sequence[str], going: ResumeOptions) -> list[int]:
     """Find and name the recordings that are not as they were when they were decoded."""
     known = ((number, stamped.stamp) for number, stamped in journal.stamps())
-    looked = list(look_again(names, known))
+    looked = list(check_stamps(names, known))
     for each in looked:
         if not each.changed:
             journal.set_stamp(each.number, each.now)
     changed = [each.number for each in looked if each.changed]
     if changed:
-        some = ", ".join(shown_name(names[number]) for number in changed[:NAMED])
-        more = f" and {len(changed) - NAMED:,} more" if len(changed) > NAMED else ""
+        some = ", ".join(shown_name(names[number]) for number in changed[:MOST_NAMED])
+        more = f" and {len(changed) - MOST_NAMED:,} more" if len(changed) > MOST_NAMED else ""
         going.notice(f"changed since, decoded again: {some}{more}")
     return changed
 
 
-def _finished(output: Place, header: Header, going: Going) -> Iterator[Entry]:
+def _finished(output: Location, header: Header, going: ResumeOptions) -> Iterator[JournalEntry]:
     """What an output holds that is whole; nothing if there is none."""
     if not exists(output):
         return
-    with reading(output) as (there, rows), read_stamps(output) as stamps:
+    with open_output(output) as (there, rows), read_stamps(output) as stamps:
         check_same_run(there, header, output)
         if stamps is None:
             going.notice(
-                f"{shown_place(output)}: what its recordings were like is not kept beside it, so "
-                "all that are in it count as unchanged; --overwrite decodes them anew"
+                f"{shown_location(output)}: has no .recordings file of its own, so its recordings "
+                "count as unchanged; --overwrite decodes them again"
             )
-        for file, together in by_file(rows):
-            stamp = next(stamps, Stamped(file)).stamp if stamps else stamp_of(file)
-            yield Entry(file, tuple(map(msgspec.to_builtins, together)), stamp=stamp)
+        for file, together in group_by_file(rows):
+            stamp = next(stamps, RecordingStamp(file)).stamp if stamps else stamp_of(file)
+            yield JournalEntry(file, tuple(map(msgspec.to_builtins, together)), stamp=stamp)
 
 
-def in_order(known: Iterator[Known]) -> Iterator[Outcome]:
+def in_input_order(known: Iterator[Finished]) -> Iterator[Outcome]:
     """Put outcomes into the order of the input; those that came too early are kept until then."""
     early: dict[int, Outcome] = {}
     following = 0

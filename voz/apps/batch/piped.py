@@ -13,10 +13,10 @@ from voz.audio import Samples
 from voz.audio.capture.arrays import Converter
 from voz.errors import AudioError
 
-BLOCK_SECONDS = 0.1
+PIPE_BLOCK_SECONDS = 0.1
 """Whoever speaks into the pipe is not kept waiting for longer."""
 
-WIDTH = 2
+SAMPLE_BYTES = 2
 """Bytes of a sample."""
 
 
@@ -51,9 +51,9 @@ def piped_blocks(stream: BufferedReader, rate: float | None) -> Iterator[Samples
 def _raw(stream: BufferedReader, rate: float) -> tuple[Converter, Iterator[npt.NDArray[np.int16]]]:
     def arrays() -> Iterator[npt.NDArray[np.int16]]:
         rest = b""
-        while piece := stream.read1(int(rate * BLOCK_SECONDS) * WIDTH):
+        while piece := stream.read1(int(rate * PIPE_BLOCK_SECONDS) * SAMPLE_BYTES):
             data = rest + piece
-            whole = len(data) // WIDTH * WIDTH
+            whole = len(data) // SAMPLE_BYTES * SAMPLE_BYTES
             rest = data[whole:]
             if whole:
                 yield np.frombuffer(data[:whole], "<i2")
@@ -67,13 +67,13 @@ def _wav(stream: BufferedReader) -> tuple[Converter, Iterator[npt.NDArray[np.int
     except (wave.Error, EOFError, RuntimeError) as error:
         reason = str(error) or "it ends in its header"
         raise AudioError(f"-: is no WAV that can be read ({reason}); pipe PCM") from error
-    if file.getsampwidth() != WIDTH:
+    if file.getsampwidth() != SAMPLE_BYTES:
         raise AudioError(f"-: has samples of {8 * file.getsampwidth()} bits; pipe 16")
     channels = file.getnchannels()
 
     def arrays() -> Iterator[npt.NDArray[np.int16]]:
-        while data := file.readframes(max(1, int(file.getframerate() * BLOCK_SECONDS))):
-            whole = len(data) // (WIDTH * channels) * WIDTH * channels
+        while data := file.readframes(max(1, int(file.getframerate() * PIPE_BLOCK_SECONDS))):
+            whole = len(data) // (SAMPLE_BYTES * channels) * SAMPLE_BYTES * channels
             yield np.frombuffer(data[:whole], "<i2").reshape(-1, channels)
 
     return Converter(file.getframerate()), arrays()

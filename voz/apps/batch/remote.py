@@ -14,16 +14,16 @@ from voz.errors import AudioError, ConfigError
 from voz.extras import how_to_install
 from voz.files import shown_path
 
-MOST_BYTES = 4_000_000_000
+MOST_FETCHED_BYTES = 4_000_000_000
 """An address may have no end; a day of sound in 16 bits at 16 kHz has 2.8 GB."""
 
-PIECE = 1 << 20
+FETCH_CHUNK_BYTES = 1 << 20
 
-LONGEST_NAME = 200
+LONGEST_FILE_NAME = 200
 """Characters; file systems take 255, the endings included."""
 
 
-class Fetched(NamedTuple):
+class LocalRecording(NamedTuple):
     """A recording on this machine: where it is, and what it is called in results."""
 
     path: Path
@@ -40,16 +40,16 @@ def shown_name(name: str) -> str:
     return name if is_remote(name) else shown_path(Path(name))
 
 
-def file_for(name: str) -> str:
+def file_name_for(name: str) -> str:
     """Make a name of a file of a path or an address: all in one folder, none twice."""
     quoted = quote(name.encode("utf-8", "surrogateescape"), safe=" ,+@=()[]").lstrip(".") or "_"
-    if len(quoted) <= LONGEST_NAME:
+    if len(quoted) <= LONGEST_FILE_NAME:
         return quoted
-    return f"{sha256(quoted.encode()).hexdigest()[:16]}-{quoted[-LONGEST_NAME // 2 :]}"
+    return f"{sha256(quoted.encode()).hexdigest()[:16]}-{quoted[-LONGEST_FILE_NAME // 2 :]}"
 
 
 @contextmanager
-def fetched(name: str, base: str = "") -> Iterator[Fetched]:
+def local_recording(name: str, base: str = "") -> Iterator[LocalRecording]:
     """Have a recording on this machine for the length of a `with` block.
 
     Args:
@@ -61,13 +61,13 @@ def fetched(name: str, base: str = "") -> Iterator[Fetched]:
         ConfigError: fsspec is not installed, or does not know such addresses.
     """
     if not is_remote(name):
-        yield Fetched(Path(base, name), shown_name(name))
+        yield LocalRecording(Path(base, name), shown_name(name))
         return
     with tempfile.NamedTemporaryFile(prefix="voz-", suffix=Path(name).suffix) as file:
         for piece in _pieces(name):
             file.write(piece)
         file.flush()
-        yield Fetched(Path(file.name), name)
+        yield LocalRecording(Path(file.name), name)
 
 
 def remote_info(name: str) -> dict[str, Any] | None:
@@ -89,10 +89,11 @@ def _pieces(name: str) -> Iterator[bytes]:
     read = 0
     try:
         with fsspec.open(name, "rb") as remote:
-            while piece := remote.read(PIECE):
+            while piece := remote.read(FETCH_CHUNK_BYTES):
                 read += len(piece)
-                if read > MOST_BYTES:
-                    raise AudioError(f"{name}: is larger than {MOST_BYTES / 1e9:g} GB; cut it")
+                if read > MOST_FETCHED_BYTES:
+                    limit = f"{MOST_FETCHED_BYTES / 1e9:g} GB"
+                    raise AudioError(f"{name}: is larger than {limit}; cut it")
                 yield piece
     except (AudioError, MemoryError):
         raise

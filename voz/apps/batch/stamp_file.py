@@ -12,21 +12,21 @@ from typing import BinaryIO
 
 import msgspec
 
-from voz.apps.batch.places import Place, here, stamps_path
+from voz.apps.batch.locations import Location, local_copy, stamps_path
 from voz.apps.batch.stamps import Stamp, is_unchanged, stamp_of, with_checksum
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 
-class Stamped(msgspec.Struct, frozen=True, omit_defaults=True):
+class RecordingStamp(msgspec.Struct, frozen=True, omit_defaults=True):
     """What a recording was like; None if it was not there."""
 
     file: str
     stamp: Stamp | None = None
 
 
-def write_stamps(output: Place, stamped: Iterable[Stamped]) -> None:
+def write_stamps(output: Location, stamped: Iterable[RecordingStamp]) -> None:
     """Keep what the recordings of an output were like.
 
     Args:
@@ -39,7 +39,7 @@ def write_stamps(output: Place, stamped: Iterable[Stamped]) -> None:
     seen = stamp_of(str(output))
     if seen is None:
         return
-    with here(output) as written:
+    with local_copy(output) as written:
         stamp = with_checksum(seen, written)
     path = stamps_path(output)
     with os_errors_as_config_error(path), atomic_write(path) as file:
@@ -48,7 +48,7 @@ def write_stamps(output: Place, stamped: Iterable[Stamped]) -> None:
 
 
 @contextmanager
-def read_stamps(output: Place) -> Iterator[Iterator[Stamped] | None]:
+def read_stamps(output: Location) -> Iterator[Iterator[RecordingStamp] | None]:
     """Read what the recordings of an output were like, in a `with` block.
 
     Yields:
@@ -64,15 +64,15 @@ def read_stamps(output: Place) -> Iterator[Iterator[Stamped] | None]:
         yield _stamped(file, path) if _is_of(output, file.readline()) else None
 
 
-def _stamped(file: BinaryIO, path: Path) -> Iterator[Stamped]:
+def _stamped(file: BinaryIO, path: Path) -> Iterator[RecordingStamp]:
     try:
         for line in file:
-            yield msgspec.json.decode(line, type=Stamped)
+            yield msgspec.json.decode(line, type=RecordingStamp)
     except msgspec.MsgspecError as error:
         raise ConfigError(f"{shown_path(path)}: is damaged ({error}); remove it") from error
 
 
-def _is_of(output: Place, line: bytes) -> bool:
+def _is_of(output: Location, line: bytes) -> bool:
     try:
         return is_unchanged(str(output), msgspec.json.decode(line, type=Stamp))
     except msgspec.MsgspecError:

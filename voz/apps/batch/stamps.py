@@ -17,18 +17,18 @@ from typing import NamedTuple
 import msgspec
 from msgspec.structs import replace
 
-from voz.apps.batch.remote import fetched, is_remote, remote_info
+from voz.apps.batch.remote import is_remote, local_recording, remote_info
 from voz.errors import VozError
 
-PIECE = 1 << 20
+CHECKSUM_CHUNK_BYTES = 1 << 20
 
-THREADS = 16
+CHECK_THREADS = 16
 """They wait for disks and servers; one alone would wait for each recording in turn."""
 
-TOGETHER = 64
+RECORDINGS_PER_THREAD = 64
 """Recordings for each thread at a time: to look at a file takes less than to hand it over."""
 
-SAYS_NOTHING = ("name", "size", "type", "url", "mimetype", "partial")
+UNINFORMATIVE_FIELDS = ("name", "size", "type", "url", "mimetype", "partial")
 """What a store says of an object that a changed one may have, too."""
 
 
@@ -47,7 +47,7 @@ class Stamp(msgspec.Struct, frozen=True, omit_defaults=True):
     checksum: str = ""
 
 
-class Looked(NamedTuple):
+class StampCheck(NamedTuple):
     """A recording that was looked at again.
 
     Attributes:
@@ -87,14 +87,16 @@ def with_checksum(stamp: Stamp, path: Path) -> Stamp:
     whole = sha256()
     try:
         with path.open("rb") as file:
-            while piece := file.read(PIECE):
+            while piece := file.read(CHECKSUM_CHUNK_BYTES):
                 whole.update(piece)
     except OSError:
         return stamp
     return replace(stamp, checksum=whole.hexdigest()[:16])
 
 
-def look_again(names: Sequence[str], known: Iterable[tuple[int, Stamp | None]]) -> Iterator[Looked]:
+def check_stamps(
+    names: Sequence[str], known: Iterable[tuple[int, Stamp | None]]
+) -> Iterator[StampCheck]:
     """Look which recordings are no longer as they were.
 
     Args:
@@ -106,18 +108,21 @@ def look_again(names: Sequence[str], known: Iterable[tuple[int, Stamp | None]]) 
         now has not changed.
     """
 
-    def look(some: list[tuple[int, Stamp | None]]) -> list[Looked]:
+    def look(some: list[tuple[int, Stamp | None]]) -> list[StampCheck]:
         looked = [(number, before, _now(names[number], before)) for number, before in some]
         return [
-            Looked(number, now, before is None or not _same_bytes(before, now))
+            StampCheck(number, now, before is None or not _same_bytes(before, now))
             for number, before, now in looked
             if now is not None and now != before
         ]
 
     known = iter(known)
-    with ThreadPoolExecutor(THREADS) as pool:
-        while some := list(islice(known, THREADS * TOGETHER)):
-            parts = [some[at : at + TOGETHER] for at in range(0, len(some), TOGETHER)]
+    with ThreadPoolExecutor(CHECK_THREADS) as pool:
+        while some := list(islice(known, CHECK_THREADS * RECORDINGS_PER_THREAD)):
+            parts = [
+                some[at : at + RECORDINGS_PER_THREAD]
+                for at in range(0, len(some), RECORDINGS_PER_THREAD)
+            ]
             for looked in pool.map(look, parts):
                 yield from looked
 
@@ -136,7 +141,7 @@ def _now(name: str, known: Stamp | None) -> Stamp | None:
     if now.version and now.version == known.version:
         return known
     try:
-        with fetched(name) as found:
+        with local_recording(name) as found:
             return with_checksum(now, found.path)
     except VozError:
         return None
@@ -150,6 +155,8 @@ def _stamp_of_object(name: str) -> Stamp | None:
     info = remote_info(name)
     if info is None:
         return None
-    said = sorted((key, str(value)) for key, value in info.items() if key not in SAYS_NOTHING)
+    said = sorted(
+        (key, str(value)) for key, value in info.items() if key not in UNINFORMATIVE_FIELDS
+    )
     version = sha256(repr(said).encode()).hexdigest()[:16] if said else ""
     return Stamp(info.get("size"), version)

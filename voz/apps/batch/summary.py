@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from voz.apps.batch.rows import Decoded, Nothing, Outcome
-from voz.apps.evaluation.results import Result, Understood, unheard
+from voz.apps.batch.outcomes import Outcome, SilentRow, UtteranceRow
+from voz.apps.evaluation.results import Result, Understood, empty_result
 from voz.apps.recordings.clips import Clip
 from voz.files import shown_path
 
@@ -37,10 +37,10 @@ class Totals:
 
     def add(self, outcome: Outcome) -> None:
         """Count one more recording."""
-        heard = [row for row in outcome.rows if isinstance(row, Decoded)]
+        heard = [row for row in outcome.rows if isinstance(row, UtteranceRow)]
         self.files += 1
         self.failed += outcome.failed
-        self.silent += isinstance(outcome.rows[0], Nothing)
+        self.silent += isinstance(outcome.rows[0], SilentRow)
         self.utterances += len(heard)
         self.accepted += sum(row.accepted for row in heard)
         self.seconds += outcome.seconds
@@ -61,7 +61,7 @@ class Totals:
         ]
 
 
-def results_of(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterator[Result]:
+def results_for_clips(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterator[Result]:
     """Put what was heard beside what was said; stretches of streams are left to `voz eval`.
 
     Args:
@@ -75,9 +75,9 @@ def results_of(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterat
 
 
 def _result(clip: Clip, outcome: Outcome) -> Result:
-    heard = [row for row in outcome.rows if isinstance(row, Decoded)]
+    heard = [row for row in outcome.rows if isinstance(row, UtteranceRow)]
     return replace(
-        unheard(clip),
+        empty_result(clip),
         heard=tuple(Understood(h.text, h.confidence, h.accepted, h.start, h.end) for h in heard),
         seconds=outcome.seconds,
         cpu=outcome.cpu,

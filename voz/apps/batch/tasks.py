@@ -6,12 +6,12 @@ from typing import TypeAlias
 
 import msgspec
 
-from voz.apps.batch.long_files import Done, Part, Plan
-from voz.apps.batch.rows import Outcome
+from voz.apps.batch.long_recordings import CutPlan, DecodedPart, RecordingPart
+from voz.apps.batch.outcomes import Outcome
 from voz.settings import Recognition
 
 
-class Driving(msgspec.Struct, frozen=True):
+class SimulationOptions(msgspec.Struct, frozen=True):
     """How recordings drive.
 
     Attributes:
@@ -25,7 +25,7 @@ class Driving(msgspec.Struct, frozen=True):
     listening: bool = False
 
 
-class Setup(msgspec.Struct, frozen=True):
+class WorkerSetup(msgspec.Struct, frozen=True):
     """What all workers are told once.
 
     Attributes:
@@ -44,10 +44,10 @@ class Setup(msgspec.Struct, frozen=True):
     memory: int | None = None
     fingerprint: str | None = None
     base: str = ""
-    driving: Driving | None = None
+    driving: SimulationOptions | None = None
 
 
-class Files(msgspec.Struct, frozen=True):
+class DecodeTask(msgspec.Struct, frozen=True):
     """Recordings to be decoded.
 
     Attributes:
@@ -59,20 +59,20 @@ class Files(msgspec.Struct, frozen=True):
     cut: bool = False
 
 
-class Cutting(msgspec.Struct, frozen=True):
+class CutTask(msgspec.Struct, frozen=True):
     """A long recording, for which it is to be found where it can be cut."""
 
     name: str
 
 
-class PartOf(msgspec.Struct, frozen=True):
+class PartTask(msgspec.Struct, frozen=True):
     """A part of a long recording, to be decoded."""
 
     name: str
-    part: Part
+    part: RecordingPart
 
 
-Task: TypeAlias = Files | Cutting | PartOf
+BatchTask: TypeAlias = DecodeTask | CutTask | PartTask
 
-Result: TypeAlias = tuple[Outcome | None, ...] | Plan | Done | None
+TaskResult: TypeAlias = tuple[Outcome | None, ...] | CutPlan | DecodedPart | None
 """Of files an outcome for each, None for one to be cut; of a cutting the plan, if there is one."""

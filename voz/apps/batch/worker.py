@@ -12,11 +12,11 @@ from msgspec.structs import replace
 
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.fingerprint import check_same
-from voz.apps.batch.long_files import decode_part, is_long, plan_cuts
-from voz.apps.batch.remote import Fetched, fetched, shown_name
-from voz.apps.batch.rows import Outcome, Row, Unreadable, failure
+from voz.apps.batch.long_recordings import decode_part, is_long, plan_cuts
+from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, failed_outcome
+from voz.apps.batch.remote import LocalRecording, local_recording, shown_name
 from voz.apps.batch.stamps import stamp_of, with_checksum
-from voz.apps.batch.tasks import Cutting, Files, Result, Setup, Task
+from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, TaskResult, WorkerSetup
 from voz.errors import AudioError, VozError
 from voz.files import shown_path
 from voz.language.generated.language_files import LanguageFiles
@@ -26,7 +26,7 @@ from voz.recognition.speaker.profiles import load_profile
 MEGABYTE = 1_000_000
 
 
-def work(setup: Setup, task: Task) -> Result:
+def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
     """Do a task.
 
     Raises:
@@ -34,12 +34,12 @@ def work(setup: Setup, task: Task) -> Result:
         VozError: the models cannot be loaded, or are others than where the results go.
     """
     recognizer = _loaded(setup)
-    if isinstance(task, Files):
+    if isinstance(task, DecodeTask):
         return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
     # Before it is read: if it changes meanwhile, its stamp is the old one.
-    stamp = stamp_of(task.name, setup.base) if isinstance(task, Cutting) else None
-    with _one_line(task.name, setup.memory), fetched(task.name, setup.base) as found:
-        if isinstance(task, Cutting):
+    stamp = stamp_of(task.name, setup.base) if isinstance(task, CutTask) else None
+    with _one_line(task.name, setup.memory), local_recording(task.name, setup.base) as found:
+        if isinstance(task, CutTask):
             stamp = stamp and with_checksum(stamp, found.path)
             plan = plan_cuts(found.path)
             return plan and replace(plan, stamp=stamp)
@@ -47,26 +47,26 @@ def work(setup: Setup, task: Task) -> Result:
         return replace(done, rows=_named(done.rows, found))
 
 
-def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: Setup) -> Outcome | None:
+def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: WorkerSetup) -> Outcome | None:
     """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
     stamp = stamp_of(name, setup.base)
     try:
-        with _one_line(name, setup.memory), fetched(name, setup.base) as found:
+        with _one_line(name, setup.memory), local_recording(name, setup.base) as found:
             if cut and not setup.driving and is_long(found.path):
                 return None
             stamp = stamp and with_checksum(stamp, found.path)
             outcome = _heard(recognizer, found, setup)
             return replace(outcome, rows=_named(outcome.rows, found), stamp=stamp)
     except AudioError as error:
-        return failure(shown_name(name), str(error), stamp)
+        return failed_outcome(shown_name(name), str(error), stamp)
 
 
-def _heard(recognizer: Recognizer, found: Fetched, setup: Setup) -> Outcome:
+def _heard(recognizer: Recognizer, found: LocalRecording, setup: WorkerSetup) -> Outcome:
     if setup.driving is None:
         return decode_recording(recognizer, found.path, found.name)
-    from voz.apps.batch.driving import drive_by
+    from voz.apps.batch.simulated_run import simulate_recording
 
-    return drive_by(recognizer, found, setup.driving)
+    return simulate_recording(recognizer, found, setup.driving)
 
 
 @contextmanager
@@ -85,16 +85,16 @@ def _one_line(name: str, memory: int | None) -> Iterator[None]:
         raise AudioError(f"{shown}: cannot be decoded ({reason})") from error
 
 
-def _named(rows: tuple[Row, ...], found: Fetched) -> tuple[Row, ...]:
+def _named(rows: tuple[Row, ...], found: LocalRecording) -> tuple[Row, ...]:
     """Name in an error what the user named, not where it was fetched to."""
-    if not rows or not isinstance(last := rows[-1], Unreadable):
+    if not rows or not isinstance(last := rows[-1], ErrorRow):
         return rows
     error = last.error.replace(shown_path(found.path), found.name)
-    return (*rows[:-1], Unreadable(last.file, error))
+    return (*rows[:-1], ErrorRow(last.file, error))
 
 
 @cache
-def _loaded(setup: Setup) -> Recognizer:
+def _loaded(setup: WorkerSetup) -> Recognizer:
     known = load_profile(setup.profile) if setup.profile else None
     language = LanguageFiles(Path(setup.folder))
     if setup.fingerprint:

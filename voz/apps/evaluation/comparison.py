@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 
 import msgspec
 
-from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Scored
+from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, ScoredKind
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.statistics import AlarmRate, mcnemar
 
@@ -47,7 +47,7 @@ class AlarmDifference(msgspec.Struct, frozen=True):
     """
 
     set: str
-    kind: Scored
+    kind: ScoredKind
     snr: float | None
     this: AlarmRate
     other: AlarmRate
@@ -68,7 +68,7 @@ def compare(these: Iterable[Result], others: Iterable[Result]) -> list[Differenc
 
 def compare_alarms(these: Iterable[Result], others: Iterable[Result]) -> list[AlarmDifference]:
     """Compare two evaluations by what both have heard that should move nothing while it goes on."""
-    pairs: dict[tuple[str, Scored, float | None], list[tuple[Result, Result]]] = {}
+    pairs: dict[tuple[str, ScoredKind, float | None], list[tuple[Result, Result]]] = {}
     for result, other in _both(these, others, ("talk", "noise", OUT_OF_NOTHING)):
         pairs.setdefault((result.set, result.kind, result.snr), []).append((result, other))
     return [

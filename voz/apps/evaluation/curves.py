@@ -9,11 +9,11 @@ import msgspec
 
 from voz.apps.evaluation.results import Result
 
-BINS = 10
+RELIABILITY_BINS = 10
 """Of the reliability curve, each a tenth of the confidences wide."""
 
-NOTHING = "(nothing)"
-REFUSED = "(refused)"
+TAKEN_FOR_NOTHING = "(nothing)"
+TAKEN_FOR_REFUSED = "(refused)"
 
 
 class CurvePoint(msgspec.Struct, frozen=True):
@@ -30,7 +30,7 @@ class CurvePoint(msgspec.Struct, frozen=True):
     false_alarms: float
 
 
-class Operating(msgspec.Struct, frozen=True):
+class OperatingCurve(msgspec.Struct, frozen=True):
     """How well confidences tell commands from near-misses: the points of the ROC and DET curves.
 
     Attributes:
@@ -42,7 +42,7 @@ class Operating(msgspec.Struct, frozen=True):
     area: float
 
 
-class Bin(msgspec.Struct, frozen=True):
+class ReliabilityBin(msgspec.Struct, frozen=True):
     """Utterances that are about equally sure.
 
     Attributes:
@@ -65,11 +65,11 @@ class Reliability(msgspec.Struct, frozen=True):
             the expected calibration error.
     """
 
-    bins: list[Bin]
+    bins: list[ReliabilityBin]
     expected_error: float
 
 
-class Confusion(msgspec.Struct, frozen=True):
+class ConfusionMatrix(msgspec.Struct, frozen=True):
     """Which command was taken for which.
 
     Attributes:
@@ -86,9 +86,9 @@ class Confusion(msgspec.Struct, frozen=True):
 class Curves(msgspec.Struct, frozen=True):
     """What the pictures show; None where there is nothing to show. Without the clips in noise."""
 
-    operating: Operating | None
+    operating: OperatingCurve | None
     reliability: Reliability | None
-    confusion: Confusion | None
+    confusion: ConfusionMatrix | None
 
 
 def curves(results: Iterable[Result]) -> Curves:
@@ -109,13 +109,13 @@ def curves(results: Iterable[Result]) -> Curves:
         if utterance.text
     ]
     return Curves(
-        operating=operating(sure, near_misses) if sure and near_misses else None,
+        operating=operating_curve(sure, near_misses) if sure and near_misses else None,
         reliability=reliability(labeled) if labeled else None,
         confusion=confusion([(r.text, taken_for(r)) for r in commands]) if commands else None,
     )
 
 
-def operating(commands: Sequence[float], near_misses: Sequence[float]) -> Operating:
+def operating_curve(commands: Sequence[float], near_misses: Sequence[float]) -> OperatingCurve:
     """Sweep the threshold.
 
     Args:
@@ -131,7 +131,7 @@ def operating(commands: Sequence[float], near_misses: Sequence[float]) -> Operat
         hits += ours[threshold] / len(commands)
         false_alarms += width
         points.append(CurvePoint(threshold, round(hits, 5), round(false_alarms, 5)))
-    return Operating(points, round(area, 5))
+    return OperatingCurve(points, round(area, 5))
 
 
 def reliability(utterances: Sequence[tuple[float, bool]]) -> Reliability:
@@ -140,15 +140,17 @@ def reliability(utterances: Sequence[tuple[float, bool]]) -> Reliability:
     Args:
         utterances: confidence from 0 to 1 and whether it is right; at least one.
     """
-    bins: list[list[tuple[float, bool]]] = [[] for _ in range(BINS)]
+    bins: list[list[tuple[float, bool]]] = [[] for _ in range(RELIABILITY_BINS)]
     for confidence, right in utterances:
-        bins[min(int(confidence * BINS), BINS - 1)].append((confidence, right))
+        bins[min(int(confidence * RELIABILITY_BINS), RELIABILITY_BINS - 1)].append(
+            (confidence, right)
+        )
     filled = [_bin(members) for members in bins if members]
     off = sum(abs(b.confidence - b.right) * b.utterances for b in filled)
     return Reliability(filled, round(off / len(utterances), 5))
 
 
-def confusion(pairs: Sequence[tuple[str, str]]) -> Confusion:
+def confusion(pairs: Sequence[tuple[str, str]]) -> ConfusionMatrix:
     """Count what was said and what it was taken for.
 
     Args:
@@ -156,19 +158,21 @@ def confusion(pairs: Sequence[tuple[str, str]]) -> Confusion:
     """
     counts = Counter(pairs)
     said = sorted({pair[0] for pair in pairs})
-    others = {pair[1] for pair in pairs} - set(said) - {REFUSED, NOTHING}
-    heard = [*said, *sorted(others), REFUSED, NOTHING]
-    return Confusion(said, heard, [[counts[row, column] for column in heard] for row in said])
+    others = {pair[1] for pair in pairs} - set(said) - {TAKEN_FOR_REFUSED, TAKEN_FOR_NOTHING}
+    heard = [*said, *sorted(others), TAKEN_FOR_REFUSED, TAKEN_FOR_NOTHING]
+    return ConfusionMatrix(said, heard, [[counts[row, column] for column in heard] for row in said])
 
 
 def taken_for(result: Result) -> str:
     """Tell what the robot would do first after a clip: a command, or why it does nothing."""
     if result.obeyed:
         return result.obeyed[0]
-    return REFUSED if result.is_refused else NOTHING
+    return TAKEN_FOR_REFUSED if result.is_refused else TAKEN_FOR_NOTHING
 
 
-def _bin(members: list[tuple[float, bool]]) -> Bin:
+def _bin(members: list[tuple[float, bool]]) -> ReliabilityBin:
     count = len(members)
     confidence = sum(confidence for confidence, _ in members) / count
-    return Bin(round(confidence, 5), round(sum(right for _, right in members) / count, 5), count)
+    return ReliabilityBin(
+        round(confidence, 5), round(sum(right for _, right in members) / count, 5), count
+    )

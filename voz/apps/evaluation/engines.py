@@ -38,13 +38,13 @@ PHONE_LOOP_THRESHOLD = -21.2
 In pocketsphinx's own logarithms to the base 1.0001, for each frame of 10 ms.
 """
 
-LONGEST_WHOLE = 3.0
+LONGEST_SINGLE_COMMAND = 3.0
 """A recording of one command is shorter; what is longer may hold several utterances, s."""
 
-PROGRAM = "command:"
+PROGRAM_PREFIX = "command:"
 """Begins the name of an engine that is a program."""
 
-PROGRAM_SECONDS = 60.0
+PROGRAM_TIMEOUT = 60.0
 """A program that takes longer for one recording hangs."""
 
 
@@ -72,12 +72,12 @@ def load_engine(choice: EngineChoice) -> Engine:
     """
     if choice.name in ENGINES:
         return ENGINES[choice.name](choice.language, choice.settings)
-    if choice.name.startswith(PROGRAM):
+    if choice.name.startswith(PROGRAM_PREFIX):
         commands = read_commands(choice.language)
-        return program_engine(choice.name.removeprefix(PROGRAM), commands)
+        return program_engine(choice.name.removeprefix(PROGRAM_PREFIX), commands)
     raise ConfigError(
         f'there is no engine "{choice.name}"; use {", ".join(ENGINES)} '
-        f'or "{PROGRAM}PROGRAM ARGUMENTS"'
+        f'or "{PROGRAM_PREFIX}PROGRAM ARGUMENTS"'
     )
 
 
@@ -168,7 +168,7 @@ def _parts(samples: Samples) -> Iterator[tuple[bytes, float, float]]:
     from pocketsphinx import Endpointer
 
     data = samples.tobytes()
-    if len(samples) <= LONGEST_WHOLE * SAMPLE_RATE:
+    if len(samples) <= LONGEST_SINGLE_COMMAND * SAMPLE_RATE:
         yield data, 0.0, len(samples) / SAMPLE_RATE
         return
     endpointer = Endpointer()
@@ -221,7 +221,7 @@ def program_engine(command: str, commands: Collection[str]) -> Engine:
     arguments = _arguments(command)
 
     def recognize(samples: Samples) -> list[Understood]:
-        text = words(_transcript(arguments, samples))
+        text = normalized_words(_transcript(arguments, samples))
         return _the_whole(samples, text, accepted=text in commands)
 
     return recognize
@@ -231,9 +231,11 @@ def _arguments(command: str) -> list[str]:
     try:
         arguments = shlex.split(command)
     except ValueError as error:
-        raise ConfigError(f'"{PROGRAM}{command}": {error}; close all quotes') from None
+        raise ConfigError(f'"{PROGRAM_PREFIX}{command}": {error}; close all quotes') from None
     if not arguments:
-        raise ConfigError(f'"{PROGRAM}" names no program; write "{PROGRAM}PROGRAM ARGUMENTS"')
+        raise ConfigError(
+            f'"{PROGRAM_PREFIX}" names no program; write "{PROGRAM_PREFIX}PROGRAM ARGUMENTS"'
+        )
     if shutil.which(arguments[0]) is None:
         raise ConfigError(f"{arguments[0]}: there is no such program; name one that can be run")
     return arguments
@@ -252,11 +254,11 @@ def _transcript(arguments: list[str], samples: Samples) -> str:
                 [*arguments, str(wav)],
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
-                timeout=PROGRAM_SECONDS,
+                timeout=PROGRAM_TIMEOUT,
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            raise AudioError(f"{name}: was not done after {PROGRAM_SECONDS:g} s") from None
+            raise AudioError(f"{name}: was not done after {PROGRAM_TIMEOUT:g} s") from None
         except OSError as error:
             raise AudioError(f"{name}: cannot be run ({error.strerror})") from None
     if done.returncode != 0:
@@ -269,6 +271,6 @@ def _because(lines: list[str]) -> str:
     return f" ({lines[0]})" if lines else ""
 
 
-def words(transcript: str) -> str:
+def normalized_words(transcript: str) -> str:
     """Take the words of a transcript as commands are written: lower case, no punctuation."""
     return " ".join(re.findall(r"[^\W_]+(?:'[^\W_]+)*", transcript.lower()))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from voz.apps.evaluation.recognize import Task, in_processes, tasks_for
-from voz.apps.evaluation.streams import shared_out
+from voz.apps.evaluation.stretches import assign_to_stretches
 from voz.apps.recordings.clips import Clip
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.files import read_blocks
@@ -27,7 +27,7 @@ TOO_LITTLE_TALK = (
 )
 
 
-class Collected(NamedTuple):
+class RecordingExamples(NamedTuple):
     """What is in a recording; nothing if it cannot be read.
 
     Attributes:
@@ -64,7 +64,9 @@ class Example:
     right: bool
 
 
-def collect(clips: Sequence[Clip], lm: str | None, processes: int | None) -> Iterator[Collected]:
+def collect_examples(
+    clips: Sequence[Clip], lm: str | None, processes: int | None
+) -> Iterator[RecordingExamples]:
     """Recognize labeled recordings and keep what the confidence is computed from.
 
     Args:
@@ -79,7 +81,7 @@ def collect(clips: Sequence[Clip], lm: str | None, processes: int | None) -> Ite
     return in_processes(partial(_examples, lm=lm), tasks, processes)
 
 
-def description(clips: Iterable[Clip], name: str) -> str:
+def describe_set(clips: Iterable[Clip], name: str) -> str:
     """Tell of a set of recordings how many there are of each kind, and by how many speakers."""
     chosen = [clip for clip in clips if clip.set == name]
     kinds = Counter(clip.kind for clip in chosen)
@@ -98,20 +100,20 @@ def _recognizer(lm: str | None, second_ear: bool) -> Recognizer:
     return Recognizer(find_language(lm), Recognition(second_ear=second_ear))
 
 
-def _examples(task: Task, lm: str | None) -> Collected:
+def _examples(task: Task, lm: str | None) -> RecordingExamples:
     """Recognize a recording; what is heard around the stretches of a stream is nothing's."""
     first = task.clips[0]
     try:
         blocks = list(read_blocks(first.path))
     except AudioError:
-        return Collected([], [], 0.0, [])
+        return RecordingExamples([], [], 0.0, [])
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
     around = replace(first, kind="noise", speaker=first.file, condition="all")
 
     def heard(second_ear: bool) -> list[Example]:
         found = list(_recognizer(lm, second_ear).candidates(blocks))
-        parts, rest = shared_out(found, stretches)
+        parts, rest = assign_to_stretches(found, stretches)
         return [
             Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
             for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
@@ -120,7 +122,7 @@ def _examples(task: Task, lm: str | None) -> Collected:
 
     talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
     commands = [clip for clip in task.clips if clip.kind == "command"]
-    return Collected(heard(second_ear=True), heard(second_ear=False), talk, commands)
+    return RecordingExamples(heard(second_ear=True), heard(second_ear=False), talk, commands)
 
 
 def _is_said(clip: Clip, text: str) -> bool:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from voz.apps.evaluation.results import Result, Understood
 
-AROUND = 0.5
+ALARM_CONTEXT = 0.5
 """So much is heard before and after what was obeyed in talk, s."""
 
 OBEYED, MISHEARD, REFUSED, UNHEARD, UNREAD = (
@@ -58,7 +58,7 @@ def _failures(number: int, result: Result) -> Iterator[Failure]:
     else:  # hours, perhaps: only what was obeyed is of interest
         for one in result.heard:
             if one.accepted:
-                stretch = max(0.0, one.start - AROUND), one.end + AROUND
+                stretch = max(0.0, one.start - ALARM_CONTEXT), one.end + ALARM_CONTEXT
                 yield Failure(number, OBEYED, (one,), stretch)
 
 

@@ -18,13 +18,13 @@ from voz.errors import AudioError, ConfigError
 
 Floats = npt.NDArray[np.float64]
 
-SEED = 1
+NOISE_SEED = 1
 """The one seed of everything random here; another would only give another average."""
 
 POWER_FRAME = SAMPLE_RATE // 50
 """Samples of 20 ms, in which speech is either there or not."""
 
-ACTIVE_RANGE = 30.0
+ACTIVE_RANGE_DB = 30.0
 """Frames that are quieter than the loudest by more than this are pauses, dB."""
 
 REVERBERATION_TIME = 0.4
@@ -33,7 +33,7 @@ REVERBERATION_TIME = 0.4
 DIRECT_TO_REVERBERANT = 3.0
 """How much stronger the direct path is than all echoes together, dB: about a metre away."""
 
-BEFORE, AFTER = 5.0, 3.0
+NOISE_BEFORE, NOISE_AFTER = 5.0, 3.0
 """For how long noise goes on before and after what is said in it, s.
 
 What is said has to be found in it, as in life: noise that begins and ends with a command gives it
@@ -41,16 +41,16 @@ away. Who follows the background knows it after 5 s; and what goes on for 3 s mo
 a command, so that none is heard only because the recording is over.
 """
 
-RECORDINGS = (".wav", ".flac", ".ogg", ".mp3")
+NOISE_ENDINGS = (".wav", ".flac", ".ogg", ".mp3")
 """What is taken for noise in a folder; a file that is named may have any ending."""
 
-QUIETEST, LOUDEST = -20.0, 60.0
+LOWEST_RATIO, HIGHEST_RATIO = -20.0, 60.0
 """Below and above these signal-to-noise ratios there is nothing to measure, dB."""
 
 
 def generator_for(file: str) -> np.random.Generator:
     """Make the randomness of one clip, so that it does not hang on which others there are."""
-    return np.random.default_rng([SEED, zlib.crc32(file.encode(errors="surrogateescape"))])
+    return np.random.default_rng([NOISE_SEED, zlib.crc32(file.encode(errors="surrogateescape"))])
 
 
 def speech_power(samples: Samples) -> float:
@@ -62,11 +62,11 @@ def speech_power(samples: Samples) -> float:
     """
     whole = samples[: max(len(samples) // POWER_FRAME, 1) * POWER_FRAME].astype(np.float64)
     powers = (whole.reshape(-1, min(POWER_FRAME, len(whole))) ** 2).mean(axis=1)
-    active = powers >= np.max(powers) * 10 ** (-ACTIVE_RANGE / 10)
+    active = powers >= np.max(powers) * 10 ** (-ACTIVE_RANGE_DB / 10)
     return float(powers[active].mean())
 
 
-def mixed(speech: Samples, noise: Samples, ratio: float) -> Samples:
+def mix(speech: Samples, noise: Samples, ratio: float) -> Samples:
     """Mix noise into speech at a signal-to-noise ratio.
 
     The ratio is that of the power of the speech over its active frames (`speech_power`) to the
@@ -83,7 +83,9 @@ def mixed(speech: Samples, noise: Samples, ratio: float) -> Samples:
     return _within_range(speech + _gain(speech, noise, ratio) * noise)
 
 
-def within(noise: Samples, speech: Samples, ratio: float, rng: np.random.Generator) -> Samples:
+def embed_in_noise(
+    noise: Samples, speech: Samples, ratio: float, rng: np.random.Generator
+) -> Samples:
     """Let something be said in noise that goes on before and after it.
 
     Args:
@@ -94,15 +96,15 @@ def within(noise: Samples, speech: Samples, ratio: float, rng: np.random.Generat
         rng: chooses the stretch of the noise.
 
     Returns:
-        The sum, with `BEFORE` and `AFTER` around the speech.
+        The sum, with `NOISE_BEFORE` and `NOISE_AFTER` around the speech.
     """
-    around = (round(BEFORE * SAMPLE_RATE), round(AFTER * SAMPLE_RATE))
+    around = (round(NOISE_BEFORE * SAMPLE_RATE), round(NOISE_AFTER * SAMPLE_RATE))
     padded = np.pad(speech, around)
-    background = stretch(noise, len(padded), rng)
+    background = random_stretch(noise, len(padded), rng)
     return _within_range(padded + _gain(speech, noise, ratio) * background)
 
 
-def stretch(noise: Samples, length: int, rng: np.random.Generator) -> Samples:
+def random_stretch(noise: Samples, length: int, rng: np.random.Generator) -> Samples:
     """Cut a random stretch of so many samples out of noise, which is repeated if it is shorter."""
     repeated = np.tile(noise, math.ceil(length / len(noise)))
     start = rng.integers(len(repeated) - length + 1)
@@ -121,7 +123,7 @@ def room_response(rng: np.random.Generator) -> Floats:
     return np.concatenate(([1.0], echoes))
 
 
-def reverberated(samples: Samples, response: Floats) -> Samples:
+def reverberate(samples: Samples, response: Floats) -> Samples:
     """Play samples in a room.
 
     Args:
@@ -163,7 +165,7 @@ def noise_files(path: Path) -> list[Path]:
         ConfigError: there is none.
     """
     inside = sorted(path.rglob("*")) if path.is_dir() else []
-    files = [path] if path.is_file() else [f for f in inside if f.suffix.lower() in RECORDINGS]
+    files = [path] if path.is_file() else [f for f in inside if f.suffix.lower() in NOISE_ENDINGS]
     if not files:
         raise ConfigError(f"{path}: holds no recording; name a recording of noise, or a folder")
     return files
@@ -179,9 +181,9 @@ def parse_ratios(text: str) -> tuple[float, ...]:
         ratios = tuple(float(number) for number in text.split(","))
     except ValueError:
         ratios = (math.nan,)
-    if not all(QUIETEST <= ratio <= LOUDEST for ratio in ratios):
+    if not all(LOWEST_RATIO <= ratio <= HIGHEST_RATIO for ratio in ratios):
         raise ConfigError(
-            f'--snr "{text}" is no list of ratios from {QUIETEST:g} to {LOUDEST:g} dB; '
+            f'--snr "{text}" is no list of ratios from {LOWEST_RATIO:g} to {HIGHEST_RATIO:g} dB; '
             "write for instance 20,10,5"
         )
     return ratios

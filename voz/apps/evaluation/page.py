@@ -11,7 +11,7 @@ from voz.apps.evaluation.report import Evaluation, all_tables
 from voz.apps.evaluation.results import Result
 from voz.apps.evaluation.tables import Table, speaker_tables
 
-STYLE = """
+PAGE_STYLE = """
 body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 80em; padding: 0 1em; }
 table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto; }
 th, td { border-bottom: 1px solid #ddd; padding: 0.2em 0.7em; text-align: right;
@@ -27,16 +27,17 @@ svg { max-width: 100%; height: auto; }
 audio { height: 2em; width: 15em; vertical-align: middle; }
 """
 
-NOTES = """Right: exactly what was said was heard, one utterance for each command. Accepted: the
+PAGE_NOTES = """\
+Right: exactly what was said was heard, one utterance for each command. Accepted: the
 robot would obey. In brackets: 95 % confidence interval, by bootstrap over the speakers; one
 without width says only that all clips agree. That of false alarms is Poisson's. Out-of-nothing is
 what was obeyed before, between and after what was said in a stream or in noise. The curves and the
 matrix are of all sets together, without the clips in noise."""
 
-MOST_LISTED = 1000
+MOST_LISTED_FAILURES = 1000
 """Failures that a page lists; `--json` has all."""
 
-COLUMNS = ("", "what went wrong", "said", "heard (confidence)", "speaker", "where", "clip")
+FAILURE_COLUMNS = ("", "what went wrong", "said", "heard (confidence)", "speaker", "where", "clip")
 """Of the list of failures."""
 
 
@@ -55,7 +56,7 @@ def to_html(
         "<h1>voz eval</h1>",
         _table(Table(("made by", ""), made)),
         _table(Table(("asked for", ""), list(evaluation.settings.items()))),
-        f"<p>{NOTES}</p>",
+        f"<p>{PAGE_NOTES}</p>",
         *(_table(table) for table in all_tables(evaluation)),
         *(_figure(title, svg) for title, svg in pictures.items()),
         *(_folded("Speakers", table) for table in speaker_tables(evaluation.scores)),
@@ -63,7 +64,7 @@ def to_html(
     ]
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f"<title>voz eval</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<title>voz eval</title>\n<style>{PAGE_STYLE}</style>\n</head>\n<body>\n"
         + "\n".join(parts)
         + "\n</body>\n</html>\n"
     )
@@ -74,9 +75,10 @@ def _failed(results: list[Result], sounds: Mapping[Failure, bytes]) -> str:
     failed = failures(results)
     if not failed:
         return "<h2>What went wrong: nothing</h2>"
-    header = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    header = "".join(f"<th>{name}</th>" for name in FAILURE_COLUMNS)
     rows = [
-        _row(_described(one, results[one.number]), sounds.get(one)) for one in failed[:MOST_LISTED]
+        _row(_described(one, results[one.number]), sounds.get(one))
+        for one in failed[:MOST_LISTED_FAILURES]
     ]
     more = len(failed) - len(rows)
     return "\n".join(
@@ -91,7 +93,7 @@ def _failed(results: list[Result], sounds: Mapping[Failure, bytes]) -> str:
 
 
 def _described(failure: Failure, result: Result) -> tuple[str, ...]:
-    """What a row says: see `COLUMNS`; the sound is not in it."""
+    """What a row says: see `FAILURE_COLUMNS`; the sound is not in it."""
     heard = ", ".join(f"{one.text or '?'} ({one.confidence:.2f})" for one in failure.heard)
     noise = "" if result.snr is None else f"{result.noise}, {result.snr:g} dB"
     at = "" if failure.stretch is None else f"{failure.stretch[0]:.1f} s"

@@ -12,10 +12,10 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from voz.apps.evaluation.curves import Confusion, Curves, Operating, Reliability
+from voz.apps.evaluation.curves import ConfusionMatrix, Curves, OperatingCurve, Reliability
 from voz.apps.evaluation.scores import CommandScores
 
-STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
+PLOT_STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
     "font.size": 9,
     "axes.grid": True,
     "grid.alpha": 0.3,
@@ -23,16 +23,16 @@ STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
     "text.parse_math": False,  # a text with $ in it is no formula
 }
 
-RATES = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
+DET_TICKS = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
 """Where the axes of the DET curve are labeled."""
 
-QUIET = "quiet"
+NO_NOISE_LABEL = "quiet"
 """Where no noise was added."""
 
-DOTS = 200
+PNG_DOTS_PER_INCH = 200
 """Of a PNG, in an inch."""
 
-CELL = 0.42
+CELL_INCHES = 0.42
 """Width and height of a cell of the confusion matrix, inches."""
 
 
@@ -66,7 +66,7 @@ def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, Plo
     return drawn
 
 
-def roc(curve: Operating) -> Plot:
+def roc(curve: OperatingCurve) -> Plot:
     """Draw what is let through against what is obeyed, over all thresholds."""
 
     def draw(axes: Axes) -> None:
@@ -87,13 +87,13 @@ def roc(curve: Operating) -> Plot:
     return _picture(draw)
 
 
-def det(curve: Operating) -> Plot:
+def det(curve: OperatingCurve) -> Plot:
     """Draw the same on axes where normally distributed confidences give a straight line.
 
     What is beyond the axes, a rate of 0 too, is drawn at their ends.
     """
     scale = NormalDist().inv_cdf
-    lowest, highest = RATES[0], RATES[-1]
+    lowest, highest = DET_TICKS[0], DET_TICKS[-1]
 
     def at(rate: float) -> float:
         return scale(min(max(rate, lowest), highest))
@@ -103,7 +103,7 @@ def det(curve: Operating) -> Plot:
             [at(point.false_alarms) for point in curve.points],
             [at(1 - point.hits) for point in curve.points],
         )
-        ticks, labels = [scale(rate) for rate in RATES], [f"{rate:g}" for rate in RATES]
+        ticks, labels = [scale(rate) for rate in DET_TICKS], [f"{rate:g}" for rate in DET_TICKS]
         axes.set_xticks(ticks, labels, rotation=60)
         axes.set_yticks(ticks, labels)
         limits = (scale(lowest) - 0.1, scale(highest) + 0.1)
@@ -163,7 +163,7 @@ def accuracy_against_noise(commands: Sequence[CommandScores]) -> Plot:
                 capsize=3,
                 label=name,
             )
-        axes.set_xticks(range(len(places)), [QUIET, *(f"{snr:g}" for snr in places[1:])])
+        axes.set_xticks(range(len(places)), [NO_NOISE_LABEL, *(f"{snr:g}" for snr in places[1:])])
         axes.set(
             xlabel="signal-to-noise ratio, dB", ylabel="right and accepted", ylim=(-0.02, 1.02)
         )
@@ -188,13 +188,13 @@ def noise_lines(commands: Sequence[CommandScores]) -> dict[str, list[CommandScor
     lines: dict[str, list[CommandScores]] = {}
     for score in commands:
         if score.group in chosen:
-            noise = score.group.noise or QUIET
+            noise = score.group.noise or NO_NOISE_LABEL
             name = f"{score.group.set}, {noise}" if several else noise
             lines.setdefault(name, []).append(score)
     return lines
 
 
-def confusion(matrix: Confusion) -> Plot:
+def confusion(matrix: ConfusionMatrix) -> Plot:
     """Draw how many clips of each command were taken for which."""
     rows, columns = len(matrix.said), len(matrix.heard)
 
@@ -211,19 +211,19 @@ def confusion(matrix: Confusion) -> Plot:
                     color = "white" if shares[row][column] > 0.5 else "black"
                     axes.text(column, row, str(count), ha="center", va="center", color=color)
 
-    return _picture(draw, width=2 + CELL * columns, height=1.7 + CELL * rows)
+    return _picture(draw, width=2 + CELL_INCHES * columns, height=1.7 + CELL_INCHES * rows)
 
 
 def _picture(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> Plot:
     """Let a function draw on a figure of so many inches."""
-    with rc_context(STYLE):
+    with rc_context(PLOT_STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         draw(figure.subplots())
         file = StringIO()
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         figure.savefig(file, format="svg", metadata=nothing)
         png = BytesIO()
-        figure.savefig(png, format="png", dpi=DOTS, metadata={"Software": None})
+        figure.savefig(png, format="png", dpi=PNG_DOTS_PER_INCH, metadata={"Software": None})
     svg = file.getvalue()
     # Without the XML declaration and the document type, which names an address.
     svg = re.sub(r"<!--.*?-->\n?", "", svg[svg.index("<svg") :], flags=re.DOTALL)

@@ -16,8 +16,8 @@ from msgspec.structs import replace
 
 from voz.apps.evaluation import noise
 from voz.apps.evaluation.engines import Engine, EngineChoice, load_engine
-from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Understood, unheard
-from voz.apps.evaluation.streams import Stretch, seconds_outside, shared_out
+from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Understood, empty_result
+from voz.apps.evaluation.stretches import Stretch, assign_to_stretches, seconds_outside
 from voz.apps.recordings.clips import Clip
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
@@ -26,7 +26,7 @@ from voz.files import shown_path
 from voz.process.worker_pool import WorkerDied, WorkerPool, cores, worker_pool
 
 Item = TypeVar("Item")
-Outcome = TypeVar("Outcome")
+Output = TypeVar("Output")
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,11 @@ def recognize_all(
 
 
 def in_processes(
-    work: Callable[[Item], Outcome],
+    work: Callable[[Item], Output],
     items: Iterable[Item],
     processes: int | None,
-    lost: Callable[[Item, str], Outcome] | None = None,
-) -> Iterator[Outcome]:
+    lost: Callable[[Item, str], Output] | None = None,
+) -> Iterator[Output]:
     """Do the same work on many items, in many processes.
 
     Args:
@@ -127,10 +127,10 @@ def in_processes(
             yield outcome
 
 
-def _at_last(pool: WorkerPool, work: Callable[[Item], Outcome], item: Item, future: Any) -> Outcome:
+def _at_last(pool: WorkerPool, work: Callable[[Item], Output], item: Item, future: Any) -> Output:
     """The outcome for an item; if its worker died, another one tries: it may have been innocent."""
     try:
-        outcome: Outcome = future.result()
+        outcome: Output = future.result()
     except WorkerDied:
         outcome = pool.schedule(work, args=(item,)).result()
     return outcome
@@ -139,7 +139,7 @@ def _at_last(pool: WorkerPool, work: Callable[[Item], Outcome], item: Item, futu
 def _lost(task: Task, how: str) -> list[Result]:
     """What is known of a recording that two workers died of."""
     error = f"{shown_path(task.clips[0].path)}: made its worker end twice ({how}); use --jobs 1"
-    return [replace(unheard(clip), snr=task.snr, error=error) for clip in task.clips]
+    return [replace(empty_result(clip), snr=task.snr, error=error) for clip in task.clips]
 
 
 def recognize(task: Task, choice: EngineChoice) -> list[Result]:
@@ -150,7 +150,7 @@ def recognize(task: Task, choice: EngineChoice) -> list[Result]:
         was heard there. If it cannot be read each has the error.
     """
     engine = _loaded(choice)
-    results = [replace(unheard(clip), snr=task.snr) for clip in task.clips]
+    results = [replace(empty_result(clip), snr=task.snr) for clip in task.clips]
     try:
         samples, background = prepared(task)
         stretches = _stretches(task, len(samples) / SAMPLE_RATE)
@@ -159,7 +159,7 @@ def recognize(task: Task, choice: EngineChoice) -> list[Result]:
         used = _cpu_seconds() - before
     except AudioError as error:
         return [replace(result, error=str(error)) for result in results]
-    parts, rest = shared_out(heard, stretches)
+    parts, rest = assign_to_stretches(heard, stretches)
     outside = round(seconds_outside(stretches, len(samples) / SAMPLE_RATE), 3)
     cpu = round(used / len(results), 5)
     results = [
@@ -185,13 +185,13 @@ def prepared(task: Task) -> tuple[Samples, str]:
     samples = _read(clip.path)
     rng = noise.generator_for(clip.file)
     if task.room:
-        samples = noise.reverberated(samples, noise.room_response(rng))
+        samples = noise.reverberate(samples, noise.room_response(rng))
     if task.snr is None:
         return samples, ""
     path = task.noise[rng.integers(len(task.noise))]
     background = _read(path)
     noise.check_not_silent(background, path)
-    return noise.within(background, samples, task.snr, rng), shown_path(Path(path.stem))
+    return noise.embed_in_noise(background, samples, task.snr, rng), shown_path(Path(path.stem))
 
 
 def _stretches(task: Task, seconds: float) -> list[Stretch]:
@@ -201,7 +201,7 @@ def _stretches(task: Task, seconds: float) -> list[Stretch]:
         AudioError: the recording is over before one of them begins.
     """
     if task.snr is not None:
-        return [(noise.BEFORE, seconds - noise.AFTER)]
+        return [(noise.NOISE_BEFORE, seconds - noise.NOISE_AFTER)]
     stretches = []
     for clip in task.clips:
         start, end = clip.start or 0.0, clip.end or seconds

@@ -14,7 +14,7 @@ from voz.apps.evaluation.curves import Curves, curves
 from voz.apps.evaluation.operating_points import OperatingPoint
 from voz.apps.evaluation.results import Result
 from voz.apps.evaluation.scores import Scores, score
-from voz.apps.evaluation.tables import Table, as_text, main_tables
+from voz.apps.evaluation.tables import Table, main_tables, table_text
 from voz.errors import ConfigError
 from voz.extras import how_to_install
 from voz.files import read_json
@@ -134,7 +134,7 @@ def to_json(evaluation: Evaluation) -> str:
 
 def to_text(evaluation: Evaluation) -> str:
     """Write the most important figures for the terminal."""
-    tables = [as_text(table) for table in all_tables(evaluation)]
+    tables = [table_text(table) for table in all_tables(evaluation)]
     lines = []
     if operating := evaluation.curves.operating:
         lines.append(f"area under the ROC curve    {operating.area:.3f}")

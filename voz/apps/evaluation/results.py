@@ -11,7 +11,7 @@ from voz.apps.recordings.clips import BETWEEN_COMMANDS, Clip, Kind
 OUT_OF_NOTHING = "out-of-nothing"
 """What is left of a stream: where nobody said anything."""
 
-Scored = Literal[Kind, "out-of-nothing"]
+ScoredKind = Literal[Kind, "out-of-nothing"]
 """What is scored: what a manifest lists, and what is left."""
 
 
@@ -51,7 +51,7 @@ class Result(msgspec.Struct, frozen=True):
     file: str
     text: str
     speaker: str
-    kind: Scored
+    kind: ScoredKind
     condition: str
     snr: float | None = None
     heard: tuple[Understood, ...] = ()
@@ -102,7 +102,7 @@ class Result(msgspec.Struct, frozen=True):
         return bool(self.texts) and not self.obeyed
 
 
-def unheard(clip: Clip) -> Result:
+def empty_result(clip: Clip) -> Result:
     """Begin the result of a clip, before it is heard."""
     said = (clip.set, clip.file, clip.text, clip.speaker, clip.kind, clip.condition)
     return Result(*said, start=clip.start, end=clip.end)

@@ -8,11 +8,11 @@ from typing import Literal, get_args
 import jiwer
 import msgspec
 
-from voz.apps.evaluation.results import Result, Scored
+from voz.apps.evaluation.results import Result, ScoredKind
 from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
 from voz.apps.recordings.clips import BETWEEN_COMMANDS
 
-By = Literal["all", "condition", "snr", "noise", "speaker"]
+GroupedBy = Literal["all", "condition", "snr", "noise", "speaker"]
 
 
 class Group(msgspec.Struct, frozen=True):
@@ -29,8 +29,8 @@ class Group(msgspec.Struct, frozen=True):
     """
 
     set: str
-    kind: Scored
-    by: By
+    kind: ScoredKind
+    by: GroupedBy
     name: str
     snr: float | None = None
     noise: str = ""
@@ -131,7 +131,7 @@ def grouped(results: Sequence[Result]) -> dict[Group, list[Result]]:
     sets = list(dict.fromkeys(group.set for group in groups))
 
     def place(group: Group) -> tuple[int, str, int, str, float, str]:
-        by = get_args(By).index(group.by)
+        by = get_args(GroupedBy).index(group.by)
         return sets.index(group.set), group.kind, by, group.noise, -(group.snr or 0), group.name
 
     return {

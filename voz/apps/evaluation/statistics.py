@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 
-RESAMPLES = 1000
+BOOTSTRAP_SAMPLES = 1000
 """Enough that the ends of the interval move by no more than a few thousandths."""
 
-SEED = 1
+BOOTSTRAP_SEED = 1
 
-TAIL = 0.025
+INTERVAL_TAIL = 0.025
 """Beyond each end of a 95 % confidence interval."""
 
 
@@ -68,8 +68,8 @@ def estimate(counts: Sequence[float], of: Sequence[float], speakers: Sequence[st
         above, below = np.asarray(counts, float), np.asarray(of, float)
     groups = len(above)
     value = float(above.sum() / below.sum())
-    rng = np.random.default_rng(SEED)
-    drawn = rng.multinomial(groups, np.full(groups, 1 / groups), size=RESAMPLES)
+    rng = np.random.default_rng(BOOTSTRAP_SEED)
+    drawn = rng.multinomial(groups, np.full(groups, 1 / groups), size=BOOTSTRAP_SAMPLES)
     low, high = np.percentile((drawn @ above) / (drawn @ below), [2.5, 97.5])
     return Estimate(_rounded(value), _rounded(min(low, value)), _rounded(max(high, value)))
 
@@ -85,8 +85,8 @@ def alarm_rate(alarms: int, hours: float) -> AlarmRate:
         alarms: how many there were.
         hours: in how long, above 0.
     """
-    low = _mean_for(alarms - 1, 1 - TAIL) if alarms else 0.0
-    ends = (alarms / hours, low / hours, _mean_for(alarms, TAIL) / hours)
+    low = _mean_for(alarms - 1, 1 - INTERVAL_TAIL) if alarms else 0.0
+    ends = (alarms / hours, low / hours, _mean_for(alarms, INTERVAL_TAIL) / hours)
     return AlarmRate(alarms, round(hours, 4), Estimate(*map(_rounded, ends)))
 
 

@@ -10,7 +10,7 @@ from voz.apps.evaluation.operating_points import OperatingPoint
 from voz.apps.evaluation.scores import AlarmScores, CommandScores, Group, NearMissScores, Scores
 from voz.apps.evaluation.statistics import AlarmRate, Estimate
 
-INDENT = "  "
+TABLE_INDENT = "  "
 """Before the name of a group that is part of the one above it."""
 
 
@@ -75,11 +75,11 @@ def commands_table(scores: Sequence[CommandScores]) -> Table:
             _label(s.group),
             str(s.clips),
             str(s.speakers),
-            shown(s.right),
-            shown(s.right_and_accepted),
-            shown(s.word_error_rate),
-            shown(s.refused),
-            shown(s.wrongly_obeyed),
+            estimate_text(s.right),
+            estimate_text(s.right_and_accepted),
+            estimate_text(s.word_error_rate),
+            estimate_text(s.refused),
+            estimate_text(s.wrongly_obeyed),
             f"{s.cpu_ms:.1f}",
         )
         for s in scores
@@ -89,13 +89,16 @@ def commands_table(scores: Sequence[CommandScores]) -> Table:
 
 def near_miss_table(scores: Sequence[NearMissScores]) -> Table:
     """Show speech that is no command."""
-    rows = [(_label(s.group), str(s.clips), str(s.speakers), shown(s.let_through)) for s in scores]
+    rows = [
+        (_label(s.group), str(s.clips), str(s.speakers), estimate_text(s.let_through))
+        for s in scores
+    ]
     return Table(("near-misses", "clips", "speakers", "let through"), rows)
 
 
 def alarm_table(scores: Sequence[AlarmScores]) -> Table:
     """Show running speech, noise, and what is between commands."""
-    rows = [(_alarm_label(s.group), shown_alarms(s.rate)) for s in scores]
+    rows = [(_alarm_label(s.group), alarm_rate_text(s.rate)) for s in scores]
     return Table(("talk and noise", "false alarms"), rows)
 
 
@@ -107,7 +110,7 @@ def operating_point_table(operating_points: Sequence[OperatingPoint]) -> Table:
             f"{p.false_alarms_per_hour:g}",
             f"{p.threshold:.3f}",
             *("" if v is None else f"{v:.3f}" for v in (p.missed, p.let_through)),
-            "" if p.talk is None else shown_alarms(p.talk),
+            "" if p.talk is None else alarm_rate_text(p.talk),
         )
         for p in operating_points
     ]
@@ -128,7 +131,7 @@ def comparison_table(differences: Sequence[Difference]) -> Table:
     )
     rows = [
         (
-            d.set if d.snr is None else f"{INDENT}{d.snr:g} dB",
+            d.set if d.snr is None else f"{TABLE_INDENT}{d.snr:g} dB",
             str(d.clips),
             f"{d.this:.3f}",
             f"{d.other:.3f}",
@@ -147,20 +150,20 @@ def alarm_comparison_table(differences: Sequence[AlarmDifference]) -> Table:
     rows = [
         (
             f"{d.set}, {d.kind}" if d.snr is None else f"{d.set}, {d.kind}, {d.snr:g} dB",
-            shown_alarms(d.this),
-            shown_alarms(d.other),
+            alarm_rate_text(d.this),
+            alarm_rate_text(d.other),
         )
         for d in differences
     ]
     return Table(("false alarms", "here", "there"), rows)
 
 
-def as_text(table: Table) -> str:
+def table_text(table: Table) -> str:
     """Align a table for the terminal: names to the left, figures to the right."""
     lines = [table.header, *table.rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
-        INDENT.join(
+        TABLE_INDENT.join(
             [name.ljust(widths[0])]
             + [text.rjust(width) for text, width in zip(texts, widths[1:], strict=True)]
         )
@@ -168,13 +171,13 @@ def as_text(table: Table) -> str:
     )
 
 
-def shown(figure: Estimate, digits: int = 3) -> str:
+def estimate_text(figure: Estimate, digits: int = 3) -> str:
     """Write a figure with its interval, which needs a digit less: `0.943 (0.92-0.96)`."""
     low, high = (f"{end:.{digits - 1}f}" for end in (figure.low, figure.high))
     return f"{figure.value:.{digits}f} ({low}-{high})"
 
 
-def shown_alarms(rate: AlarmRate) -> str:
+def alarm_rate_text(rate: AlarmRate) -> str:
     """Write alarms with how long they come from: `0 in 0.6 h (0 to 6.1 per hour)`."""
     low, high = _short(rate.per_hour.low), _short(rate.per_hour.high)
     return f"{rate.alarms} in {_short(rate.hours)} h ({low} to {high} per hour)"
@@ -186,7 +189,7 @@ def _short(figure: float) -> str:
 
 def _label(group: Group) -> str:
     if group.by != "all":
-        return INDENT + group.name
+        return TABLE_INDENT + group.name
     return group.set if group.kind in ("command", "near-miss") else f"{group.set}, {group.kind}"
 
 

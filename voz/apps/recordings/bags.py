@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 
-ENDINGS = (".mcap", ".db3", ".bag", "")
-HEARD = "/recognizer/output"
+BAG_ENDINGS = (".mcap", ".db3", ".bag", "")
+HEARD_TOPIC = "/recognizer/output"
 STRING, INT16 = "std_msgs/msg/String", "std_msgs/msg/Int16"
 TWIST, VECTOR = "geometry_msgs/msg/Twist", "geometry_msgs/msg/Vector3"
-BAG = "bag"
+BAG_SOURCE = "bag"
 """The source of a sentence in a bag: only its text is there."""
 
-TOPICS = {"/cmd_vel": TWIST, "/selected_object": INT16, HEARD: STRING}
+BAG_TOPICS = {"/cmd_vel": TWIST, "/selected_object": INT16, HEARD_TOPIC: STRING}
 
-SAVED_EVERY, SAVED_PART = 5.0, 0.002
+SAVE_INTERVAL, SAVE_INTERVAL_SHARE = 5.0, 0.002
 """How often a bag is saved, s, or the part of its length if that is longer: each time is as long as
 the list of all times before."""
 
 
-DAY = 24 * 60 * 60.0
-LONGEST = 7 * DAY
+SECONDS_PER_DAY = 24 * 60 * 60.0
+LONGEST_BAG = 7 * SECONDS_PER_DAY
 """Nobody drives a robot for longer by one bag, s: a time in it is damaged, its end never comes."""
 
 
@@ -51,7 +51,7 @@ def check_bag(path: Path) -> None:
         ConfigError: the name or the place does not do, it is there already, or rosbags is missing.
     """
     _check_installed()
-    if path.suffix not in ENDINGS:
+    if path.suffix not in BAG_ENDINGS:
         raise ConfigError(f"{path}: is no name for a bag; end it with .mcap, .db3, .bag or nothing")
     if path.exists():
         raise ConfigError(f"{path}: is there already; name a new bag")
@@ -60,7 +60,7 @@ def check_bag(path: Path) -> None:
 
 
 @contextmanager
-def bag_of(path: Path) -> Iterator[Receiver]:
+def write_bag(path: Path) -> Iterator[Receiver]:
     """Keep what a run publishes for the length of a `with` block, however that ends.
 
     The bag is whole at any time: what kills the program, or fills the disk, costs no more than what
@@ -83,7 +83,9 @@ def bag_of(path: Path) -> Iterator[Receiver]:
     try:
         yield _receiver(
             types,
-            lambda topic, t, message: bag.write(topic, stamp(t), serialize(message, TOPICS[topic])),
+            lambda topic, t, message: bag.write(
+                topic, stamp(t), serialize(message, BAG_TOPICS[topic])
+            ),
         )
     except Exception:  # tells more than what might fail now
         with suppress(ConfigError):
@@ -105,7 +107,9 @@ def read_sayings(path: Path) -> Sayings:
         ConfigError: there is no such bag, it cannot be read, holds no such topic, or no end.
     """
     with _opened(path) as bag:
-        heard = [c for c in bag.connections if c.topic.endswith(HEARD) and c.msgtype == STRING]
+        heard = [
+            c for c in bag.connections if c.topic.endswith(HEARD_TOPIC) and c.msgtype == STRING
+        ]
         topics = sorted({c.topic for c in bag.connections})
         said = [
             Saying(_seconds(t - bag.start_time), _text(bag.deserialize(data, STRING)))
@@ -114,19 +118,19 @@ def read_sayings(path: Path) -> Sayings:
         seconds = _seconds(bag.end_time - bag.start_time)
     if not heard:
         has = ", ".join(topics) or "nothing"
-        raise ConfigError(f"{path}: has no strings on {HEARD[1:]}; it has {has}")
+        raise ConfigError(f"{path}: has no strings on {HEARD_TOPIC[1:]}; it has {has}")
     times = [0.0, seconds, *(each.t for each in said)]
-    if (longest := max(times) - min(times)) > LONGEST:
+    if (longest := max(times) - min(times)) > LONGEST_BAG:
         raise ConfigError(
-            f"{path}: lasts {longest / DAY:.0f} days by the times in it, one of which must be "
-            "damaged; name another bag"
+            f"{path}: lasts {longest / SECONDS_PER_DAY:.0f} days by the times in it, one of which "
+            "must be damaged; name another bag"
         )
     return Sayings(said, seconds)
 
 
 def is_bag(path: Path) -> bool:
     """Tell by the name whether something is a bag; what is no folder and has no ending is none."""
-    return path.is_dir() or (path.suffix != "" and path.suffix in ENDINGS)
+    return path.is_dir() or (path.suffix != "" and path.suffix in BAG_ENDINGS)
 
 
 def read_events(path: Path) -> list[Event]:
@@ -147,7 +151,7 @@ def read_events(path: Path) -> list[Event]:
 
 
 def _is_known(topic: str, kind: str) -> bool:
-    return any(topic.endswith(name) and kind == of for name, of in TOPICS.items())
+    return any(topic.endswith(name) and kind == of for name, of in BAG_TOPICS.items())
 
 
 def _event(kind: str, t: float, message: Any) -> Event:
@@ -156,7 +160,7 @@ def _event(kind: str, t: float, message: Any) -> Event:
         return Twist(t, message.linear.x, message.angular.z)
     if kind == INT16:
         return SelectedObject(t, message.data)
-    return Utterance(t, _text(message), 1.0, True, t, t, BAG, obeyed=True)
+    return Utterance(t, _text(message), 1.0, True, t, t, BAG_SOURCE, obeyed=True)
 
 
 @contextmanager
@@ -185,7 +189,7 @@ class _Bag:
         self._kept = "nothing is kept"
         self._usable = True
         with self._told():
-            self._file = open_bag(path, TOPICS, types)
+            self._file = open_bag(path, BAG_TOPICS, types)
 
     def write(self, topic: str, stamp: int, data: Any) -> None:
         """Add a message; raises ConfigError if that fails, after which nothing more is added."""
@@ -197,7 +201,7 @@ class _Bag:
             now = time.monotonic()
             if now >= self._next:
                 self._save()
-                self._next = now + max(SAVED_EVERY, (now - self._begun) * SAVED_PART)
+                self._next = now + max(SAVE_INTERVAL, (now - self._begun) * SAVE_INTERVAL_SHARE)
 
     def close(self) -> None:
         """Save it a last time, and let go of it; raises ConfigError unless `write` already has."""
@@ -235,7 +239,7 @@ def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> 
         elif isinstance(event, SelectedObject):
             write("/selected_object", event.t, make[INT16](event.value))
         elif isinstance(event, Utterance) and event.obeyed:
-            write(HEARD, event.t, make[STRING](event.text))
+            write(HEARD_TOPIC, event.t, make[STRING](event.text))
 
     return receive
 

@@ -11,9 +11,9 @@ import numpy as np
 from rich.console import Console
 
 from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.keeping import keep
 from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.rows import MANIFEST
+from voz.apps.recordings.manifest_text import MANIFEST_NAME
+from voz.apps.recordings.saving import save_recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import read_blocks
 from voz.audio.endpointing.segment import Segment
@@ -26,24 +26,24 @@ from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.calibration import FEWEST, Said, sentences_in
 from voz.terminal.level_bar import level_bar
 
-PROMPTS = 24
+PROMPT_COUNT = 24
 """Commands to say: at 4 to 5 s each it takes two minutes."""
 
-COLUMNS = ("path", "text", "speaker", "kind")
+ENROLLMENT_COLUMNS = ("path", "text", "speaker", "kind")
 
-TRIES = 2
+MOST_TRIES = 2
 """Times that a sentence is heard wrongly until it is kept: whoever reads it twice has said it."""
 
-MARGIN = int(0.5 * SAMPLE_RATE)
+SPEECH_MARGIN = int(0.5 * SAMPLE_RATE)
 """Kept before the speech, so that the end-pointer finds it again."""
 
-CLIPPED = 32_700
+CLIPPING_LEVEL = 32_700
 """What is as loud as this is cut off at the top."""
 
-INDENT = " " * 12  # what stands below "  1 of 24   "
+PROMPT_INDENT = " " * 12  # what stands below "  1 of 24   "
 
 
-def prompts(commands: Sequence[str], name: str) -> list[str]:
+def choose_prompts(commands: Sequence[str], name: str) -> list[str]:
     """Choose what is to be said: every command, and some of them twice.
 
     Args:
@@ -51,10 +51,10 @@ def prompts(commands: Sequence[str], name: str) -> list[str]:
         name: of the profile; the same one gives the same order.
     """
     order = random.Random(name).sample(commands, len(commands))
-    return (order + order)[:PROMPTS]
+    return (order + order)[:PROMPT_COUNT]
 
 
-def missing(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
+def missing_prompts(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
     """Tell which prompts have no recording yet, in their order."""
     there = Counter(sentence.text for sentence in said)
     left = []
@@ -65,7 +65,7 @@ def missing(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
     return left
 
 
-def record(
+def record_prompts(
     asked: Sequence[str],
     blocks: Iterator[Samples],
     recognizer: Recognizer,
@@ -88,17 +88,17 @@ def record(
         AudioError: the microphone fails.
     """
     voice = VoiceDetector()
-    with level_bar(console, INDENT) as show:
+    with level_bar(console, PROMPT_INDENT) as show:
         shown = _shown(blocks, show)
         for number, text in enumerate(asked, start=1):
             console.print(f"{number:3} of {len(asked)}   say: {text}")
             samples = _listen_for(text, shown, recognizer, voice, console)
             with os_errors_as_config_error(folder):
                 folder.mkdir(parents=True, exist_ok=True)
-                keep(samples, folder, COLUMNS, (text, name, "command"))
+                save_recording(samples, folder, ENROLLMENT_COLUMNS, (text, name, "command"))
 
 
-def hear(text: str, samples: Samples, recognizer: Recognizer) -> tuple[bool, str]:
+def check_recording(text: str, samples: Samples, recognizer: Recognizer) -> tuple[bool, str]:
     """Recognize a recording of a sentence: whether that is heard, and what is heard, in words."""
     heard = sentences_in(samples, recognizer)
     words = (u.text if u.accepted else f"{u.text} (unsure)" for u in heard)
@@ -112,20 +112,20 @@ def _listen_for(
     voice: VoiceDetector,
     console: Console,
 ) -> Samples:
-    """Listen until a sentence is heard right, or `TRIES` times wrongly; returns the last one."""
+    """Listen until a sentence is heard right, or `MOST_TRIES` times wrong; returns the last."""
     misheard = 0
     while True:
         samples = _next_speech(blocks)
         complaint = _complaint(samples, voice)
         if complaint is None:
-            right, heard = hear(text, samples, recognizer)
+            right, heard = check_recording(text, samples, recognizer)
             misheard += not right
-            if right or misheard == TRIES:
+            if right or misheard == MOST_TRIES:
                 learning = "" if right else "; kept, to learn how you say it"
-                console.print(f"{INDENT}heard: {heard}{learning}")
+                console.print(f"{PROMPT_INDENT}heard: {heard}{learning}")
                 return samples
             complaint = f"heard: {heard}"
-        console.print(f"{INDENT}{complaint}; say again: {text}")
+        console.print(f"{PROMPT_INDENT}{complaint}; say again: {text}")
 
 
 def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
@@ -154,9 +154,9 @@ def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
     return _read(clips)
 
 
-def read_kept(folder: Path, commands: Collection[str]) -> list[Said]:
+def read_saved_recordings(folder: Path, commands: Collection[str]) -> list[Said]:
     """Read what `record` has kept so far; nothing if there is nothing."""
-    manifest = folder / MANIFEST
+    manifest = folder / MANIFEST_NAME
     if not manifest.exists():
         return []
     return _read(clip for clip in read_manifest(manifest) if clip.text in commands)
@@ -180,14 +180,14 @@ def _next_speech(blocks: Iterator[Samples]) -> Samples:
         heard.append(block)
         for sound in segmenter.feed(block):
             if isinstance(sound, Segment):
-                begin = max(0, int(sound.start * SAMPLE_RATE) - MARGIN)
+                begin = max(0, int(sound.start * SAMPLE_RATE) - SPEECH_MARGIN)
                 return np.concatenate(heard)[begin:]
     raise AssertionError("a microphone has no end")
 
 
 def _complaint(samples: Samples, voice: VoiceDetector) -> str | None:
-    if np.abs(samples.astype(np.int32)).max() >= CLIPPED:
+    if np.abs(samples.astype(np.int32)).max() >= CLIPPING_LEVEL:
         return "that was too loud for the microphone"
-    if voice.probability(samples[MARGIN:]) < NO_SPEECH:
+    if voice.probability(samples[SPEECH_MARGIN:]) < NO_SPEECH:
         return "that was no speech"
     return None

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import cast, get_args
 
 from voz.apps.recordings.clips import Clip, Kind
-from voz.apps.recordings.rows import Row, rows_in
+from voz.apps.recordings.manifest_text import ManifestLine, parse_lines
 from voz.errors import ConfigError
 from voz.files import read_text, shown_path
 from voz.language.sentences.spelling import normalize
 
-COLUMNS = {
+REQUIRED_COLUMNS = {
     "file": ("path", "file"),
     "text": ("text",),
     "speaker": ("speaker", "voice"),
@@ -21,12 +21,12 @@ COLUMNS = {
 }
 """What a manifest must have, and the names that the column may have."""
 
-KINDS = {kind: kind for kind in get_args(Kind)} | {"format": "command"}
+MANIFEST_KINDS = {kind: kind for kind in get_args(Kind)} | {"format": "command"}
 """The kinds in manifests; a command in an odd file format is a command."""
 
-OPTIONAL = ("condition", "start", "end")
+OPTIONAL_COLUMNS = ("condition", "start", "end")
 
-EVERYTHING = "all"
+ALL_CONDITIONS = "all"
 """The condition where a manifest tells none apart."""
 
 
@@ -78,17 +78,17 @@ def set_name(path: Path) -> str:
     return shown_path(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
 
 
-def _rows(path: Path) -> list[Row]:
+def _rows(path: Path) -> list[ManifestLine]:
     """The lines that are not empty; the first is the header."""
     text = read_text(path, ConfigError, "name a manifest, a .tsv file")
-    return rows_in(text) or [Row(1, [])]
+    return parse_lines(text) or [ManifestLine(1, [])]
 
 
 def _columns(header: list[str], path: Path) -> dict[str, int]:
     """Find where each column stands."""
     names = [name.strip() for name in header]
     columns = {}
-    for column, allowed in COLUMNS.items():
+    for column, allowed in REQUIRED_COLUMNS.items():
         found = [names.index(name) for name in allowed if name in names]
         if not found:
             raise ConfigError(
@@ -96,16 +96,17 @@ def _columns(header: list[str], path: Path) -> dict[str, int]:
                 "name the columns in the first line, with tabs between them"
             )
         columns[column] = found[0]
-    return columns | {name: names.index(name) for name in OPTIONAL if name in names}
+    return columns | {name: names.index(name) for name in OPTIONAL_COLUMNS if name in names}
 
 
 def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
     file, text, kind = row["file"], normalize(row["text"]), row["kind"]
-    if kind not in KINDS:
-        raise ConfigError(f'{path}:{number}: the kind "{kind}" is none of {", ".join(KINDS)}')
+    if kind not in MANIFEST_KINDS:
+        kinds = ", ".join(MANIFEST_KINDS)
+        raise ConfigError(f'{path}:{number}: the kind "{kind}" is none of {kinds}')
     if not file or "\0" in file:
         raise ConfigError(f"{path}:{number}: names no file; write its path")
-    if not text and KINDS[kind] in ("command", "long"):
+    if not text and MANIFEST_KINDS[kind] in ("command", "long"):
         raise ConfigError(f"{path}:{number}: has no text; write the command that is said")
     start, end = _stretch(row, path, number)
     return Clip(
@@ -114,8 +115,8 @@ def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
         path=path.parent / file,
         text=text,
         speaker=row["speaker"] or file,
-        kind=cast(Kind, KINDS[kind]),
-        condition=row.get("condition") or EVERYTHING,
+        kind=cast(Kind, MANIFEST_KINDS[kind]),
+        condition=row.get("condition") or ALL_CONDITIONS,
         start=start,
         end=end,
     )

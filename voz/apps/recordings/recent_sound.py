@@ -11,10 +11,10 @@ import numpy as np
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Utterance
 
-MARGIN = int(0.3 * SAMPLE_RATE)
+EXCERPT_MARGIN = int(0.3 * SAMPLE_RATE)
 """Kept on either side, so that the end-pointer finds the same speech in it."""
 
-KEPT = 30 * SAMPLE_RATE
+LONGEST_KEPT = 30 * SAMPLE_RATE
 """An utterance of 10 s may be settled only after the next, of another 10 s."""
 
 
@@ -42,7 +42,7 @@ class RecentSound:
         """
         self._blocks.append(block)
         self._end += len(block)
-        while self._end - self._begin - len(self._blocks[0]) >= KEPT:
+        while self._end - self._begin - len(self._blocks[0]) >= LONGEST_KEPT:
             self._begin += len(self._blocks.popleft())
         yield from self._cut([piece for piece in self._open if piece[1] <= self._end])
 
@@ -55,7 +55,7 @@ class RecentSound:
             utterance: what was heard.
         """
         first, last = round(start * SAMPLE_RATE), round(end * SAMPLE_RATE)
-        self._open.append((first - MARGIN, last + MARGIN, utterance))
+        self._open.append((first - EXCERPT_MARGIN, last + EXCERPT_MARGIN, utterance))
 
     def finish(self) -> Iterator[Excerpt]:
         """End the stream; yields what is still open, with the sound that there is."""

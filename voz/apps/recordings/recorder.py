@@ -11,32 +11,32 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from voz.apps.recordings.clips import Kind
-from voz.apps.recordings.folder import Folder
 from voz.apps.recordings.recent_sound import Excerpt, RecentSound
+from voz.apps.recordings.recording_folder import RecordingFolder
 from voz.audio import Samples
 from voz.errors import AudioError
 from voz.events import Utterance
 
-GIGABYTE = 1_000_000_000
+BYTES_PER_GIGABYTE = 1_000_000_000
 
-MOST_WAITING = 20
+MOST_UNSAVED = 20
 """Utterances that wait for a slow disk."""
 
-CLOSING_TIME = 2.0
+RECORDER_CLOSE_TIMEOUT = 2.0
 """For what is still to be written, s."""
 
-MOST_NEWS = 100
+MOST_UNREAD_SAVED = 100
 """Recordings that wait for somebody to take note of them, if anybody does."""
 
 
-class Kept(NamedTuple):
+class SavedRecording(NamedTuple):
     """A recording that was written: where its utterance begins in the run, s, and its file."""
 
     start: float
     file: str
 
 
-_Job: TypeAlias = Callable[[Folder], None]
+_Job: TypeAlias = Callable[[RecordingFolder], None]
 
 
 class Recorder:
@@ -58,12 +58,12 @@ class Recorder:
             warn: called with what is wrong, and with what a user must know.
         """
         self.folder = folder
-        self.kept: deque[Kept] = deque(maxlen=MOST_NEWS)
+        self.kept: deque[SavedRecording] = deque(maxlen=MOST_UNREAD_SAVED)
         self._said = f"what is said is recorded in {folder}"
-        self._limit = gigabytes * GIGABYTE
+        self._limit = gigabytes * BYTES_PER_GIGABYTE
         self._warn = warn
         self._tape = RecentSound()
-        self._waiting: queue.Queue[_Job | None] = queue.Queue(MOST_WAITING)
+        self._waiting: queue.Queue[_Job | None] = queue.Queue(MOST_UNSAVED)
         self._late = False
         self._thread = threading.Thread(target=self._work, name="voz-recorder", daemon=True)
 
@@ -108,7 +108,7 @@ class Recorder:
         """
         done: Future[None] = Future()
 
-        def job(folder: Folder) -> None:
+        def job(folder: RecordingFolder) -> None:
             try:
                 folder.correct(file, text, kind)
                 done.set_result(None)
@@ -132,10 +132,10 @@ class Recorder:
         if not self._thread.is_alive():
             return
         try:
-            self._waiting.put(None, timeout=CLOSING_TIME)
+            self._waiting.put(None, timeout=RECORDER_CLOSE_TIMEOUT)
         except queue.Full:
             return
-        self._thread.join(CLOSING_TIME)
+        self._thread.join(RECORDER_CLOSE_TIMEOUT)
 
     def _put(self, excerpt: Excerpt) -> None:
         try:
@@ -145,12 +145,12 @@ class Recorder:
                 self._late = True
                 self._warn(f"{self.folder}: the disk is too slow; not everything is recorded")
 
-    def _keep(self, excerpt: Excerpt, folder: Folder) -> None:
-        self.kept.append(Kept(excerpt.utterance.start, folder.add(excerpt)))
+    def _keep(self, excerpt: Excerpt, folder: RecordingFolder) -> None:
+        self.kept.append(SavedRecording(excerpt.utterance.start, folder.add(excerpt)))
 
     def _work(self) -> None:
         try:
-            folder = Folder(self.folder, self._limit)
+            folder = RecordingFolder(self.folder, self._limit)
             while (job := self._waiting.get()) is not None:
                 job(folder)
         except AudioError as error:

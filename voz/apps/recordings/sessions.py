@@ -11,7 +11,7 @@ from voz.errors import ConfigError
 from voz.events import Event
 from voz.files import read_text, shown_path
 
-ADVICE = "name what `voz run --events FILE` wrote, or a bag"
+SESSION_ADVICE = "name what `voz run --events FILE` wrote, or a bag"
 
 
 def read_session(path: Path) -> list[Event]:
@@ -25,13 +25,13 @@ def read_session(path: Path) -> list[Event]:
     """
     events = read_events(path) if is_bag(path) else _written(path)
     if not events:
-        raise ConfigError(f"{shown_path(path)}: has no event of a run; {ADVICE}")
+        raise ConfigError(f"{shown_path(path)}: has no event of a run; {SESSION_ADVICE}")
     return events
 
 
 def _written(path: Path) -> list[Event]:
     """Read lines of JSON; a last one that was cut short does not count."""
-    lines = read_text(path, ConfigError, ADVICE).split("\n")
+    lines = read_text(path, ConfigError, SESSION_ADVICE).split("\n")
     decoder = msgspec.json.Decoder(Event)
     events: list[Event] = []
     for number, line in enumerate(lines[:-1], start=1):
@@ -39,5 +39,5 @@ def _written(path: Path) -> list[Event]:
             events.append(decoder.decode(line))
         except (msgspec.DecodeError, RecursionError) as error:
             why = f"is no event of voz ({error})"
-            raise ConfigError(f"{shown_path(path)}:{number}: {why}; {ADVICE}") from None
+            raise ConfigError(f"{shown_path(path)}:{number}: {why}; {SESSION_ADVICE}") from None
     return events

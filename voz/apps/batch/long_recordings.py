@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from msgspec.structs import replace
 
-from voz.apps.batch.rows import Outcome, Row, Unreadable, in_file, outcome
+from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
 from voz.apps.batch.stamps import Stamp
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.files import promised_seconds, read_blocks
@@ -31,17 +31,17 @@ from voz.errors import AudioError
 from voz.events import Utterance
 from voz.recognition.recognizer import Recognizer
 
-LONG = 600.0
+LONG_RECORDING_SECONDS = 600.0
 """What lasts longer is cut, s."""
 
-PART = 300.0
+PART_SECONDS = 300.0
 """How long a part is at least, s: the 9 s before it are 3 in 100 of it."""
 
-SILENT = 150
+SILENT_FRAMES = 150
 """Frames without a voice, 4.5 s: what was said before is settled, nothing else has begun."""
 
 
-class Plan(msgspec.Struct, frozen=True):
+class CutPlan(msgspec.Struct, frozen=True):
     """How a recording is cut.
 
     Attributes:
@@ -60,7 +60,7 @@ class Plan(msgspec.Struct, frozen=True):
         return bits[start:end].tobytes()
 
 
-class Part(msgspec.Struct, frozen=True):
+class RecordingPart(msgspec.Struct, frozen=True):
     """A part of a recording that is decoded alone.
 
     Attributes:
@@ -74,7 +74,7 @@ class Part(msgspec.Struct, frozen=True):
     voices: bytes
 
 
-class Done(msgspec.Struct, frozen=True):
+class DecodedPart(msgspec.Struct, frozen=True):
     """A part that was decoded.
 
     Attributes:
@@ -95,12 +95,12 @@ class Done(msgspec.Struct, frozen=True):
 def is_long(path: Path) -> bool:
     """Whether a recording is worth cutting, by what it promises."""
     try:
-        return promised_seconds(path) > LONG
+        return promised_seconds(path) > LONG_RECORDING_SECONDS
     except AudioError:
         return False
 
 
-def plan_cuts(path: Path, part: float = PART) -> Plan | None:
+def plan_cuts(path: Path, part: float = PART_SECONDS) -> CutPlan | None:
     """Find where a recording can be cut; None if it cannot, or cannot be read to its end.
 
     Args:
@@ -114,15 +114,15 @@ def plan_cuts(path: Path, part: float = PART) -> Plan | None:
         return None
     flags = np.frombuffer(found, np.uint8)
     cuts = _cuts(flags, int(part * SAMPLE_RATE / FRAME))
-    return Plan(cuts, np.packbits(flags).tobytes()) if len(cuts) > 2 else None
+    return CutPlan(cuts, np.packbits(flags).tobytes()) if len(cuts) > 2 else None
 
 
-def parts_of(plan: Plan) -> list[Part]:
+def parts_of(plan: CutPlan) -> list[RecordingPart]:
     """The parts of a recording in their order."""
     return [_part(plan, one, other) for one, other in zip(plan.cuts, plan.cuts[1:], strict=False)]
 
 
-def decode_part(recognizer: Recognizer, path: Path, part: Part, file: str) -> Done:
+def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: str) -> DecodedPart:
     """Decode a part of a recording; its end belongs to the last one alone.
 
     Args:
@@ -144,19 +144,19 @@ def decode_part(recognizer: Recognizer, path: Path, part: Part, file: str) -> Do
             before = _mark(stream.at_rest())
         for block in _until(blocks, part):
             heard += len(block)
-            rows += [in_file(e, file) for e in stream.feed(block) if isinstance(e, Utterance)]
+            rows += [utterance_row(e, file) for e in stream.feed(block) if isinstance(e, Utterance)]
     except AudioError as error:
-        failure: tuple[Row, ...] = (Unreadable(file, str(error)),)
+        failure: tuple[Row, ...] = (ErrorRow(file, str(error)),)
     else:
         failure = ()
     after = _mark(stream.at_rest())
     if part.end is None:
-        rows += [in_file(e, file) for e in stream.finish() if isinstance(e, Utterance)]
+        rows += [utterance_row(e, file) for e in stream.finish() if isinstance(e, Utterance)]
     cpu = time.process_time() - begun
-    return Done((*rows, *failure), heard / SAMPLE_RATE, cpu, before, after)
+    return DecodedPart((*rows, *failure), heard / SAMPLE_RATE, cpu, before, after)
 
 
-def first_mismatch(done: Sequence[Done]) -> int | None:
+def first_mismatch(done: Sequence[DecodedPart]) -> int | None:
     """Find a part that the next one does not follow from; None if all are right."""
     for number, (one, other) in enumerate(pairwise(done)):
         if not one.after or one.after != other.before:
@@ -164,29 +164,31 @@ def first_mismatch(done: Sequence[Done]) -> int | None:
     return None
 
 
-def joined_parts(plan: Plan, number: int) -> Plan:
+def without_cut(plan: CutPlan, number: int) -> CutPlan:
     """Take two parts, of which one has this number and the other the next one, for one."""
     return replace(plan, cuts=tuple(cut for n, cut in enumerate(plan.cuts) if n != number + 1))
 
 
-def joined(file: str, done: Sequence[Done], stamp: Stamp | None = None) -> Outcome:
+def outcome_of_parts(file: str, done: Sequence[DecodedPart], stamp: Stamp | None = None) -> Outcome:
     """The outcome of a recording from those of its parts."""
     rows = tuple(row for part in done for row in part.rows)
     # In whole samples: a sum of seconds may be rounded the other way than those of one process.
     samples = sum(round(part.seconds * SAMPLE_RATE) for part in done)
-    whole = outcome(file, rows, samples / SAMPLE_RATE, sum(part.cpu for part in done))
+    whole = make_outcome(file, rows, samples / SAMPLE_RATE, sum(part.cpu for part in done))
     return replace(whole, stamp=stamp)
 
 
-def _part(plan: Plan, start: int, end: int) -> Part:
+def _part(plan: CutPlan, start: int, end: int) -> RecordingPart:
     is_last = end == plan.cuts[-1]
-    return Part(start, None if is_last else end, plan.voices_in(max(0, start - RUN_IN), end))
+    return RecordingPart(
+        start, None if is_last else end, plan.voices_in(max(0, start - RUN_IN), end)
+    )
 
 
 def _cuts(voices: npt.NDArray[np.uint8], length: int) -> tuple[int, ...]:
     """Cut as soon as a part is long enough and it has been silent for a while."""
     heard = np.concatenate([[0], np.cumsum(voices)])
-    silent = np.flatnonzero(heard[SILENT:] == heard[:-SILENT]) + SILENT
+    silent = np.flatnonzero(heard[SILENT_FRAMES:] == heard[:-SILENT_FRAMES]) + SILENT_FRAMES
     cuts = [0]
     while True:
         at = np.searchsorted(silent, cuts[-1] + max(length, RUN_IN))
@@ -217,7 +219,7 @@ def _first(blocks: Iterator[Samples], count: int) -> tuple[Samples, Iterator[Sam
     return taken[:count], chain([taken[count:]], blocks)
 
 
-def _until(blocks: Iterator[Samples], part: Part) -> Iterator[Samples]:
+def _until(blocks: Iterator[Samples], part: RecordingPart) -> Iterator[Samples]:
     if part.end is None:
         yield from blocks
         return

@@ -9,12 +9,14 @@ from pathlib import Path
 
 import soundfile
 
-from voz.apps.recordings.rows import MANIFEST, as_text
+from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines
 from voz.audio import SAMPLE_RATE, Samples
 from voz.files import append_line, atomic_write
 
 
-def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]) -> Path:
+def save_recording(
+    samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]
+) -> Path:
     """Write a recording, then its line: whatever interrupts it, what is listed is there.
 
     Args:
@@ -34,10 +36,10 @@ def keep(samples: Samples, folder: Path, header: Sequence[str], fields: Sequence
     path = _new_path(folder)
     with atomic_write(path, "wb") as file:
         file.write(flac.getvalue())
-    manifest = folder / MANIFEST
+    manifest = folder / MANIFEST_NAME
     lines = [] if manifest.exists() else [header]
     lines.append([path.name, *fields])
-    append_line(manifest, as_text(lines).removesuffix("\n"))
+    append_line(manifest, join_lines(lines).removesuffix("\n"))
     return path
 
 

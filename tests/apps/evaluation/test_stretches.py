@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.apps.evaluation.results import Understood
-from voz.apps.evaluation.streams import seconds_outside, shared_out
+from voz.apps.evaluation.stretches import assign_to_stretches, seconds_outside
 
 
 def heard(start: float, end: float) -> Understood:
@@ -31,7 +31,7 @@ def test_an_utterance_belongs_to_the_first_stretch_that_it_overlaps(
     start: float, end: float, belongs: int | None
 ) -> None:
     utterance = heard(start, end)
-    parts, rest = shared_out([utterance], [(1.0, 2.0), (4.0, 5.0)])
+    parts, rest = assign_to_stretches([utterance], [(1.0, 2.0), (4.0, 5.0)])
     assert parts == [[utterance] if n == belongs else [] for n in range(2)]
     assert rest == ([] if belongs is not None else [utterance])
 
@@ -44,8 +44,8 @@ def test_nothing_is_lost_and_the_order_of_the_list_does_not_matter(
     stretches: list[tuple[int, int]], utterances: list[tuple[int, int]]
 ) -> None:
     said = [heard(*times) for times in utterances]
-    parts, rest = shared_out(said, stretches)
-    backwards, same_rest = shared_out(said, stretches[::-1])
+    parts, rest = assign_to_stretches(said, stretches)
+    backwards, same_rest = assign_to_stretches(said, stretches[::-1])
     assert backwards[::-1] == parts
     assert same_rest == rest
     assert sorted(u.start for u in said) == sorted(u.start for p in [*parts, rest] for u in p)

@@ -14,7 +14,7 @@ from voz.apps.batch.stamps import Stamp
 from voz.events import Reason, Utterance
 
 
-class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
+class UtteranceRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """An utterance in a recording.
 
     Attributes:
@@ -43,7 +43,7 @@ class Decoded(msgspec.Struct, frozen=True, omit_defaults=True):
     slots: Mapping[str, str | int | float] = {}
 
 
-class Nothing(msgspec.Struct, frozen=True):
+class SilentRow(msgspec.Struct, frozen=True):
     """A recording in which nothing was said.
 
     Attributes:
@@ -55,14 +55,14 @@ class Nothing(msgspec.Struct, frozen=True):
     seconds: float
 
 
-class Unreadable(msgspec.Struct, frozen=True):
+class ErrorRow(msgspec.Struct, frozen=True):
     """A recording that could not be read, or not to its end."""
 
     file: str
     error: str
 
 
-Row: TypeAlias = Decoded | Nothing | Unreadable
+Row: TypeAlias = UtteranceRow | SilentRow | ErrorRow
 
 
 class Outcome(msgspec.Struct, frozen=True):
@@ -83,22 +83,22 @@ class Outcome(msgspec.Struct, frozen=True):
     @property
     def failed(self) -> bool:
         """Whether it was not heard to its end."""
-        return isinstance(self.rows[-1], Unreadable)
+        return isinstance(self.rows[-1], ErrorRow)
 
 
-def failure(file: str, error: str, stamp: Stamp | None = None) -> Outcome:
+def failed_outcome(file: str, error: str, stamp: Stamp | None = None) -> Outcome:
     """The outcome for a recording that gave nothing but an error."""
-    return Outcome((Unreadable(file, error),), stamp=stamp)
+    return Outcome((ErrorRow(file, error),), stamp=stamp)
 
 
-def outcome(file: str, heard: tuple[Row, ...], seconds: float, cpu: float) -> Outcome:
+def make_outcome(file: str, heard: tuple[Row, ...], seconds: float, cpu: float) -> Outcome:
     """The outcome for a recording, also for one with nothing in it."""
-    return Outcome(heard or (Nothing(file, round(seconds, 3)),), round(seconds, 3), round(cpu, 4))
+    return Outcome(heard or (SilentRow(file, round(seconds, 3)),), round(seconds, 3), round(cpu, 4))
 
 
-def in_file(heard: Utterance, file: str) -> Decoded:
+def utterance_row(heard: Utterance, file: str) -> UtteranceRow:
     """What was heard, as a row."""
-    return Decoded(
+    return UtteranceRow(
         file,
         heard.start,
         heard.end,
@@ -114,10 +114,10 @@ def in_file(heard: Utterance, file: str) -> Decoded:
     )
 
 
-def as_row(row: Mapping[str, object]) -> Row:
+def parse_row(row: Mapping[str, object]) -> Row:
     """Turn what was read from JSON into the kind of row that it is."""
     if "error" in row:
-        return msgspec.convert(row, Unreadable)
+        return msgspec.convert(row, ErrorRow)
     if "seconds" in row:
-        return msgspec.convert(row, Nothing)
-    return msgspec.convert(row, Decoded)
+        return msgspec.convert(row, SilentRow)
+    return msgspec.convert(row, UtteranceRow)

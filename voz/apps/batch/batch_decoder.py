@@ -9,19 +9,19 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from voz.apps.batch.long_files import is_long
-from voz.apps.batch.pool import InThisProcess, Pool, processes
+from voz.apps.batch.executors import Executor, InlineExecutor, process_executor
+from voz.apps.batch.long_recordings import is_long
 from voz.apps.batch.remote import is_remote
-from voz.apps.batch.scheduler import Known, Scheduler
-from voz.apps.batch.tasks import Setup
+from voz.apps.batch.scheduler import Finished, Scheduler
+from voz.apps.batch.tasks import WorkerSetup
 from voz.process.worker_pool import cores
 
-FEW = 2
+MOST_INLINE_RECORDINGS = 2
 """Recordings that are decoded before another process has begun."""
 
 
 @dataclass(frozen=True)
-class Many:
+class BatchDecoder:
     """How recordings are decoded.
 
     Attributes:
@@ -32,13 +32,13 @@ class Many:
         cluster: the address of a scheduler of dask's; None for this machine.
     """
 
-    setup: Setup
+    setup: WorkerSetup
     jobs: int | None = None
     limit: float | None = None
     careful: bool = False
     cluster: str | None = None
 
-    def decode(self, names: Sequence[str], numbers: Sequence[int]) -> Iterator[Known]:
+    def decode(self, names: Sequence[str], numbers: Sequence[int]) -> Iterator[Finished]:
         """Decode recordings.
 
         Args:
@@ -54,19 +54,19 @@ class Many:
         with self._pool([names[number] for number in numbers]) as pool:
             yield from Scheduler(pool, names, numbers, self.limit).run()
 
-    def _pool(self, names: Sequence[str]) -> AbstractContextManager[Pool]:
+    def _pool(self, names: Sequence[str]) -> AbstractContextManager[Executor]:
         if self.cluster:
-            from voz.apps.batch.cluster import cluster
+            from voz.apps.batch.cluster import dask_executor
 
             # A worker there is not ours to limit; dask does that itself.
             setup = replace(self.setup, memory=None, base=str(Path.cwd()))
-            return cluster(self.cluster, setup)
+            return dask_executor(self.cluster, setup)
         jobs = self.jobs or cores()
         if not self.careful and self.limit is None and (jobs == 1 or _is_little(names)):
-            return nullcontext(InThisProcess(self.setup))
-        return processes(self.setup, jobs)
+            return nullcontext(InlineExecutor(self.setup))
+        return process_executor(self.setup, jobs)
 
 
 def _is_little(names: Sequence[str]) -> bool:
-    here = [name for name in names[: FEW + 1] if not is_remote(name)]
-    return len(names) <= FEW and not any(is_long(Path(name)) for name in here)
+    here = [name for name in names[: MOST_INLINE_RECORDINGS + 1] if not is_remote(name)]
+    return len(names) <= MOST_INLINE_RECORDINGS and not any(is_long(Path(name)) for name in here)

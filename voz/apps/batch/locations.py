@@ -11,44 +11,50 @@ from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
-from voz.apps.batch.remote import fetched, file_for, is_remote, require_fsspec, shown_name
+from voz.apps.batch.remote import (
+    file_name_for,
+    is_remote,
+    local_recording,
+    require_fsspec,
+    shown_name,
+)
 from voz.errors import AudioError, ConfigError
 from voz.files import check_new, check_writable, file_exists_error
 
-JOURNAL = ".journal"
-STAMPS = ".recordings"
+JOURNAL_ENDING = ".journal"
+STAMPS_ENDING = ".recordings"
 
-Place: TypeAlias = Path | str
+Location: TypeAlias = Path | str
 """A file, or the address of an object, as `s3://bucket/heard.jsonl`."""
 
 
-def place_for(name: str) -> Place:
+def parse_location(name: str) -> Location:
     """Tell what the name of an output stands for."""
     return name if is_remote(name) else Path(name)
 
 
-def shown_place(place: Place) -> str:
+def shown_location(place: Location) -> str:
     """An output as messages have it."""
     return shown_name(str(place))
 
 
-def journal_path(output: Place) -> Path:
+def journal_path(output: Location) -> Path:
     """Where the journal of an output is: beside a file; of an object in the working folder."""
-    return _path_for(output, JOURNAL)
+    return _path_for(output, JOURNAL_ENDING)
 
 
-def stamps_path(output: Place) -> Path:
+def stamps_path(output: Location) -> Path:
     """Where it is kept what the recordings of an output were like; as with its journal."""
-    return _path_for(output, STAMPS)
+    return _path_for(output, STAMPS_ENDING)
 
 
-def _path_for(output: Place, ending: str) -> Path:
+def _path_for(output: Location, ending: str) -> Path:
     if isinstance(output, Path):
         return output.with_name(output.name + ending)
-    return Path(file_for(output) + ending)
+    return Path(file_name_for(output) + ending)
 
 
-def check_place(output: Place, overwrite: bool, advice: str = "") -> None:
+def check_output(output: Location, overwrite: bool, advice: str = "") -> None:
     """Refuse, before the work, an output that cannot be written, or is there already.
 
     Args:
@@ -68,7 +74,7 @@ def check_place(output: Place, overwrite: bool, advice: str = "") -> None:
         raise file_exists_error(output, advice)
 
 
-def exists(output: Place) -> bool:
+def exists(output: Location) -> bool:
     """Tell whether there is something already; raises ConfigError if that cannot be found out."""
     if isinstance(output, Path):
         return output.exists()
@@ -79,7 +85,7 @@ def exists(output: Place) -> bool:
         raise ConfigError(f"{output}: cannot be looked for ({_reason(error)})") from error
 
 
-def state_of(output: Place) -> str:
+def object_state(output: Location) -> str:
     """Tell what an object is like, so that it is seen when another run writes it.
 
     Returns:
@@ -97,21 +103,21 @@ def state_of(output: Place) -> str:
 
 
 @contextmanager
-def here(output: Place) -> Iterator[Path]:
+def local_copy(output: Location) -> Iterator[Path]:
     """Have what is there as a file, for a `with` block; raises ConfigError if it is not there."""
     if isinstance(output, Path):
         yield output
         return
     with ExitStack() as stack:
         try:
-            found = stack.enter_context(fetched(output))
+            found = stack.enter_context(local_recording(output))
         except AudioError as error:
             raise ConfigError(str(error)) from error
         yield found.path
 
 
 @contextmanager
-def written(output: Place) -> Iterator[Path]:
+def output_file(output: Location) -> Iterator[Path]:
     """Write an output, in a `with` block: an object when that is over, unless it failed.
 
     Yields:

@@ -9,7 +9,7 @@ Stretch = tuple[float, float]
 """Where something begins and ends in a stream, s."""
 
 
-class Timed(Protocol):
+class HasTimes(Protocol):
     """What begins and ends, s."""
 
     @property
@@ -21,10 +21,10 @@ class Timed(Protocol):
         """Where it ends, s."""
 
 
-Heard = TypeVar("Heard", bound=Timed)
+Heard = TypeVar("Heard", bound=HasTimes)
 
 
-def shared_out(
+def assign_to_stretches(
     heard: Sequence[Heard], stretches: Sequence[Stretch]
 ) -> tuple[list[list[Heard]], list[Heard]]:
     """Give each stretch of a stream what was heard in it.
@@ -56,6 +56,6 @@ def seconds_outside(stretches: Sequence[Stretch], seconds: float) -> float:
     return max(0.0, seconds - said)
 
 
-def _overlap(utterance: Timed, stretch: Stretch) -> bool:
+def _overlap(utterance: HasTimes, stretch: Stretch) -> bool:
     start, end = stretch
     return utterance.end > start and utterance.start < end

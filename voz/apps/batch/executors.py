@@ -9,16 +9,16 @@ from typing import Any, Protocol
 
 from msgspec.structs import replace
 
-from voz.apps.batch.tasks import Result, Setup, Task
+from voz.apps.batch.tasks import BatchTask, TaskResult, WorkerSetup
 from voz.apps.batch.worker import work
 from voz.process.worker_pool import WorkerPool, worker_pool
 
 
-class TooSlow(Exception):
+class TaskTimeout(Exception):
     """A task took longer than it may."""
 
 
-class Pool(Protocol):
+class Executor(Protocol):
     """Who does tasks."""
 
     @property
@@ -29,7 +29,7 @@ class Pool(Protocol):
     def batch(self) -> int:
         """How much sound is handed out at once, bytes: what comes back is a message."""
 
-    def submit(self, task: Task, limit: float | None) -> Any:
+    def submit(self, task: BatchTask, limit: float | None) -> Any:
         """Begin a task, and give its future.
 
         Args:
@@ -37,7 +37,7 @@ class Pool(Protocol):
             limit: how long it may take, s; None for as long as it likes.
         """
 
-    def result(self, future: Any) -> Result:
+    def result(self, future: Any) -> TaskResult:
         """Give the result of a task that is done.
 
         Raises:
@@ -47,52 +47,52 @@ class Pool(Protocol):
         """
 
 
-class InThisProcess:
+class InlineExecutor:
     """Does each task at once: quickest for a few recordings, and nothing ends it but itself."""
 
     size = 1
     batch = 1
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: WorkerSetup) -> None:
         # A limit on memory would be this process's for ever, and that of all it starts.
         self._setup = replace(setup, memory=None)
 
-    def submit(self, task: Task, limit: float | None) -> Future[Result]:
+    def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
         """Do a task; the limit is none."""
-        future: Future[Result] = Future()
+        future: Future[TaskResult] = Future()
         future.set_result(work(self._setup, task))
         return future
 
-    def result(self, future: Future[Result]) -> Result:
+    def result(self, future: Future[TaskResult]) -> TaskResult:
         """Give what was done."""
         return future.result()
 
 
-class Processes:
+class ProcessExecutor:
     """Workers on this machine. One that dies takes its task with it and nothing else."""
 
     batch = 2_000_000
     """A minute of sound, half a second of work."""
 
-    def __init__(self, pool: WorkerPool, setup: Setup, size: int) -> None:
+    def __init__(self, pool: WorkerPool, setup: WorkerSetup, size: int) -> None:
         self.size = size
         self._pool, self._setup = pool, setup
 
-    def submit(self, task: Task, limit: float | None) -> Any:
+    def submit(self, task: BatchTask, limit: float | None) -> Any:
         """Begin a task; its worker is killed if it takes longer than the limit."""
         return self._pool.schedule(work, args=(self._setup, task), timeout=limit)
 
-    def result(self, future: Any) -> Result:
+    def result(self, future: Any) -> TaskResult:
         """Give the result of a task; raises what `Pool.result` does."""
         try:
-            done: Result = future.result()
+            done: TaskResult = future.result()
         except TimeoutError as error:
-            raise TooSlow from error
+            raise TaskTimeout from error
         return done
 
 
 @contextmanager
-def processes(setup: Setup, size: int) -> Iterator[Processes]:
+def process_executor(setup: WorkerSetup, size: int) -> Iterator[ProcessExecutor]:
     """Have workers for the length of a `with` block, however it ends."""
     with worker_pool(size) as pool:
-        yield Processes(pool, setup, size)
+        yield ProcessExecutor(pool, setup, size)

@@ -11,14 +11,14 @@ from voz.apps.evaluation.recognize import Task, prepared
 from voz.audio import SAMPLE_RATE
 from voz.errors import AudioError
 
-MOST = 100
+MOST_SOUNDS = 100
 """Failures that can be heard on a page: each is some 50 kB in it."""
 
-LONGEST = 20.0
+LONGEST_SOUND = 20.0
 """Of one of them, s."""
 
 
-def sounds_of(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failure, bytes]:
+def sounds_of_failures(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failure, bytes]:
     """Read the first of some failures, with the noise and the room that they were heard in.
 
     Args:
@@ -32,13 +32,13 @@ def sounds_of(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failu
 
     heard: dict[Failure, bytes] = {}
     read = lru_cache(1)(prepared)  # many may be of one long recording, one after the other
-    for failure in failed[:MOST]:
+    for failure in failed[:MOST_SOUNDS]:
         try:
             samples, _ = read(tasks[failure.number])
         except AudioError:
             continue
         start, end = failure.stretch or (0.0, len(samples) / SAMPLE_RATE)
-        end = min(end, start + LONGEST)
+        end = min(end, start + LONGEST_SOUND)
         flac = io.BytesIO()
         part = samples[int(start * SAMPLE_RATE) : int(end * SAMPLE_RATE)]
         soundfile.write(flac, part, SAMPLE_RATE, format="FLAC")

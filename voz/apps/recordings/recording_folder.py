@@ -5,21 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from voz.apps.recordings.clips import Kind
-from voz.apps.recordings.keeping import keep
+from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines, parse_lines
 from voz.apps.recordings.recent_sound import Excerpt
-from voz.apps.recordings.rows import MANIFEST, as_text, rows_in
+from voz.apps.recordings.saving import save_recording
 from voz.errors import AudioError
 from voz.events import to_json
 from voz.files import atomic_write
 
-HEADER = ("file", "text", "speaker", "kind", "event")
-SPEAKER = "user"
+FOLDER_COLUMNS = ("file", "text", "speaker", "kind", "event")
+DEFAULT_SPEAKER = "user"
 
-TO_SPARE = 0.05
+FREED_SHARE = 0.05
 """Part of the limit that is made free when it is reached: the manifest is seldom written anew."""
 
 
-class Folder:
+class RecordingFolder:
     """Recordings with a manifest, to which more are added; with a limit on what they take.
 
     A user may correct the manifest meanwhile: it is read anew whenever it is changed.
@@ -38,7 +38,7 @@ class Folder:
         """
         self._path = path
         self._limit = limit
-        self._manifest = path / MANIFEST
+        self._manifest = path / MANIFEST_NAME
         path.mkdir(parents=True, exist_ok=True)
         rows = self._rows() if self._manifest.exists() else []
         self._size = sum(self._size_of(row) for row in rows if _is_recorded(row))
@@ -48,8 +48,8 @@ class Folder:
         """Keep a recording; gives the name of its file, or raises OSError."""
         utterance = excerpt.utterance
         kind = "command" if utterance.accepted else "near-miss"
-        fields = [utterance.text, SPEAKER, kind, to_json(utterance)]
-        path = keep(excerpt.samples, self._path, HEADER, fields)
+        fields = [utterance.text, DEFAULT_SPEAKER, kind, to_json(utterance)]
+        path = save_recording(excerpt.samples, self._path, FOLDER_COLUMNS, fields)
         self._size += path.stat().st_size
         if self._size > self._limit:
             self._make_room()
@@ -71,13 +71,13 @@ class Folder:
         row = next((row for row in rows if _is_recorded(row) and row[0] == name), None)
         if row is None:
             raise AudioError(f"{self._path / name}: is not there any more; mark another one")
-        row[HEADER.index("text")], row[HEADER.index("kind")] = text, kind
+        row[FOLDER_COLUMNS.index("text")], row[FOLDER_COLUMNS.index("kind")] = text, kind
         self._write(rows)
 
     def _make_room(self) -> None:
         rows = self._rows()
         for oldest in [row for row in rows if _is_recorded(row)]:
-            if self._size <= self._limit * (1 - TO_SPARE):
+            if self._size <= self._limit * (1 - FREED_SHARE):
                 break
             self._size -= self._size_of(oldest)
             (self._path / oldest[0]).unlink(missing_ok=True)
@@ -86,16 +86,18 @@ class Folder:
 
     def _rows(self) -> list[list[str]]:
         text = self._manifest.read_text(encoding="utf-8-sig")
-        rows = [row.fields for row in rows_in(text)]
-        if rows and tuple(rows.pop(0)) != HEADER:
+        rows = [row.fields for row in parse_lines(text)]
+        if rows and tuple(rows.pop(0)) != FOLDER_COLUMNS:
             raise AudioError(f"{self._manifest}: is not one of recordings; name another folder")
-        if not text.endswith("\n") and rows and len(rows[-1]) < len(HEADER):  # the power failed
+        if (
+            not text.endswith("\n") and rows and len(rows[-1]) < len(FOLDER_COLUMNS)
+        ):  # the power failed
             rows.pop()
         return rows
 
     def _write(self, rows: list[list[str]]) -> None:
         with atomic_write(self._manifest) as manifest:
-            manifest.write(as_text([HEADER, *rows]))
+            manifest.write(join_lines([FOLDER_COLUMNS, *rows]))
 
     def _size_of(self, row: list[str]) -> int:
         path = self._path / row[0]
@@ -104,4 +106,4 @@ class Folder:
 
 def _is_recorded(row: list[str]) -> bool:
     """Whether a row is not a user's own; those stay, with their files."""
-    return len(row) == len(HEADER) and row[-1] != "" and Path(row[0]).name == row[0] != ""
+    return len(row) == len(FOLDER_COLUMNS) and row[-1] != "" and Path(row[0]).name == row[0] != ""

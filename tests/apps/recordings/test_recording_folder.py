@@ -14,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings import FIXTURES, GO_BACK
 
-from voz.apps.recordings.folder import HEADER, Folder
 from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest_text import MANIFEST_NAME
 from voz.apps.recordings.recent_sound import Excerpt
-from voz.apps.recordings.recorder import GIGABYTE
-from voz.apps.recordings.rows import MANIFEST
+from voz.apps.recordings.recorder import BYTES_PER_GIGABYTE
+from voz.apps.recordings.recording_folder import FOLDER_COLUMNS, RecordingFolder
 from voz.audio import SAMPLE_RATE
 from voz.errors import AudioError
 from voz.events import Utterance
@@ -31,59 +31,59 @@ def piece(text: str = "stop", accepted: bool = True, seconds: float = 0.1) -> Ex
 
 
 def texts(path: Path) -> list[str]:
-    return [clip.text for clip in read_manifest(path / MANIFEST)]
+    return [clip.text for clip in read_manifest(path / MANIFEST_NAME)]
 
 
 def test_accepted_utterances_are_commands_and_others_near_misses(tmp_path: Path) -> None:
-    folder = Folder(tmp_path / "new" / "folder", GIGABYTE)
+    folder = RecordingFolder(tmp_path / "new" / "folder", BYTES_PER_GIGABYTE)
     folder.add(piece("go back"))
     folder.add(piece("stop", accepted=False))
     folder.add(piece("", accepted=False))
-    clips = read_manifest(tmp_path / "new" / "folder" / MANIFEST)
+    clips = read_manifest(tmp_path / "new" / "folder" / MANIFEST_NAME)
     found = [(clip.kind, clip.text) for clip in clips]
     assert found == [("command", "go back"), ("near-miss", "stop"), ("near-miss", "")]
     samples, rate = soundfile.read(clips[0].path, dtype="int16")
     assert rate == SAMPLE_RATE
     np.testing.assert_array_equal(samples, piece().samples)
-    line = (tmp_path / "new" / "folder" / MANIFEST).read_text().splitlines()[1]
+    line = (tmp_path / "new" / "folder" / MANIFEST_NAME).read_text().splitlines()[1]
     assert '{"type":"utterance","t":2' in line
 
 
 def test_later_runs_add_to_earlier_ones_and_keep_what_was_corrected(tmp_path: Path) -> None:
-    Folder(tmp_path, GIGABYTE).add(piece("go back"))
-    manifest = tmp_path / MANIFEST
+    RecordingFolder(tmp_path, BYTES_PER_GIGABYTE).add(piece("go back"))
+    manifest = tmp_path / MANIFEST_NAME
     manifest.write_text(manifest.read_text().replace("\tgo back\t", "\tgo forward\t"))
-    Folder(tmp_path, GIGABYTE).add(piece("stop"))
+    RecordingFolder(tmp_path, BYTES_PER_GIGABYTE).add(piece("stop"))
     assert texts(tmp_path) == ["go forward", "stop"]
 
 
 def test_a_line_that_was_cut_short_does_not_spoil_the_manifest(tmp_path: Path) -> None:
-    Folder(tmp_path, GIGABYTE).add(piece("go back"))
-    with (tmp_path / MANIFEST).open("a") as manifest:
+    RecordingFolder(tmp_path, BYTES_PER_GIGABYTE).add(piece("go back"))
+    with (tmp_path / MANIFEST_NAME).open("a") as manifest:
         manifest.write("20261121-1000")
-    Folder(tmp_path, GIGABYTE).add(piece("stop"))
+    RecordingFolder(tmp_path, BYTES_PER_GIGABYTE).add(piece("stop"))
     assert texts(tmp_path) == ["go back", "stop"]
 
 
 @pytest.mark.parametrize("later", [False, True])
 def test_a_users_line_without_an_end_is_kept(later: bool, tmp_path: Path) -> None:
-    folder = Folder(tmp_path, GIGABYTE)
-    manifest = tmp_path / MANIFEST
+    folder = RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
+    manifest = tmp_path / MANIFEST_NAME
     manifest.write_text(manifest.read_text() + "mine.flac\tgo back\tme\tcommand\t")
     if later:
-        folder = Folder(tmp_path, GIGABYTE)
+        folder = RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
     folder.add(piece("stop"))
     assert texts(tmp_path) == ["go back", "stop"]
 
 
 def test_a_manifest_that_was_emptied_is_begun_anew(tmp_path: Path) -> None:
-    (tmp_path / MANIFEST).touch()
-    Folder(tmp_path, GIGABYTE).add(piece("stop"))
+    (tmp_path / MANIFEST_NAME).touch()
+    RecordingFolder(tmp_path, BYTES_PER_GIGABYTE).add(piece("stop"))
     assert texts(tmp_path) == ["stop"]
 
 
 def test_a_full_disk_leaves_what_was_recorded(tmp_path: Path) -> None:
-    folder = Folder(tmp_path, GIGABYTE)
+    folder = RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
     folder.add(piece("stop"))
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     with full_disk(1000), pytest.raises(OSError, match="File too large"):
@@ -93,10 +93,10 @@ def test_a_full_disk_leaves_what_was_recorded(tmp_path: Path) -> None:
 
 def test_another_manifest_is_refused_and_stays(tmp_path: Path) -> None:
     shutil.copy(FIXTURES / "manifest.tsv", tmp_path)
-    before = (tmp_path / MANIFEST).read_text()
+    before = (tmp_path / MANIFEST_NAME).read_text()
     with pytest.raises(AudioError, match=r"manifest\.tsv: is not one of recordings; name another"):
-        Folder(tmp_path, GIGABYTE)
-    assert (tmp_path / MANIFEST).read_text() == before
+        RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
+    assert (tmp_path / MANIFEST_NAME).read_text() == before
 
 
 @given(
@@ -109,15 +109,15 @@ def test_whatever_is_recorded_the_limit_holds_and_the_oldest_goes(
 ) -> None:
     with tempfile.TemporaryDirectory() as name:
         path = Path(name)
-        folder = Folder(path, limit)
+        folder = RecordingFolder(path, limit)
         for number, seconds in enumerate(lengths):
             if number == restart:
-                folder = Folder(path, limit)
+                folder = RecordingFolder(path, limit)
             folder.add(piece(f"command {number}", seconds=seconds))
             files = list(path.glob("*.flac"))
             assert sum(file.stat().st_size for file in files) <= limit
-            rows = [line.split("\t") for line in (path / MANIFEST).read_text().splitlines()]
-            assert tuple(rows[0]) == HEADER
+            rows = [line.split("\t") for line in (path / MANIFEST_NAME).read_text().splitlines()]
+            assert tuple(rows[0]) == FOLDER_COLUMNS
             assert {row[0] for row in rows[1:]} == {file.name for file in files}
             kept = [row[1] for row in rows[1:]]
             first = number + 1 - len(kept)
@@ -125,11 +125,11 @@ def test_whatever_is_recorded_the_limit_holds_and_the_oldest_goes(
 
 
 def test_a_users_own_recordings_are_not_removed(tmp_path: Path) -> None:
-    Folder(tmp_path, GIGABYTE)
+    RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
     shutil.copy(GO_BACK, tmp_path / "mine.flac")
-    with (tmp_path / MANIFEST).open("a") as manifest:
+    with (tmp_path / MANIFEST_NAME).open("a") as manifest:
         manifest.write("mine.flac\tgo back\tme\tcommand\t\n")
-    folder = Folder(tmp_path, 10_000)
+    folder = RecordingFolder(tmp_path, 10_000)
     for _ in range(5):
         folder.add(piece("stop", seconds=0.2))
     assert texts(tmp_path)[0] == "go back"
@@ -138,9 +138,9 @@ def test_a_users_own_recordings_are_not_removed(tmp_path: Path) -> None:
 
 
 def test_what_was_really_said_is_written_and_all_else_stays(tmp_path: Path) -> None:
-    folder = Folder(tmp_path, GIGABYTE)
+    folder = RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
     names = [folder.add(piece(text)) for text in ("go back", "stop", "fold arm")]
-    manifest = tmp_path / MANIFEST
+    manifest = tmp_path / MANIFEST_NAME
     manifest.write_text(manifest.read_text().replace("\tuser\t", "\tana\t"))
     before = manifest.read_text().splitlines()
     folder.correct(names[1], "", "near-miss")
@@ -151,9 +151,9 @@ def test_what_was_really_said_is_written_and_all_else_stays(tmp_path: Path) -> N
 
 
 def test_of_a_recording_that_went_for_others_nothing_can_be_said(tmp_path: Path) -> None:
-    folder = Folder(tmp_path, 10_000)
+    folder = RecordingFolder(tmp_path, 10_000)
     first, *_ = [folder.add(piece(seconds=0.2)) for _ in range(5)]
-    before = (tmp_path / MANIFEST).read_text()
+    before = (tmp_path / MANIFEST_NAME).read_text()
     with pytest.raises(AudioError, match="is not there any more; mark another one"):
         folder.correct(first, "stop", "command")
-    assert (tmp_path / MANIFEST).read_text() == before
+    assert (tmp_path / MANIFEST_NAME).read_text() == before

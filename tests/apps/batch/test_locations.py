@@ -13,12 +13,12 @@ import pytest
 from calls import in_process
 from recordings import FIXTURES, GO_BACK
 
+from voz.apps.batch.batch_decoder import BatchDecoder
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.many import Many
+from voz.apps.batch.locations import Location, exists, journal_path, parse_location
 from voz.apps.batch.merging import merge
-from voz.apps.batch.output import Going, decode_into
-from voz.apps.batch.places import Place, exists, journal_path, place_for
-from voz.apps.batch.tasks import Setup
+from voz.apps.batch.output import ResumeOptions, decode_to_output
+from voz.apps.batch.tasks import WorkerSetup
 from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.language.generated.language_files import PACKAGED
@@ -75,17 +75,17 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def decode(output: Place, resume: bool = False) -> list[int]:
+def decode(output: Location, resume: bool = False) -> list[int]:
     """Decode two recordings, of which one is not there; tells which it did not know yet."""
-    many = Many(Setup(str(PACKAGED), Recognition(second_ear=False)), jobs=1)
+    many = BatchDecoder(WorkerSetup(str(PACKAGED), Recognition(second_ear=False)), jobs=1)
     asked: list[int] = []
 
     def some(numbers: object) -> Iterator[object]:
         asked.extend(numbers)
         return many.decode(NAMES, numbers)
 
-    going = Going(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
-    decode_into(output, HEADER, NAMES, some, going, lambda _: None)
+    going = ResumeOptions(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
+    decode_to_output(output, HEADER, NAMES, some, going, lambda _: None)
     return asked
 
 
@@ -96,7 +96,7 @@ def on_the_disk(tmp_path: Path) -> bytes:
 
 
 def test_memory_gets_what_the_disk_gets(on_the_disk: bytes) -> None:
-    output = place_for("memory://heard/all.jsonl")
+    output = parse_location("memory://heard/all.jsonl")
     assert not exists(output)
     assert decode(output) == [0, 1]
     assert exists(output)
@@ -110,7 +110,7 @@ def test_what_cannot_be_written_loses_nothing(
     store: tuple[str, type[Store]], on_the_disk: bytes, tmp_path: Path
 ) -> None:
     address, handler = store
-    output = place_for(f"{address}/heard.jsonl")
+    output = parse_location(f"{address}/heard.jsonl")
     handler.closed = True
     with pytest.raises(ConfigError, match=r"heard.jsonl: cannot be written \(403.*by --resume"):
         decode(output)
@@ -125,18 +125,18 @@ def test_what_cannot_be_written_loses_nothing(
 def test_what_another_run_wrote_meanwhile_is_not_written_over(
     there: bool, on_the_disk: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    output = place_for((tmp_path / "bucket" / "heard.jsonl").as_uri())
+    output = parse_location((tmp_path / "bucket" / "heard.jsonl").as_uri())
     path = tmp_path / "bucket" / "heard.jsonl"
     path.parent.mkdir()
     if there:
         decode(output)
-    known = Many.decode
+    known = BatchDecoder.decode
 
-    def while_another_runs(self: Many, *arguments: Any) -> Iterator[object]:
+    def while_another_runs(self: BatchDecoder, *arguments: Any) -> Iterator[object]:
         yield from known(self, *arguments)
         path.write_text("of another run")
 
-    monkeypatch.setattr(Many, "decode", while_another_runs)
+    monkeypatch.setattr(BatchDecoder, "decode", while_another_runs)
     with pytest.raises(ConfigError, match=r"was written by another run meanwhile; .* by --resume"):
         decode(output)
     assert path.read_text() == "of another run"

@@ -14,9 +14,9 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from voz.apps.batch.remote import Fetched, file_for
-from voz.apps.batch.rows import Outcome, Row, Unreadable, in_file, outcome
-from voz.apps.batch.tasks import Driving
+from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
+from voz.apps.batch.remote import LocalRecording, file_name_for
+from voz.apps.batch.tasks import SimulationOptions
 from voz.config import Config
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json
@@ -28,10 +28,10 @@ from voz.run.clocks import Item, RecordedClock
 from voz.run.session import Session
 from voz.run.sources import recordings_played
 
-EVENTS, PICTURE = ".jsonl", ".png"
+EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
 
 
-def driving(folder: Path, settings: Config, listening: bool) -> Driving:
+def simulation_options(folder: Path, settings: Config, listening: bool) -> SimulationOptions:
     """Plan to drive by recordings.
 
     Args:
@@ -44,21 +44,23 @@ def driving(folder: Path, settings: Config, listening: bool) -> Driving:
     """
     with os_errors_as_config_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    check_picture(folder / f"way{PICTURE}")
-    return Driving(str(folder.resolve()), msgspec.json.encode(settings), listening)
+    check_picture(folder / f"way{PICTURE_ENDING}")
+    return SimulationOptions(str(folder.resolve()), msgspec.json.encode(settings), listening)
 
 
-def check_undriven(folder: Path, names: Iterable[str]) -> None:
+def check_no_events(folder: Path, names: Iterable[str]) -> None:
     """Refuse to replace what recordings did before.
 
     Raises:
         ConfigError: the events of one of them are in the folder.
     """
     for name in names:
-        check_new(folder / (file_for(name) + EVENTS), overwrite=False)
+        check_new(folder / (file_name_for(name) + EVENTS_ENDING), overwrite=False)
 
 
-def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
+def simulate_recording(
+    recognizer: Recognizer, found: LocalRecording, how: SimulationOptions
+) -> Outcome:
     """Let one recording drive the simulated robot, and keep what it did.
 
     Args:
@@ -80,17 +82,17 @@ def drive_by(recognizer: Recognizer, found: Fetched, how: Driving) -> Outcome:
     session.odometry = robot.place
     session.run()
     robot.come_to_rest()
-    _keep(robot, events, Path(how.folder, file_for(found.name)))
-    rows: list[Row] = [in_file(e, found.name) for e in events if isinstance(e, Utterance)]
-    rows += [Unreadable(found.name, error) for error in unreadable]
-    return outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
+    _keep(robot, events, Path(how.folder, file_name_for(found.name)))
+    rows: list[Row] = [utterance_row(e, found.name) for e in events if isinstance(e, Utterance)]
+    rows += [ErrorRow(found.name, error) for error in unreadable]
+    return make_outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
 
 
 def _keep(robot: SimulatedRobot, events: list[Event], path: Path) -> None:
-    written = path.with_name(path.name + EVENTS)
+    written = path.with_name(path.name + EVENTS_ENDING)
     with os_errors_as_config_error(written), atomic_write(written) as file:
         file.writelines(f"{to_json(event)}\n" for event in events)
-    save_picture(robot.trip(), path.with_name(path.name + PICTURE))
+    save_picture(robot.trip(), path.with_name(path.name + PICTURE_ENDING))
 
 
 def _named(event: Event, name: str) -> Event:

@@ -10,13 +10,13 @@ import pytest
 from calls import in_process
 from recordings import GO_BACK, Recording
 
-from voz.apps.batch.remote import file_for
+from voz.apps.batch.remote import file_name_for
 
 pytestmark = pytest.mark.slow
 
 
 def events_of(folder: Path, name: object) -> list[dict[str, Any]]:
-    lines = (folder / f"{file_for(str(name))}.jsonl").read_text().splitlines()
+    lines = (folder / f"{file_name_for(str(name))}.jsonl").read_text().splitlines()
     return [json.loads(line) for line in lines]
 
 
@@ -27,7 +27,7 @@ def test_the_events_are_those_of_a_run(session: Recording, tmp_path: Path) -> No
         *("run", "--wav", session.path, "--robot", "simulator", "--no-sound", "--events", "-")
     )
     assert events_of(tmp_path / "driven", session.path) == run.json
-    picture = tmp_path / "driven" / f"{file_for(str(session.path))}.png"
+    picture = tmp_path / "driven" / f"{file_name_for(str(session.path))}.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
     plain = in_process("decode", "--json", session.path, GO_BACK)
     assert result.json == plain.json
@@ -47,7 +47,7 @@ def test_nothing_moves_unless_the_robot_listens(tmp_path: Path) -> None:
 def test_what_a_recording_did_before_is_replaced_only_if_asked(tmp_path: Path) -> None:
     given = ("decode", "--drive", tmp_path, GO_BACK)
     assert in_process(*given).code == 0
-    events = tmp_path / f"{file_for(str(GO_BACK))}.jsonl"
+    events = tmp_path / f"{file_name_for(str(GO_BACK))}.jsonl"
     events.write_text("mine")
     assert f"{events}: is there already; replace it by --overwrite" in in_process(*given).complaint
     assert events.read_text() == "mine"
@@ -88,7 +88,7 @@ def test_names_of_files_do_not_lead_out_of_the_folder() -> None:
         "..",
         "y" * 900,
     ]
-    made = [file_for(name) for name in names]
+    made = [file_name_for(name) for name in names]
     assert len(set(made)) == len(names)
     assert max(map(len, made)) < 250
     assert all("/" not in name and not name.startswith(".") for name in made)

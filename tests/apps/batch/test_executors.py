@@ -15,14 +15,14 @@ from typing import Any
 import pytest
 from recordings import ROOT, Recording
 
-from voz.apps.batch.pool import InThisProcess, Processes, processes
-from voz.apps.batch.rows import Decoded, Outcome, Unreadable
+from voz.apps.batch.executors import InlineExecutor, ProcessExecutor, process_executor
+from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import Setup
+from voz.apps.batch.tasks import WorkerSetup
 from voz.errors import ConfigError
 from voz.settings import Recognition
 
-SETUP = Setup(str(ROOT / "lm"), Recognition(second_ear=False), memory=500_000_000)
+SETUP = WorkerSetup(str(ROOT / "lm"), Recognition(second_ear=False), memory=500_000_000)
 
 pytestmark = pytest.mark.slow
 
@@ -33,26 +33,28 @@ def names(recordings: list[Recording]) -> list[str]:
 
 
 @pytest.fixture
-def pool(monkeypatch: pytest.MonkeyPatch) -> Iterator[Processes]:
+def pool(monkeypatch: pytest.MonkeyPatch) -> Iterator[ProcessExecutor]:
     folder = str(Path(__file__).parent)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")]))
-    with processes(SETUP, 2) as pool:
+    with process_executor(SETUP, 2) as pool:
         yield pool
 
 
-def decoded(pool: Processes, names: list[str], limit: float | None = None) -> dict[str, Outcome]:
+def decoded(
+    pool: ProcessExecutor, names: list[str], limit: float | None = None
+) -> dict[str, Outcome]:
     known = list(Scheduler(pool, names, range(len(names)), limit).run())
     assert sorted(number for number, _ in known) == list(range(len(names)))
     return {names[number]: outcome for number, outcome in known}
 
 
 def is_heard(outcome: Outcome) -> bool:
-    return all(isinstance(row, Decoded) for row in outcome.rows)
+    return all(isinstance(row, UtteranceRow) for row in outcome.rows)
 
 
 def error(outcome: Outcome) -> str:
     (row,) = outcome.rows
-    assert isinstance(row, Unreadable)
+    assert isinstance(row, ErrorRow)
     return row.error
 
 
@@ -65,21 +67,21 @@ def error(outcome: Outcome) -> str:
     ],
 )
 def test_what_its_worker_dies_of_is_one_row(
-    pool: Processes, names: list[str], bad: str, said: str
+    pool: ProcessExecutor, names: list[str], bad: str, said: str
 ) -> None:
     outcomes = decoded(pool, [*names[:5], bad, *names[5:]])
     assert error(outcomes[bad]).startswith(f"{bad}: {said}")
     assert all(is_heard(outcomes[name]) for name in names)
 
 
-def test_what_never_ends_is_one_row(pool: Processes, names: list[str]) -> None:
+def test_what_never_ends_is_one_row(pool: ProcessExecutor, names: list[str]) -> None:
     outcomes = decoded(pool, ["endless://x", *names], limit=5.0)
     assert error(outcomes["endless://x"]).startswith("endless://x: takes too long")
     assert all(is_heard(outcomes[name]) for name in names)
 
 
 def test_what_a_worker_died_beside_is_done_in_the_end(
-    pool: Processes, names: list[str], tmp_path: Path
+    pool: ProcessExecutor, names: list[str], tmp_path: Path
 ) -> None:
     once = f"once://{tmp_path / 'killed'}"
     outcomes = decoded(pool, [*names, once])
@@ -88,7 +90,7 @@ def test_what_a_worker_died_beside_is_done_in_the_end(
 
 
 def test_a_worker_that_is_killed_from_outside_loses_nothing(
-    pool: Processes, names: list[str]
+    pool: ProcessExecutor, names: list[str]
 ) -> None:
     scheduler = Scheduler(pool, names, range(len(names)))
     known: list[Any] = []
@@ -102,8 +104,11 @@ def test_a_worker_that_is_killed_from_outside_loses_nothing(
 
 
 def test_workers_with_other_models_refuse(names: list[str]) -> None:
-    other = Setup(SETUP.folder, SETUP.settings, fingerprint="another")
-    with processes(other, 1) as pool, pytest.raises(ConfigError, match="other language files"):
+    other = WorkerSetup(SETUP.folder, SETUP.settings, fingerprint="another")
+    with (
+        process_executor(other, 1) as pool,
+        pytest.raises(ConfigError, match="other language files"),
+    ):
         list(Scheduler(pool, names, range(len(names))).run())
 
 
@@ -122,7 +127,7 @@ def test_workers_end_with_the_process_that_began_them(tmp_path: Path) -> None:
 PARENT = """
 import sys, time
 from pathlib import Path
-from voz.apps.batch.pool import processes
+from voz.apps.batch.executors import processes
 from voz.apps.batch.scheduler import Scheduler
 from voz.apps.batch.tasks import Setup
 from voz.settings import Recognition
@@ -158,6 +163,6 @@ def is_alive(process: int) -> bool:
 
 def test_decoding_here_leaves_this_process_its_memory(names: list[str]) -> None:
     before = resource.getrlimit(resource.RLIMIT_DATA)
-    (known,) = Scheduler(InThisProcess(SETUP), names[:1], range(1), None).run()
+    (known,) = Scheduler(InlineExecutor(SETUP), names[:1], range(1), None).run()
     assert is_heard(known[1])
     assert resource.getrlimit(resource.RLIMIT_DATA) == before

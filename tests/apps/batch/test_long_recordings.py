@@ -13,17 +13,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import FIXTURES, Recording
 
-from voz.apps.batch import long_files
+from voz.apps.batch import long_recordings
 from voz.apps.batch.decoding import decode_recording
-from voz.apps.batch.long_files import (
+from voz.apps.batch.long_recordings import (
     decode_part,
     first_mismatch,
-    joined,
-    joined_parts,
+    outcome_of_parts,
     parts_of,
     plan_cuts,
+    without_cut,
 )
-from voz.apps.batch.rows import Outcome, Unreadable
+from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.audio import SAMPLE_RATE
 from voz.recognition.recognizer import Recognizer
 
@@ -38,10 +38,10 @@ def in_parts(recognizer: Recognizer, path: Path, part: float = SHORT) -> tuple[O
     done = [decode_part(recognizer, path, part, str(path)) for part in parts_of(plan)]
     again = 0
     while (wrong := first_mismatch(done)) is not None:
-        plan = joined_parts(plan, wrong)
+        plan = without_cut(plan, wrong)
         done[wrong : wrong + 2] = [decode_part(recognizer, path, parts_of(plan)[wrong], str(path))]
         again += 1
-    return joined(str(path), done), len(done), again
+    return outcome_of_parts(str(path), done), len(done), again
 
 
 def recording(
@@ -99,7 +99,7 @@ def test_where_parts_do_not_fit_both_are_done_as_one(
     recognizer: Recognizer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Cut after so little silence that what was said before is not yet settled."""
-    monkeypatch.setattr(long_files, "SILENT", 3)
+    monkeypatch.setattr(long_recordings, "SILENT_FRAMES", 3)
     path = tmp_path / "long.wav"
     soundfile.write(path, recording(FIXED[:20], [0.5] * 20, 3.0, 1), SAMPLE_RATE)
     parts, _, again = in_parts(recognizer, path)
@@ -122,5 +122,5 @@ def test_a_recording_that_is_damaged_later_has_the_error_in_its_last_part(
     assert plan is not None
     path.write_bytes(path.read_bytes()[:-20000])
     done = [decode_part(recognizer, path, part, "it") for part in parts_of(plan)]
-    assert isinstance(done[-1].rows[-1], Unreadable)
+    assert isinstance(done[-1].rows[-1], ErrorRow)
     assert done[-1].rows[-1].error == decode_recording(recognizer, path).rows[-1].error

@@ -27,7 +27,7 @@ import numpy as np
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer

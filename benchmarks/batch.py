@@ -59,8 +59,8 @@ for path in sorted(Path(sys.argv[1]).glob("*.wav")):
 ALONE = """
 import sys
 from pathlib import Path
-from voz.audio.capture.files import read_blocks
-from voz.audio.denoise import cleaned
+from voz.audio.capture.sound_files import read_blocks
+from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segmenter import segments
 from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.decoder import Decoder, mean_start
@@ -68,7 +68,7 @@ from voz.recognition.language import load_language
 decoder = Decoder(load_language(LanguageFiles(Path(sys.argv[2]))))
 for path in sorted(Path(sys.argv[1]).glob("*.wav")):
     for segment in segments(read_blocks(path)):
-        sound = cleaned(segment.samples)
+        sound = denoise_if_noisy(segment.samples)
         decoder.decode(sound, mean_start(sound))
 """
 

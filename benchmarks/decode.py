@@ -48,8 +48,8 @@ def plain() -> Understand:
 
 def without_confidence() -> Understand:
     """End-pointing and decoding of voz, without asking how sure it is."""
-    from voz.audio.capture.files import read_blocks
-    from voz.audio.denoise import cleaned
+    from voz.audio.capture.sound_files import read_blocks
+    from voz.audio.denoise import denoise_if_noisy
     from voz.audio.endpointing.segment import Segment
     from voz.audio.endpointing.segmenter import Segmenter
     from voz.language.generated.language_files import find_language
@@ -62,7 +62,7 @@ def without_confidence() -> Understand:
         segmenter = Segmenter()
         found = [s for block in read_blocks(path) for s in segmenter.feed(block)]
         found += segmenter.finish()
-        spoken = [cleaned(sound.samples) for sound in found if isinstance(sound, Segment)]
+        spoken = [denoise_if_noisy(sound.samples) for sound in found if isinstance(sound, Segment)]
         return " ".join(decoder.decode(samples, mean_start(samples)) for samples in spoken)
 
     return understand
@@ -70,7 +70,7 @@ def without_confidence() -> Understand:
 
 def with_confidence() -> Understand:
     """All that `voz decode` does."""
-    from voz.audio.capture.files import read_blocks
+    from voz.audio.capture.sound_files import read_blocks
     from voz.language.generated.language_files import find_language
     from voz.recognition.recognizer import Recognizer
     from voz.settings import Recognition

@@ -18,7 +18,7 @@ from machine import machine
 from voz.apps.evaluation.noise import room_response
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.config import usual_commands
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex

@@ -39,7 +39,7 @@ from voz.apps.evaluation.noise import speech_power
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks, to_int16
+from voz.audio.capture.sound_files import read_blocks, to_int16
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -21,8 +21,8 @@ from voz.apps.evaluation.noise import generator_for, mix, random_stretch
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
-from voz.audio.level import Fault, Level, faults, measure
+from voz.audio.capture.sound_files import read_blocks
+from voz.audio.recording_level import Fault, RecordingLevel, find_faults, measure_level
 from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
@@ -41,7 +41,7 @@ RATIOS = (30, 25, 20, 15, 10, 5, 0)  # dB
 class Tried(NamedTuple):
     """A recording, what it is like, and whether its command was obeyed."""
 
-    level: Level
+    level: RecordingLevel
     obeyed: bool
 
 
@@ -54,9 +54,11 @@ def main(manifests: list[Path]) -> None:
     for clip in commands[:: max(1, len(commands) // MOST)]:
         plain, *others = recordings(clip, noises)
         if obeyed(recognizer, plain, clip.text):
-            tried += [Tried(measure(o), obeyed(recognizer, o, clip.text)) for o in others]
+            tried += [Tried(measure_level(o), obeyed(recognizer, o, clip.text)) for o in others]
     print(f"{machine()}\n{len(tried)} recordings of commands that are obeyed as they are\n")
-    print_table("verdict", tried, lambda t: ", ".join(f.name for f in faults(t.level)) or "fine")
+    print_table(
+        "verdict", tried, lambda t: ", ".join(f.name for f in find_faults(t.level)) or "fine"
+    )
     print_table("speech above background, dB", alone(Fault.NOISY, tried), ratio)
     print_table("speech, dBFS", alone(Fault.TOO_QUIET, tried), loudness)
     print_table("of the speech at the top", alone(Fault.CLIPPED, tried), share_at_top)
@@ -91,7 +93,7 @@ def obeyed(recognizer: Recognizer, samples: Samples, text: str) -> bool:
 
 def alone(fault: Fault, tried: list[Tried]) -> list[Tried]:
     """Keep what has no other fault."""
-    return [t for t in tried if set(faults(t.level)) <= {fault}]
+    return [t for t in tried if set(find_faults(t.level)) <= {fault}]
 
 
 def ratio(tried: Tried) -> float:

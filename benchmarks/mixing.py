@@ -18,7 +18,7 @@ from machine import machine
 
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
-from voz.audio.capture.files import read_blocks, to_int16
+from voz.audio.capture.sound_files import read_blocks, to_int16
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.similarity.alike_report import mixed_up
 from voz.language.similarity.confusion import sound_alike

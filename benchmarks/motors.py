@@ -27,7 +27,7 @@ from voz.apps.evaluation.tables import estimate_text
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.files import read_blocks, to_int16
+from voz.audio.capture.sound_files import read_blocks, to_int16
 from voz.events import Event, Utterance
 from voz.language.generated.language_files import find_language
 from voz.language.sentences.command_set import plain_commands

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from pulseaudio import sound_server
 
-from voz.audio.playback.mixing import AUDIBLE, RATE
+from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE
 from voz.config import usual_commands
 from voz.speech.sound_client import SoundClient
 from voz.speech.speaker import Speaker
@@ -58,7 +58,10 @@ class Recorder:
     def first(self, after: float, audible: bool) -> float:
         """When the first block that is audible, or silent, came after a time, s since then."""
         for arrived, block in self.blocks:
-            if arrived > after and bool((np.abs(block[-32:]) > AUDIBLE * 32768).any()) is audible:
+            if (
+                arrived > after
+                and bool((np.abs(block[-32:]) > AUDIBLE_AMPLITUDE * 32768).any()) is audible
+            ):
                 return arrived - after
         return float("nan")
 
@@ -86,7 +89,7 @@ def robot(wait: float, rounds: int) -> None:
 def stopping(rounds: int) -> None:
     """Start and stop a sound; print when it was to stop, and until when it is said to be heard."""
     client = SoundClient()
-    tone = 0.5 * np.sin(2 * np.pi * 440 * np.arange(RATE) / RATE)
+    tone = 0.5 * np.sin(2 * np.pi * 440 * np.arange(PLAYBACK_RATE) / PLAYBACK_RATE)
     for number in range(rounds):
         source = client.mixer.play(tone.astype(np.float32), repeats=True)
         time.sleep(1 + 0.0137 * number)

@@ -33,7 +33,7 @@ from voz.apps.evaluation.noise import mix
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 
 FIXTURES = Path(__file__).parent.parent / "audio_fixtures" / "manifest.tsv"
 

@@ -81,7 +81,7 @@ def play_into(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> N
     """Let this process use the sound server of an environment."""
     for name in ("HOME", "XDG_RUNTIME_DIR", "PULSE_RUNTIME_PATH", "PULSE_SERVER"):
         monkeypatch.setenv(name, environment[name])
-    portaudio.look_for_devices()
+    portaudio.refresh_devices()
 
 
 def at_16_khz(wave: npt.NDArray[np.float32]) -> Heard:

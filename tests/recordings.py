@@ -9,7 +9,7 @@ import numpy as np
 
 from voz.apps.recordings.manifest_text import MANIFEST_NAME, parse_records
 from voz.audio import Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"

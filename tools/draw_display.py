@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 from rich.console import Console
 
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.events import later
 from voz.language.generated.language_files import find_language
 from voz.recognition.recognizer import Recognizer

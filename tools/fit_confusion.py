@@ -25,7 +25,7 @@ from rich.progress import track
 
 from voz.apps.recordings.manifest_text import parse_records
 from voz.audio import Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.language.acoustics.phone_distances import DISTANCES
 from voz.language.acoustics.spoken_language import USUAL_MODEL
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound

@@ -7,7 +7,7 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.denoise import cleaned, denoised, energies, is_noisy
+from voz.audio.denoise import denoise, denoise_if_noisy, frame_energies, is_noisy
 from voz.audio.endpointing.segmenter import segments
 
 
@@ -23,14 +23,14 @@ def spoken(recordings: list[Recording]) -> list[Samples]:
 
 def test_energies_are_those_of_each_10_ms() -> None:
     samples = np.concatenate([np.full(160, 100), np.zeros(160), np.full(80, 9)]).astype(np.int16)
-    assert energies(samples) == pytest.approx([40, 0], abs=0.01)
-    assert len(energies(np.zeros(0, np.int16))) == 0
+    assert frame_energies(samples) == pytest.approx([40, 0], abs=0.01)
+    assert len(frame_energies(np.zeros(0, np.int16))) == 0
 
 
 def test_speech_in_a_quiet_room_is_left_as_it_is(spoken: list[Samples]) -> None:
     for samples in spoken:
         assert not is_noisy(samples)
-        assert cleaned(samples) is samples
+        assert denoise_if_noisy(samples) is samples
 
 
 def test_noise_gets_less_and_speech_stays(spoken: list[Samples]) -> None:
@@ -38,7 +38,7 @@ def test_noise_gets_less_and_speech_stays(spoken: list[Samples]) -> None:
         noise = hiss(len(samples))
         noisy = np.clip(samples.astype(int) + noise, -32768, 32767).astype(np.int16)
         assert is_noisy(noisy)
-        clean = cleaned(noisy)
+        clean = denoise_if_noisy(noisy)
         assert (clean.dtype, len(clean)) == (np.int16, len(noisy))
 
         def error(heard: Samples, said: Samples = samples) -> float:
@@ -49,10 +49,10 @@ def test_noise_gets_less_and_speech_stays(spoken: list[Samples]) -> None:
 
 def test_noise_alone_is_turned_down() -> None:
     noise = hiss(SAMPLE_RATE)
-    assert np.std(denoised(noise)) < 0.6 * np.std(noise)
+    assert np.std(denoise(noise)) < 0.6 * np.std(noise)
 
 
 @pytest.mark.parametrize("length", [0, 1, 159, 511, 513, 16001])
 def test_any_length_stays_as_long(length: int) -> None:
-    assert len(denoised(hiss(length))) == length
-    assert len(cleaned(hiss(length))) == length
+    assert len(denoise(hiss(length))) == length
+    assert len(denoise_if_noisy(hiss(length))) == length

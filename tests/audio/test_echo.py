@@ -8,14 +8,14 @@ from recordings import Recording
 
 from voz.apps.evaluation.noise import room_response
 from voz.audio import SAMPLE_RATE
-from voz.audio.echo import EDGE, MOST_DELAY, without_echo
+from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
 
 LENGTH = 3 * SAMPLE_RATE // 2
 
 
 def decibels(one: np.ndarray, other: np.ndarray) -> float:
     def power(samples: np.ndarray) -> float:
-        return float(np.mean(samples[EDGE:-EDGE].astype(float) ** 2))
+        return float(np.mean(samples[ECHO_EDGE:-ECHO_EDGE].astype(float) ** 2))
 
     return 10 * np.log10(power(one) / power(other))
 
@@ -23,20 +23,20 @@ def decibels(one: np.ndarray, other: np.ndarray) -> float:
 @pytest.fixture(scope="module")
 def played(session: Recording) -> np.ndarray:
     """Speech, with what was given out before."""
-    return session.samples()[SAMPLE_RATE : SAMPLE_RATE + MOST_DELAY + LENGTH].astype(float)
+    return session.samples()[SAMPLE_RATE : SAMPLE_RATE + MAX_ECHO_DELAY + LENGTH].astype(float)
 
 
 def echo_of(played: np.ndarray, delay: float) -> np.ndarray:
     """The last part of it in a room, and late."""
     response = room_response(np.random.default_rng(1))
     late = np.concatenate([np.zeros(round(delay * SAMPLE_RATE)), np.convolve(played, response)])
-    return late[MOST_DELAY : MOST_DELAY + LENGTH]
+    return late[MAX_ECHO_DELAY : MAX_ECHO_DELAY + LENGTH]
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.03, 0.15, 0.3])
 def test_an_echo_is_taken_out_however_late_it_is(played: np.ndarray, delay: float) -> None:
     heard = echo_of(played, delay).astype(np.int16)
-    rest = without_echo(heard, (played / 32768).astype(np.float32))
+    rest = cancel_echo(heard, (played / 32768).astype(np.float32))
     assert len(rest) == len(heard)
     assert decibels(heard, rest) > 12
 
@@ -46,12 +46,14 @@ def test_what_was_said_stays(played: np.ndarray, recordings: list[Recording]) ->
     said = np.zeros(LENGTH)
     said[2000 : 2000 + len(clip.samples())] = clip.samples()[: LENGTH - 2000]
     heard = (echo_of(played, 0.05) + 0.5 * said).astype(np.int16)
-    rest = without_echo(heard, (played / 32768).astype(np.float32))
-    likeness = np.corrcoef(rest[EDGE:-EDGE], said[EDGE:-EDGE])[0, 1]
-    assert likeness > np.corrcoef(heard[EDGE:-EDGE], said[EDGE:-EDGE])[0, 1] + 0.2
+    rest = cancel_echo(heard, (played / 32768).astype(np.float32))
+    likeness = np.corrcoef(rest[ECHO_EDGE:-ECHO_EDGE], said[ECHO_EDGE:-ECHO_EDGE])[0, 1]
+    assert (
+        likeness > np.corrcoef(heard[ECHO_EDGE:-ECHO_EDGE], said[ECHO_EDGE:-ECHO_EDGE])[0, 1] + 0.2
+    )
 
 
 def test_where_nothing_was_played_nothing_changes(session: Recording) -> None:
     heard = session.samples()[:LENGTH]
-    rest = without_echo(heard, np.zeros(MOST_DELAY + LENGTH, np.float32))
-    assert np.abs(rest - heard.astype(int))[EDGE:-EDGE].max() <= 1
+    rest = cancel_echo(heard, np.zeros(MAX_ECHO_DELAY + LENGTH, np.float32))
+    assert np.abs(rest - heard.astype(int))[ECHO_EDGE:-ECHO_EDGE].max() <= 1

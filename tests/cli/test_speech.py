@@ -13,8 +13,8 @@ import soundfile
 from calls import VOZ, in_process
 from loudspeaker import at_16_khz, best, is_silent, likeness, recording
 
-from voz.audio.capture.files import read_sound
-from voz.audio.playback.mixing import RATE
+from voz.audio.capture.sound_files import read_sound
+from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.speech.builtin_sounds import BuiltinSound, synthesized
 
 NO_LOUDSPEAKER = "there is no loudspeaker; connect one"
@@ -59,7 +59,7 @@ def test_sound_lists_the_built_in_sounds(voz: Any) -> None:
 @pytest.mark.slow
 def test_a_built_in_sound_and_a_file_are_heard(pulse: dict[str, str], tmp_path: Path) -> None:
     wave = synthesized(BuiltinSound.NEEDS_PLUGGING_BADLY)
-    soundfile.write(tmp_path / "own.ogg", wave, RATE)
+    soundfile.write(tmp_path / "own.ogg", wave, PLAYBACK_RATE)
 
     with recording(pulse) as recorder:
 
@@ -71,7 +71,7 @@ def test_a_built_in_sound_and_a_file_are_heard(pulse: dict[str, str], tmp_path: 
 
         assert best(lambda: alike("needs-plugging-badly"), 0.95) > 0.95
         assert best(lambda: alike(tmp_path / "own.ogg"), 0.95) > 0.95
-    assert len(read_sound(tmp_path / "own.ogg", RATE)) == len(wave)
+    assert len(read_sound(tmp_path / "own.ogg", PLAYBACK_RATE)) == len(wave)
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from voz.audio.capture.microphone import BLOCK_SECONDS
+from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
 from voz.events import Warning
 from voz.hearing.sound_watch import (
     LOSS_TOLD_EVERY,
@@ -63,5 +63,5 @@ def test_sound_that_is_lost_again_and_again_is_told_now_and_then() -> None:
     watch.look_at(SECOND + 1, 3)
     now = LOSS_TOLD_EVERY
     watch.look_at(SECOND + 1, 4)
-    lost = [f"{blocks * BLOCK_SECONDS:.2f} s of sound were lost" for blocks in (1, 3)]
+    lost = [f"{blocks * MICROPHONE_BLOCK_SECONDS:.2f} s of sound were lost" for blocks in (1, 3)]
     assert [line.split(":")[0] for line in warnings(inbox)] == lost

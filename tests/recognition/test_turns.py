@@ -13,7 +13,7 @@ import pytest
 from recordings import Recording
 
 from voz.audio import Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.errors import RecognizerBusyError
 from voz.events import Utterance
 from voz.recognition import two_ears

@@ -10,8 +10,8 @@ from recordings import Recording
 from synthesis import phrase, with_floor
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.arrays import converted
-from voz.audio.endpointing.segment import NOTHING, Segment
+from voz.audio.capture.arrays import to_samples
+from voz.audio.endpointing.segment import NO_SAMPLES, Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
@@ -90,12 +90,12 @@ def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
         before=whole.samples[:first],
         after=whole.samples[-last:],
     )
-    bare = inner._replace(before=NOTHING, after=NOTHING)
+    bare = inner._replace(before=NO_SAMPLES, after=NO_SAMPLES)
     score = understood(ears, inner).values[SCORE]
     assert understood(ears, inner).text == "turn left"
     assert score > understood(ears, bare).values[SCORE] + 1
     # The same sound is the same evidence; only pocketsphinx heard less of it.
-    unchanged = whole._replace(before=NOTHING, after=NOTHING)
+    unchanged = whole._replace(before=NO_SAMPLES, after=NO_SAMPLES)
     assert score == pytest.approx(understood(ears, unchanged).values[SCORE], abs=1.5 * PROPOSED)
 
 
@@ -179,7 +179,7 @@ def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
     words = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
     ears = two_ears(built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path))
     sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
-    (segment,) = segments([converted(sound, SAMPLE_RATE)])
+    (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "tan tan tan")
     assert "green white black" not in ears._shortlist.around("tan tan tan")
     assert understood(ears, segment).text == "green white black"

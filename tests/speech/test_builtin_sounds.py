@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from voz.audio.playback.mixing import AUDIBLE, RATE, Wave
+from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
 from voz.speech.builtin_sounds import BuiltinSound, synthesized
 
@@ -21,13 +21,15 @@ def notes_per_second(wave: Wave) -> float:
     """How often it goes from silence to a tone."""
     level = np.abs(wave[: len(wave) // 120 * 120].reshape(-1, 120)).max(axis=1)
     quiet = level < 0.35 * level.max()
-    return float(np.count_nonzero(quiet[:-1] & ~quiet[1:]) + (not quiet[0])) / (len(wave) / RATE)
+    return float(np.count_nonzero(quiet[:-1] & ~quiet[1:]) + (not quiet[0])) / (
+        len(wave) / PLAYBACK_RATE
+    )
 
 
 def brightness(wave: Wave) -> float:
     """The middle of its spectrum, Hz."""
     power = np.abs(np.fft.rfft(wave)) ** 2
-    return float((power * np.fft.rfftfreq(len(wave), 1 / RATE)).sum() / power.sum())
+    return float((power * np.fft.rfftfreq(len(wave), 1 / PLAYBACK_RATE)).sum() / power.sum())
 
 
 def test_the_numbers_are_those_of_sound_play() -> None:
@@ -56,13 +58,15 @@ def test_each_has_a_name_for_the_command_line() -> None:
 @pytest.mark.parametrize("sound", BuiltinSound)
 def test_a_sound_can_follow_itself_without_a_click(sound: BuiltinSound) -> None:
     wave = synthesized(sound)
-    assert 0.5 < len(wave) / RATE < 2
+    assert 0.5 < len(wave) / PLAYBACK_RATE < 2
     assert 0.2 < np.abs(wave).max() <= 0.5
     # Its own steepest slope is less than that of a full wave at its highest frequency.
     steps = np.abs(np.diff(np.concatenate([[0], wave, wave])))
-    assert steps.max() < 0.5 * 2 * np.pi * 4 * 1046.5 / RATE
-    assert abs(wave[0]) < AUDIBLE
-    assert np.abs(wave[-RATE // 10 :]).max() < AUDIBLE  # a pause before it comes again
+    assert steps.max() < 0.5 * 2 * np.pi * 4 * 1046.5 / PLAYBACK_RATE
+    assert abs(wave[0]) < AUDIBLE_AMPLITUDE
+    assert (
+        np.abs(wave[-PLAYBACK_RATE // 10 :]).max() < AUDIBLE_AMPLITUDE
+    )  # a pause before it comes again
 
 
 def test_no_two_sound_alike() -> None:

@@ -19,8 +19,8 @@ import soundfile
 from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, best, is_silent, likeness
 
-from voz.audio.capture.files import read_sound
-from voz.audio.playback.mixing import RATE
+from voz.audio.capture.sound_files import read_sound
+from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import festival
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesized
@@ -46,9 +46,9 @@ def client(loudspeaker: Recorder, warnings: list[str]) -> Iterator[SoundClient]:
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """Half a second that rises, and resembles itself at a single place only."""
-    time = np.arange(RATE // 2) / RATE
+    time = np.arange(PLAYBACK_RATE // 2) / PLAYBACK_RATE
     wave = 0.4 * np.sin(2 * np.pi * (300 + 1500 * time) * time)
-    soundfile.write(tmp_path / "rise.wav", wave, RATE)
+    soundfile.write(tmp_path / "rise.wav", wave, PLAYBACK_RATE)
     return tmp_path / "rise.wav"
 
 
@@ -147,12 +147,12 @@ def test_files_are_heard(
     ending: str, file: Path, client: SoundClient, loudspeaker: Recorder
 ) -> None:
     path = file.with_suffix(f".{ending}")
-    soundfile.write(path, soundfile.read(file)[0], RATE)
+    soundfile.write(path, soundfile.read(file)[0], PLAYBACK_RATE)
 
     def alike() -> float:
         client.play_wave(str(path), blocking=True)
         loudspeaker.pass_by(0.2)
-        return likeness(at_16_khz(read_sound(file, RATE)), loudspeaker.heard())
+        return likeness(at_16_khz(read_sound(file, PLAYBACK_RATE)), loudspeaker.heard())
 
     assert best(alike, 0.97) > 0.97
 
@@ -180,7 +180,7 @@ def test_a_file_that_cannot_be_played_is_told_at_once_and_the_rest_goes_on(
 ) -> None:
     client.start_wave(file)
     cut = tmp_path / "cut.ogg"
-    soundfile.write(cut, np.zeros(2 * RATE), RATE)
+    soundfile.write(cut, np.zeros(2 * PLAYBACK_RATE), PLAYBACK_RATE)
     cut.write_bytes(cut.read_bytes()[:-300])
     file.write_text("no sound any more")
     for path in (tmp_path / "none.wav", tmp_path, cut, file):
@@ -204,9 +204,9 @@ def test_a_text_is_heard_without_the_silence_before_it(
     def alike() -> float:
         client.say(TEXT, blocking=True)
         loudspeaker.pass_by(0.3)
-        return likeness(at_16_khz(wave[RATE // 4 :]), loudspeaker.heard())
+        return likeness(at_16_khz(wave[PLAYBACK_RATE // 4 :]), loudspeaker.heard())
 
-    wave = read_sound(cached(TEXT, KAL), RATE)
+    wave = read_sound(cached(TEXT, KAL), PLAYBACK_RATE)
     assert best(alike, 0.9) > 0.9
     assert list(scratch.iterdir()) == []  # and no file is left
 

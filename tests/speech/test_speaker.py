@@ -16,8 +16,8 @@ from hanging import wait_for_end
 from loudspeaker import Recorder, at_16_khz, place_of
 from programs import wait_until
 
-from voz.audio.capture.files import read_sound
-from voz.audio.playback.mixing import RATE
+from voz.audio.capture.sound_files import read_sound
+from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.config import usual_commands
 from voz.speech import festival
 from voz.speech.rendered import cached, is_cached
@@ -57,7 +57,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> Gate:
 
 def place_in(samples: np.ndarray, text: str) -> float:
     """Where in what was heard a text is, s; it must be there."""
-    wave = at_16_khz(read_sound(cached(text, KAL), RATE))
+    wave = at_16_khz(read_sound(cached(text, KAL), PLAYBACK_RATE))
     loud = np.flatnonzero(np.abs(wave) > 0.02)
     shift, alike = place_of(wave[loud[0] : loud[-1]], samples)
     assert alike > 0.95
@@ -73,7 +73,7 @@ def test_replies_are_heard_one_after_the_other_before_it_closes(loudspeaker: Rec
     samples, _ = speaker.mixer.recent(5)
     one = cached("one", KAL)
     assert place_in(samples, "twelve") - place_in(samples, "one") > 0.3
-    assert np.abs(samples).max() < 1.05 * np.abs(read_sound(one, RATE)).max() + 0.5
+    assert np.abs(samples).max() < 1.05 * np.abs(read_sound(one, PLAYBACK_RATE)).max() + 0.5
     assert warned == []
 
 

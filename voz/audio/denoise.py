@@ -12,22 +12,22 @@ Floats = npt.NDArray[np.float64]
 ENERGY_FRAME = SAMPLE_RATE // 100
 """Samples of 10 ms, over which the energy is taken."""
 
-NOISY = 25.0
+MAX_NOISY_RANGE = 25.0
 """Below this range of energies there is noise to take away, dB.
 
 Speech at 10 dB over kitchen noise has 13 to 31, recordings in quiet rooms over 40, phones 25 to 80.
 A filter that is always on costs foreign accents 2 of 53 commands and phones as many of 105.
 """
 
-WINDOW, HOP = 512, 128  # samples, 32 and 8 ms
+WIENER_WINDOW, WIENER_HOP = 512, 128  # samples, 32 and 8 ms
 NOISE_QUANTILE = 0.4  # of the time there is only noise in a band
-MEMORY = 0.7  # of the power from which the noise is taken, a frame
-TRUST_IN_PAST = 0.92  # of the decision-directed signal-to-noise ratio
-LEAST_GAIN = 0.2
+POWER_SMOOTHING = 0.7  # of the power from which the noise is taken, a frame
+PRIOR_SNR_WEIGHT = 0.92  # of the decision-directed signal-to-noise ratio
+MIN_GAIN = 0.2
 """Leaves some noise: with less, what is left of the speech sounds like nothing the model knows."""
 
 
-def energies(samples: Samples | Floats) -> Floats:
+def frame_energies(samples: Samples | Floats) -> Floats:
     """Measure the energy of each 10 ms.
 
     Args:
@@ -43,11 +43,11 @@ def energies(samples: Samples | Floats) -> Floats:
 
 def is_noisy(samples: Samples) -> bool:
     """Tell whether a stretch of speech, with a margin on either side, has noise in it."""
-    found = energies(samples)
-    return len(found) > 0 and bool(np.ptp(np.percentile(found, (10, 95))) < NOISY)
+    found = frame_energies(samples)
+    return len(found) > 0 and bool(np.ptp(np.percentile(found, (10, 95))) < MAX_NOISY_RANGE)
 
 
-def cleaned(samples: Samples) -> Samples:
+def denoise_if_noisy(samples: Samples) -> Samples:
     """Take noise away where there is much of it.
 
     Args:
@@ -56,10 +56,10 @@ def cleaned(samples: Samples) -> Samples:
     Returns:
         The same samples if they are not noisy, else as many that are filtered.
     """
-    return denoised(samples) if is_noisy(samples) else samples
+    return denoise(samples) if is_noisy(samples) else samples
 
 
-def denoised(samples: Samples) -> Samples:
+def denoise(samples: Samples) -> Samples:
     """Filter out noise that is there all the time.
 
     The noise of each band is a low quantile of its smoothed power. Each frame's signal-to-noise
@@ -73,34 +73,36 @@ def denoised(samples: Samples) -> Samples:
         As many samples.
     """
     # A periodic window, whose square adds up to the same everywhere.
-    window = np.sqrt(np.hanning(WINDOW + 1)[:-1])
-    padded = np.pad(samples.astype(np.float64), (WINDOW, WINDOW + HOP))
-    frames = np.lib.stride_tricks.sliding_window_view(padded, WINDOW)[::HOP]
+    window = np.sqrt(np.hanning(WIENER_WINDOW + 1)[:-1])
+    padded = np.pad(samples.astype(np.float64), (WIENER_WINDOW, WIENER_WINDOW + WIENER_HOP))
+    frames = np.lib.stride_tricks.sliding_window_view(padded, WIENER_WINDOW)[::WIENER_HOP]
     spectra = np.fft.rfft(frames * window, axis=1)
     filtered = np.fft.irfft(spectra * _gains(np.abs(spectra) ** 2), axis=1) * window
     sound = np.zeros(len(padded))
     for number, frame in enumerate(filtered):
-        sound[number * HOP : number * HOP + WINDOW] += frame
-    sound /= np.sum(window**2) / HOP
-    kept = sound[WINDOW : WINDOW + len(samples)]
+        sound[number * WIENER_HOP : number * WIENER_HOP + WIENER_WINDOW] += frame
+    sound /= np.sum(window**2) / WIENER_HOP
+    kept = sound[WIENER_WINDOW : WIENER_WINDOW + len(samples)]
     return np.clip(np.round(kept), -32768, 32767).astype(np.int16)
 
 
 def _gains(power: Floats) -> Floats:
     """Find how much of each band of each frame is speech, from their power, shape (n, bands)."""
-    noise = np.quantile(_smoothed(power), NOISE_QUANTILE, axis=0) + 1e-9
+    noise = np.quantile(_smooth(power), NOISE_QUANTILE, axis=0) + 1e-9
     above = power / noise
     before = np.maximum(above[0] - 1, 0)
     gains: Floats = np.empty_like(power)
     for number, ratio in enumerate(above):
-        speech = TRUST_IN_PAST * before + (1 - TRUST_IN_PAST) * np.maximum(ratio - 1, 0)
-        gains[number] = np.maximum(speech / (1 + speech), LEAST_GAIN)
+        speech = PRIOR_SNR_WEIGHT * before + (1 - PRIOR_SNR_WEIGHT) * np.maximum(ratio - 1, 0)
+        gains[number] = np.maximum(speech / (1 + speech), MIN_GAIN)
         before = gains[number] ** 2 * ratio
     return gains
 
 
-def _smoothed(power: Floats) -> Floats:
+def _smooth(power: Floats) -> Floats:
     smooth: Floats = power.copy()
     for number in range(1, len(power)):
-        smooth[number] = MEMORY * smooth[number - 1] + (1 - MEMORY) * power[number]
+        smooth[number] = (
+            POWER_SMOOTHING * smooth[number - 1] + (1 - POWER_SMOOTHING) * power[number]
+        )
     return smooth

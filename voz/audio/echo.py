@@ -19,47 +19,47 @@ from voz.process.one_thread import on_one_thread
 Floats: TypeAlias = npt.NDArray[np.float64]
 Spectrum: TypeAlias = npt.NDArray[np.complex128]
 
-WINDOW = 512
-HOP = 256
+ECHO_WINDOW = 512
+ECHO_HOP = 256
 
-EDGE = WINDOW - HOP
+ECHO_EDGE = ECHO_WINDOW - ECHO_HOP
 """At either end so many samples are not whole: some of their windows lie outside."""
 
-TAPS = 12
+ROOM_TAPS = 12
 """Hops of the past that the room gives back, 0.2 s."""
 
-AHEAD = 1
+LEAD_TAPS = 1
 """Hops by which the delay that was found may be too long."""
 
-RIDGE = 1e-3
+RELATIVE_RIDGE = 1e-3
 """Of the mean power, added to the diagonal: where nothing was played there are no weights."""
 
-MOST_DELAY = int(0.4 * SAMPLE_RATE)
+MAX_ECHO_DELAY = int(0.4 * SAMPLE_RATE)
 """Samples between what the loudspeaker is said to give out and its arrival."""
 
-ANALYSIS_WINDOW = np.sqrt(np.hanning(WINDOW + 1)[:-1])
+ANALYSIS_WINDOW = np.sqrt(np.hanning(ECHO_WINDOW + 1)[:-1])
 
 
 @on_one_thread
-def without_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
+def cancel_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
     """Take the echo out.
 
     Args:
         heard: what the microphone gave, 16 kHz.
         played: what the loudspeaker was given, 16 kHz; it ends with the same moment, as well as
-            that is known, and begins `MOST_DELAY` earlier.
+            that is known, and begins `MAX_ECHO_DELAY` earlier.
 
     Returns:
         As many samples as were heard.
     """
-    start = MOST_DELAY - _delay(heard, played)
+    start = MAX_ECHO_DELAY - _find_delay(heard, played)
     source = _spectrum(played[start : start + len(heard)])
     sound = _spectrum(heard)
-    moments = _moments(source)
+    moments = _delayed_copies(source)
     adjoint = moments.conj().transpose(0, 2, 1)
     power = adjoint @ moments
     mean = np.einsum("fkk->f", power).real / power.shape[1]
-    ridge = RIDGE * mean + 1e-9 * mean.max(initial=0) + 1e-12
+    ridge = RELATIVE_RIDGE * mean + 1e-9 * mean.max(initial=0) + 1e-12
     weights = np.linalg.solve(
         power + ridge[:, None, None] * np.eye(power.shape[1]), adjoint @ sound.T[:, :, None]
     )
@@ -68,36 +68,36 @@ def without_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
     return np.clip(np.rint(samples), -32768, 32767).astype(np.int16)
 
 
-def _delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
+def _find_delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
     """Find by how many samples what is heard comes after what is played (GCC-PHAT)."""
     size = len(heard) + len(played)
     cross = np.fft.rfft(heard, size) * np.fft.rfft(played, size).conj()
     likeness = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-9), size)
-    # A shift of the whole `played`: it begins `MOST_DELAY` before `heard`.
-    shifts = np.arange(MOST_DELAY + 1)
-    return int(shifts[np.argmax(likeness[shifts - MOST_DELAY])])
+    # A shift of the whole `played`: it begins `MAX_ECHO_DELAY` before `heard`.
+    shifts = np.arange(MAX_ECHO_DELAY + 1)
+    return int(shifts[np.argmax(likeness[shifts - MAX_ECHO_DELAY])])
 
 
 def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:
-    whole = np.pad(samples.astype(np.float64), (-len(samples) % HOP, 0))  # the end counts
-    frames = np.lib.stride_tricks.sliding_window_view(whole, WINDOW)[::HOP]
+    whole = np.pad(samples.astype(np.float64), (-len(samples) % ECHO_HOP, 0))  # the end counts
+    frames = np.lib.stride_tricks.sliding_window_view(whole, ECHO_WINDOW)[::ECHO_HOP]
     return np.fft.rfft(frames * ANALYSIS_WINDOW, axis=1)
 
 
 def _samples(spectrum: Spectrum) -> Floats:
     """Back to samples by overlap and add."""
     frames = np.fft.irfft(spectrum, axis=1) * ANALYSIS_WINDOW
-    samples = np.zeros((len(frames) - 1) * HOP + WINDOW)
+    samples = np.zeros((len(frames) - 1) * ECHO_HOP + ECHO_WINDOW)
     for number, frame in enumerate(frames):
-        samples[number * HOP : number * HOP + WINDOW] += frame
-    return samples * 2 * HOP / WINDOW
+        samples[number * ECHO_HOP : number * ECHO_HOP + ECHO_WINDOW] += frame
+    return samples * 2 * ECHO_HOP / ECHO_WINDOW
 
 
-def _moments(source: Spectrum) -> Spectrum:
+def _delayed_copies(source: Spectrum) -> Spectrum:
     """What was played around each frame: bands, frames, moments."""
     frames, bands = source.shape
-    moments = np.zeros((bands, frames, AHEAD + TAPS), complex)
-    for number, shift in enumerate(range(-AHEAD, TAPS)):
+    moments = np.zeros((bands, frames, LEAD_TAPS + ROOM_TAPS), complex)
+    for number, shift in enumerate(range(-LEAD_TAPS, ROOM_TAPS)):
         begin, end = max(0, shift), min(frames, frames + shift)
         moments[:, begin:end, number] = source[begin - shift : end - shift].T
     return moments

@@ -20,7 +20,7 @@ from voz.errors import AudioError
 
 # A message of libasound's: file, line, function, number, then the text and what belongs into it.
 _MESSAGE = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_int)
-_ignore = _MESSAGE(lambda *_: None)
+_ignore_message = _MESSAGE(lambda *_: None)
 
 _lock = threading.Lock()
 _open_streams = 0
@@ -40,7 +40,9 @@ def load_sounddevice() -> ModuleType:
 
 
 @contextmanager
-def running(kind: Literal["RawInputStream", "RawOutputStream"], **settings: Any) -> Iterator[Any]:
+def open_stream(
+    kind: Literal["RawInputStream", "RawOutputStream"], **settings: Any
+) -> Iterator[Any]:
     """Open and start a stream for the length of a `with` block; what it still holds is dropped.
 
     Args:
@@ -75,7 +77,7 @@ def running(kind: Literal["RawInputStream", "RawOutputStream"], **settings: Any)
             _open_streams -= 1
 
 
-def look_for_devices() -> None:
+def refresh_devices() -> None:
     """See devices that came or went since the program began, if no stream is open."""
     sounddevice = load_sounddevice()
     with _lock:
@@ -85,7 +87,7 @@ def look_for_devices() -> None:
             sounddevice._initialize()
 
 
-def give_up() -> None:
+def abandon_streams() -> None:
     """Let the program end though a stream cannot be closed, because its sound server hangs."""
     atexit.unregister(load_sounddevice()._exit_handler)  # it would wait for that stream
 
@@ -94,4 +96,4 @@ def give_up() -> None:
 def _silence_alsa() -> None:
     """Keep libasound from writing about each lost block to the terminal."""
     with suppress(OSError, AttributeError):
-        ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(_ignore)
+        ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(_ignore_message)

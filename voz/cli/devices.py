@@ -10,7 +10,7 @@ from voz.cli.options import DeviceOption
 from voz.cli.terminal import show
 
 if TYPE_CHECKING:
-    from voz.audio.capture.devices import Device
+    from voz.audio.capture.input_devices import Device
 
 
 def devices(
@@ -26,16 +26,20 @@ def devices(
 
     Example: voz devices --test
     """
-    from voz.audio.capture.devices import choose, microphones, sources
+    from voz.audio.capture.input_devices import (
+        choose_microphone,
+        list_microphones,
+        list_pulse_microphones,
+    )
 
-    used = choose(device)
+    used = choose_microphone(device)
     if test:
         from voz.cli.try_microphone import try_microphone
 
         try_microphone(used)
     else:
-        there = microphones()
-        show(*_table([*there, *sources(there)], used))
+        there = list_microphones()
+        show(*_table([*there, *list_pulse_microphones(there)], used))
         show("> is used; take another with --device N or --device NAME (a part of it is enough)")
 
 

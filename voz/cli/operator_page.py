@@ -39,12 +39,12 @@ def chosen_microphone(options: Running) -> str | None:
     Raises:
         AudioError: there is none, and no page either.
     """
-    from voz.audio.capture.devices import choose
+    from voz.audio.capture.input_devices import choose_microphone
 
     if options.web and options.device == BROWSER:
         return None
     try:
-        return choose(options.device, WITHOUT).name
+        return choose_microphone(options.device, WITHOUT).name
     except AudioError:
         if options.web and options.device is None:
             return None

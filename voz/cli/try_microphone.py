@@ -8,9 +8,9 @@ import numpy as np
 from rich.console import Console
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.devices import Device
+from voz.audio.capture.input_devices import Device
 from voz.audio.capture.microphone import open_microphone
-from voz.audio.level import Level, faults, measure, obeyed_of_100
+from voz.audio.recording_level import RecordingLevel, find_faults, measure_level, obeyed_of_100
 from voz.cli.terminal import show as show_line
 from voz.terminal.level_bar import level_bar, level_line
 
@@ -35,13 +35,13 @@ def try_microphone(device: Device) -> None:
         first = next(blocks)  # opening a device takes its time
         show_line(f'{device}: say something now, as "go forward"; it records for {SECONDS} seconds')
         samples = _recorded(first, blocks, console)
-    show_line(*report(measure(samples)))
+    show_line(*report(measure_level(samples)))
 
 
-def report(level: Level) -> list[str]:
+def report(level: RecordingLevel) -> list[str]:
     """Write what is wrong and what to do, then the figures."""
     lines = []
-    for fault in faults(level):
+    for fault in find_faults(level):
         lines += [fault.words, f"  {fault.advice}"]
     lines = lines or ["fine: the speech is loud enough and clear"]
     figures = {

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.echo import EDGE, MOST_DELAY, without_echo
+from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
 from voz.events import Partial, Utterance, later
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recognition.stream import Stream
@@ -116,17 +116,17 @@ class HalfDuplex:
         if self._guard is None:
             self._guard = self._recognizer.stream(self._source)
             self._pending = 0
-            self._guarded_since = (self._fed - samples - EDGE) / SAMPLE_RATE
+            self._guarded_since = (self._fed - samples - ECHO_EDGE) / SAMPLE_RATE
         self._pending += samples
         if self._pending >= STEP:
-            cleaned = without_echo(self._window, self._played(loudspeaker, arrived))
-            end = WINDOW - EDGE
+            cleaned = cancel_echo(self._window, self._played(loudspeaker, arrived))
+            end = WINDOW - ECHO_EDGE
             yield from self._counting(self._guard.feed(cleaned[end - self._pending : end]))
             self._pending = 0
 
     def _played(self, loudspeaker: PlayedSound, until: float) -> npt.NDArray[np.float32]:
         """What was given out, to the same moment as the window and from before it."""
-        length = WINDOW + MOST_DELAY
+        length = WINDOW + MAX_ECHO_DELAY
         played, end = loudspeaker.recent((length + SAMPLE_RATE // 2) / SAMPLE_RATE)
         beyond = round((end - until) * SAMPLE_RATE)
         played = played[: len(played) - beyond] if beyond > 0 else np.pad(played, (0, -beyond))

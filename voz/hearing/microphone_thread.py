@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.microphone import open_microphone
-from voz.audio.level import FULL_SCALE, LOWEST
+from voz.audio.recording_level import FULL_SCALE_DB, MIN_DBFS
 from voz.errors import AudioError, VozError
 from voz.events import Partial, Utterance, later
 from voz.hearing.half_duplex import HalfDuplex, PlayedSound
@@ -132,7 +132,7 @@ class Hearing:
             never_missed: the commands that are heard also while the robot speaks.
             recorder: keeps what is heard.
         """
-        self.peak, self.background = 0.0, LOWEST
+        self.peak, self.background = 0.0, MIN_DBFS
         self.deaf, self.device = False, ""
         self.source = sound.source
         self._recognizer = recognizer
@@ -234,7 +234,7 @@ class Hearing:
                 self._recorder.feed(block)
             self._tell(ears.feed(block, microphone.arrived), self._begun(microphone, fed))
             self.deaf = ears.deaf
-            self.background = ears.background - FULL_SCALE
+            self.background = ears.background - FULL_SCALE_DB
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
                 self._busy_since = None

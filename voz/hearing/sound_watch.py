@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.microphone import BLOCK_SECONDS
+from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
 from voz.events import Warning
 from voz.inbox import Inbox
 
@@ -66,7 +66,7 @@ class SoundWatch:
         """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
         now = self._clock()
         if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_TOLD_EVERY:
-            seconds = (blocks_lost - self._blocks_lost) * BLOCK_SECONDS
+            seconds = (blocks_lost - self._blocks_lost) * MICROPHONE_BLOCK_SECONDS
             self._blocks_lost, self._loss_told = blocks_lost, now
             self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
         peak = float(np.abs(block).max(initial=0)) / 32768

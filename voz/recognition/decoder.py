@@ -7,7 +7,7 @@ from typing import Any
 import pocketsphinx
 
 from voz.audio import Samples
-from voz.audio.denoise import energies
+from voz.audio.denoise import frame_energies
 from voz.errors import LanguageError
 from voz.language.generated.fsg import as_fsg
 from voz.recognition.accents import added
@@ -129,7 +129,7 @@ def mean_start(samples: Samples) -> str:
     Returns:
         The mean's coefficients as pocketsphinx reads them.
     """
-    found = energies(samples)
+    found = frame_energies(samples)
     louder = float(found.mean()) - USUAL_LEVEL if len(found) else 0.0
     first, *others = CMN_START
     return ",".join(f"{value:.2f}" for value in (first + LEVEL_WEIGHT * louder, *others))

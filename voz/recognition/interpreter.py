@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from voz.audio import Samples
-from voz.audio.denoise import cleaned
-from voz.audio.endpointing.segment import LONGEST_WORD, Segment
+from voz.audio.denoise import denoise_if_noisy
+from voz.audio.endpointing.segment import MAX_WORD_SECONDS, Segment
 from voz.events import Utterance
 from voz.language.sentences.command_set import Commands, Parse
 from voz.recognition.confidence import Around, in_company
@@ -63,7 +63,7 @@ class Interpreter:
         # The network needs none of what pocketsphinx learns of a microphone.
         self._aligner = Aligner(language) if learning and not network else None
         self._spotter = _spotter(network, self.commands, settings.never_missed)
-        self.longest = PAUSES + LONGEST_WORD * self.commands.longest
+        self.longest = PAUSES + MAX_WORD_SECONDS * self.commands.longest
         self._needed = needed(self.model, settings)
         self._never_missed = frozenset(settings.never_missed)
         self._turns = Turns()  # pocketsphinx decodes one utterance at a time
@@ -105,7 +105,7 @@ class Interpreter:
 
     def _learn(self, heard: Hypothesis, aligner: Aligner) -> None:
         if teaches(heard.values, heard.trust):
-            sound = cleaned(heard.segment.samples)
+            sound = denoise_if_noisy(heard.segment.samples)
             start = mean_start(sound)
             observed = aligner.observe(sound, heard.text, start, self.learnt)
             if observed:

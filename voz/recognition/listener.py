@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
-from voz.audio.capture.arrays import Converter
+from voz.audio.capture.arrays import ArrayConverter
 from voz.events import Partial, Utterance
 from voz.recognition.stream import Stream
 from voz.recognition.turns import Turns
@@ -14,14 +14,14 @@ class Listener:
     """Hears a stream of sound in arrays; `Recognizer.listen` makes one."""
 
     def __init__(self, stream: Stream, rate: float | None) -> None:
-        """Begin to listen; errors are those of `Converter`.
+        """Begin to listen; errors are those of `ArrayConverter`.
 
         Args:
             stream: what understands it.
             rate: of all arrays, Hz.
         """
         self._stream = stream
-        self._converter = Converter(rate)
+        self._converter = ArrayConverter(rate)
         self._turns = Turns()
 
     def feed(self, array: npt.ArrayLike) -> list[Utterance | Partial]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.denoise import cleaned
-from voz.audio.endpointing.open_segment import MARGIN
+from voz.audio.denoise import denoise_if_noisy
+from voz.audio.endpointing.open_segment import SEGMENT_MARGIN
 from voz.audio.endpointing.segment import Segment
-from voz.audio.endpointing.voice import RUN_UP, voice_detector
+from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 from voz.recognition.confidence import features, probability, trust_in_speech, voices_around
 from voz.recognition.confidence_model import VOICES_AROUND, Model
 from voz.recognition.decoder import Decoder, mean_start
@@ -51,12 +51,12 @@ class OneEar:
         self._phones_of = language.pronunciations
         self._usual = language.spoken.frames
         self._model = model
-        self._voice = voice_detector()
+        self._voice = shared_voice_detector()
 
     def understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
         """Find the sentence of a segment, and how likely it is that it was said."""
-        spoken_until = segment.end - MARGIN / SAMPLE_RATE
-        sound = cleaned(segment.samples)
+        spoken_until = segment.end - SEGMENT_MARGIN / SAMPLE_RATE
+        sound = denoise_if_noisy(segment.samples)
         start = learnt.moved(mean_start(sound))
         text = self._decoder.decode(sound, start) if self._decoder else ""
         if text and text not in self._commands:  # words of the trigram model that are no command

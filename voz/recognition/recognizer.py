@@ -11,9 +11,9 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.audio.capture.arrays import converted
-from voz.audio.endpointing.segment import Segment, follow_closely, through
-from voz.audio.endpointing.segmenter import Segmenter, Voices
+from voz.audio.capture.arrays import to_samples
+from voz.audio.endpointing.segment import Segment, belong_together, feed_all
+from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
 from voz.language.generated.file_checks import locked
 from voz.language.generated.language_files import LanguageFiles
@@ -145,7 +145,9 @@ class Recognizer:
         """What is known of the microphone and the speaker; it changes only while learning."""
         return self._interpreter.learnt
 
-    def stream(self, source: str, spotting: bool = True, voices: Voices | None = None) -> Stream:
+    def stream(
+        self, source: str, spotting: bool = True, voices: VoiceFlags | None = None
+    ) -> Stream:
         """Begin to listen to a stream, as if there were no other.
 
         Args:
@@ -179,7 +181,7 @@ class Recognizer:
         Raises:
             AudioError: no rate is given, or the array holds something else.
         """
-        return list(self.utterances([converted(array, rate)], ARRAY))
+        return list(self.utterances([to_samples(array, rate)], ARRAY))
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
         """Recognize one recording; unless it is learning, as if there were no other.
@@ -195,11 +197,11 @@ class Recognizer:
             AudioError: the blocks end in one; what was heard up to there is yielded first.
         """
         stream = self.stream(source, spotting=False)
-        return (e for e in through(stream, blocks) if isinstance(e, Utterance))
+        return (e for e in feed_all(stream, blocks) if isinstance(e, Utterance))
 
     def events(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance | Partial]:
         """The same, with what is likely in between, before it is settled."""
-        return through(self.stream(source), blocks)
+        return feed_all(self.stream(source), blocks)
 
     def candidates(self, blocks: Iterable[Samples]) -> Iterator[Candidate]:
         """Find what the confidence is computed from, for those who fit it.
@@ -210,9 +212,9 @@ class Recognizer:
         Yields:
             What is known of each utterance that may be a command.
         """
-        sounds = through(Segmenter(longest=self._interpreter.longest), blocks)
+        sounds = feed_all(Segmenter(longest=self._interpreter.longest), blocks)
         found = [sound for sound in sounds if isinstance(sound, Segment)]
-        after = [follow_closely(one, other) for one, other in pairwise(found)]
+        after = [belong_together(one, other) for one, other in pairwise(found)]
         for number, segment in enumerate(found):
             heard = self._interpreter.understand(segment)
             if heard.values:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.denoise import energies
+from voz.audio.denoise import frame_energies
 from voz.events import Reason
 from voz.recognition.confidence import word_ratio
 from voz.recognition.evidence import Evidence
@@ -43,7 +43,7 @@ def too_little(samples: Samples, trust: float) -> Reason | None:
         samples: the utterance, 16 kHz.
         trust: how far it is to be trusted to be speech, 0 to 1.
     """
-    loudness = energies(samples)
+    loudness = frame_energies(samples)
     if len(loudness) and np.percentile(loudness, 95) < QUIET:
         return "too_quiet"
     if len(samples) < SHORT * SAMPLE_RATE:

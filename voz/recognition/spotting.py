@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.segment import LONGEST_WORD
+from voz.audio.endpointing.segment import MAX_WORD_SECONDS
 from voz.recognition.second_ear import SecondEar
 
 FITS = 8.0
@@ -35,7 +35,7 @@ class Spotter:
         self._commands = commands
         self._others = [other for other in others if other not in commands]
         most_words = max(len(command.split()) for command in commands)
-        self._window = int(LONGEST_WORD * SAMPLE_RATE) * most_words
+        self._window = int(MAX_WORD_SECONDS * SAMPLE_RATE) * most_words
 
     def spot(self, so_far: Samples) -> Spotted | None:
         """Tell which of the commands, if any, is in what was heard last.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.levels import FRAME
-from voz.audio.endpointing.segment import Ongoing, Segment, Sound, follow_closely
-from voz.audio.endpointing.segmenter import Segmenter, Voices
+from voz.audio.endpointing.frame_levels import FRAME
+from voz.audio.endpointing.segment import Ongoing, Segment, Sound, belong_together
+from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import Around, probability
 from voz.recognition.confidence_model import SCORE
@@ -35,7 +35,7 @@ class Stream:
         source: str,
         early: float,
         spotting: bool,
-        voices: Voices | None = None,
+        voices: VoiceFlags | None = None,
     ) -> None:
         self._interpreter = interpreter
         self._spotting = spotting
@@ -138,5 +138,5 @@ class Stream:
 
 def _between(one: Segment | None, other: Sound) -> Around:
     """Tell what each of two sounds has near it: the other, or nothing."""
-    near = one is not None and isinstance(other, Segment) and follow_closely(one, other)
+    near = one is not None and isinstance(other, Segment) and belong_together(one, other)
     return Around.SPEECH if near else Around.QUIET

@@ -7,9 +7,9 @@ from collections.abc import Collection
 from functools import partial
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.denoise import cleaned
+from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segment import Segment
-from voz.audio.endpointing.voice import RUN_UP, voice_detector
+from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 from voz.recognition.confidence import probability, trust_in_speech
 from voz.recognition.confidence_model import SCORE, Model
 from voz.recognition.decoder import Decoder, mean_start
@@ -66,11 +66,11 @@ class TwoEars:
         self._shortlist = Shortlist(language, settings.never_missed, MOST_COMPARED)
         self._network = network
         self._model = model
-        self._voice = voice_detector()
+        self._voice = shared_voice_detector()
 
     def understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
         """Find the sentence of a segment, and how likely it is that it was said."""
-        sound = cleaned(segment.samples)
+        sound = denoise_if_noisy(segment.samples)
         proposed = self._decoder.decode(sound, learnt.moved(mean_start(sound)))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from voz.audio.capture.pulse import CHOSEN, PULSE
+from voz.audio.capture.pulse import PULSE_DEVICE, SOURCE_VARIABLE
 from voz.audio.playback.mixer import Mixer
 from voz.config import Config
 from voz.hearing.microphone_thread import Hearing, sound_card
@@ -58,5 +58,5 @@ def _device() -> str | None:
     device, source = text("device"), text("mic_name")
     if device or not source:
         return device
-    os.environ[CHOSEN] = source
-    return PULSE
+    os.environ[SOURCE_VARIABLE] = source
+    return PULSE_DEVICE

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.events import Utterance, Warning, later
 from voz.files import shown_path

@@ -13,7 +13,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from voz.audio.playback.mixing import RATE, Wave
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
 
 ALL = -1
@@ -80,13 +80,13 @@ MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
 
 @functools.cache
 def synthesized(sound: BuiltinSound) -> Wave:
-    """Make the samples of a sound, at `RATE`; it begins and ends with silence."""
+    """Make the samples of a sound, at `PLAYBACK_RATE`; it begins and ends with silence."""
     return np.concatenate([_tone(note) for note in MELODIES[sound]])
 
 
 def _tone(note: _Note) -> Wave:
     """A note that swells, then dies away; the brighter, the more it is like a reed than a bell."""
-    time = np.arange(round(note.seconds * RATE)) / RATE
+    time = np.arange(round(note.seconds * PLAYBACK_RATE)) / PLAYBACK_RATE
     harmonics = [note.brightness ** (k - 1) / k for k in (1, 2, 3, 4)]
     wave = sum(
         strength * np.sin(2 * np.pi * k * note.frequency * time)

@@ -6,7 +6,7 @@ import threading
 from typing import TypeAlias
 
 from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.mixing import PlayingSound, Wave
+from voz.audio.playback.playing_sound import PlayingSound, Wave
 from voz.errors import SpeechError, VozError
 from voz.records import is_number
 

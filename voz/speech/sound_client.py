@@ -14,9 +14,9 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from voz.audio.capture.files import read_sound
+from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.mixing import RATE, from_first_audible
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, trim_leading_silence
 from voz.errors import AudioError, SpeechError, VozError
 from voz.records import check_is_a
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesized
@@ -228,7 +228,7 @@ class SoundClient:
 
     def _play_wave(self, sound: str | os.PathLike[str], volume: float, repeats: bool) -> Order:
         key = _key_of(sound)
-        wave = read_sound(Path(sound), RATE)
+        wave = read_sound(Path(sound), PLAYBACK_RATE)
         order = self._orders.place(key, volume, repeats)
         self._orders.begin(order, wave)
         return order
@@ -253,13 +253,13 @@ class SoundClient:
 
     def _render(self, order: Order, plain: str, voice: str, tell: bool) -> None:
         try:
-            wave = read_sound(cached(plain, voice, self._closed), RATE)
+            wave = read_sound(cached(plain, voice, self._closed), PLAYBACK_RATE)
         except VozError as error:
             if self._orders.fail(order, error) and tell and str(error) not in self._told:
                 self._told.add(str(error))
                 self._tell(str(error))
         else:
-            self._orders.begin(order, from_first_audible(wave))
+            self._orders.begin(order, trim_leading_silence(wave))
 
     def _wait_for(self, order: Order, blocking: bool | None) -> None:
         if self._blocks(blocking):

@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from voz.audio.capture.files import read_sound
-from voz.audio.playback.mixing import RATE
+from voz.audio.capture.sound_files import read_sound
+from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.errors import VozError
 from voz.speech.rendered import cached, is_cached
 from voz.speech.sound_client import SoundClient
@@ -135,7 +135,7 @@ class Speaker:
         for reply in self._prepared:
             with contextlib.suppress(VozError):  # which is told when the reply is said
                 # Read too: the first time, that takes a library.
-                read_sound(cached(reply, self._voice, self._closing), RATE)
+                read_sound(cached(reply, self._voice, self._closing), PLAYBACK_RATE)
         while (text := self._unrendered.get()) is not None:
             try:
                 cached(text, self._voice, self._stopped)

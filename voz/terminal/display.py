@@ -12,7 +12,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from voz.audio.level import NEAR
+from voz.audio.recording_level import MIN_SNR
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, why_not
 from voz.printable import printable
 from voz.robot.console import motion_in_words
@@ -166,7 +166,7 @@ def _room(background: float, above: float | None) -> Text:
     """How loud the room is, and how far the last speech stood out of it."""
     level = Text(f"{background:4.0f} dB")
     if above is not None:
-        colour = "yellow" if above < NEAR else "green"
+        colour = "yellow" if above < MIN_SNR else "green"
         level.append(f", the last speech {above:.0f} dB above it", colour)
     return level
 

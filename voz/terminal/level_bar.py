@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from voz.audio import Samples
-from voz.audio.level import dbfs
+from voz.audio.recording_level import dbfs
 
 QUIETEST = -60.0
 """The left end, dBFS; the right one is 0, the loudest that there is."""

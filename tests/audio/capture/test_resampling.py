@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.files import to_int16
 from voz.audio.capture.resampling import Resampler
+from voz.audio.capture.sound_files import to_int16
 
 
 def test_what_is_16_khz_stays_as_it_is() -> None:

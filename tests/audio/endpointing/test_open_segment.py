@@ -6,13 +6,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.audio.endpointing.levels import FRAME
+from voz.audio.endpointing.frame_levels import FRAME
 from voz.audio.endpointing.open_segment import (
-    HANGOVER,
-    LEAST,
-    MARGIN,
-    SURROUNDINGS,
-    TO_END,
+    CONTEXT_SAMPLES,
+    END_FRAMES,
+    HANGOVER_FRAMES,
+    MIN_LOUD_FRAMES,
+    SEGMENT_MARGIN,
     OpenSegment,
 )
 
@@ -27,7 +27,7 @@ def begun() -> OpenSegment:
 
 def test_a_level_that_falls_is_part_of_it_for_three_frames_more() -> None:
     now = begun()
-    for _ in range(HANGOVER):
+    for _ in range(HANGOVER_FRAMES):
         now.follow(True, LOW)
     assert now.silent == 0
     now.follow(True, LOW)
@@ -42,20 +42,26 @@ def test_it_has_ended_after_eight_silent_frames_and_not_before(
 ) -> None:
     now = begun()
     followed = silent = 0
-    for voice, level in [*seen, *[(False, LOW)] * TO_END]:
+    for voice, level in [*seen, *[(False, LOW)] * END_FRAMES]:
         assert not now.ended
         now.follow(voice, level)
         followed += 1
-        silent = 0 if voice and now.low <= HANGOVER else silent + 1
-        if silent == TO_END:
+        silent = 0 if voice and now.low <= HANGOVER_FRAMES else silent + 1
+        if silent == END_FRAMES:
             break
     assert now.ended
-    assert now.is_click == (now.loud < LEAST)
+    assert now.is_click == (now.loud < MIN_LOUD_FRAMES)
     heard = followed * FRAME
-    assert now.paused_at(heard) == heard - TO_END * FRAME + MARGIN
+    assert now.paused_at(heard) == heard - END_FRAMES * FRAME + SEGMENT_MARGIN
 
 
-@given(st.lists(st.tuples(st.integers(LEAST, 20), st.integers(TO_END, 20)), min_size=1, max_size=5))
+@given(
+    st.lists(
+        st.tuples(st.integers(MIN_LOUD_FRAMES, 20), st.integers(END_FRAMES, 20)),
+        min_size=1,
+        max_size=5,
+    )
+)
 def test_what_stood_out_of_what_goes_on_is_found_in_its_place(
     spells: list[tuple[int, int]],
 ) -> None:
@@ -65,7 +71,7 @@ def test_what_stood_out_of_what_goes_on_is_found_in_its_place(
     now.levels = levels
     begins = [n for n, x in enumerate(levels) if x == LOUD and levels[n - 1] == LOW]
     parts = list(now.divided(len(levels) * FRAME))
-    assert [part.start for part in parts] == [n * FRAME - MARGIN for n in begins]
+    assert [part.start for part in parts] == [n * FRAME - SEGMENT_MARGIN for n in begins]
     assert [part.loud for part in parts] == [loud for loud, _ in spells]
     assert all(part.ended and part.loudest == LOUD for part in parts)
     assert [part.before for part in parts] == [30.0] + [LOUD] * (len(parts) - 1)
@@ -92,7 +98,7 @@ def test_what_is_around_it_is_what_is_remembered_and_was_heard(
     end = now.start + length
     kept = np.arange(kept_from, end + heard + 100).astype(np.int16)
     segment = now.segment(end, end + heard, kept, kept_from)
-    first, last = now.start - min(SURROUNDINGS, before), end + min(SURROUNDINGS, heard)
+    first, last = now.start - min(CONTEXT_SAMPLES, before), end + min(CONTEXT_SAMPLES, heard)
     assert np.array_equal(segment.samples, kept[before : before + length])
     assert np.array_equal(segment.with_surroundings, np.arange(first, last).astype(np.int16))
     assert len(segment.before) == now.start - first

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.open_segment import SURROUNDINGS
-from voz.audio.endpointing.segment import Quiet, Segment, Sound, follow_closely
-from voz.audio.endpointing.segmenter import LONGEST, Segmenter, sounds
+from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
+from voz.audio.endpointing.segment import Quiet, Segment, Sound, belong_together
+from voz.audio.endpointing.segmenter import MAX_SEGMENT_SECONDS, Segmenter, sounds
 
 
 def sounds_of(samples: Samples, block: int = SAMPLE_RATE) -> list[Sound]:
@@ -108,7 +108,7 @@ def test_speech_that_does_not_end_is_cut_and_then_is_the_background(session: Rec
     loud = samples[np.abs(samples) > 2000]  # no pause is left in it
     endless = np.tile(loud, 30 * SAMPLE_RATE // len(loud) + 1)
     first, *others = segments_of(endless)
-    assert len(first.samples) <= LONGEST * SAMPLE_RATE + 480
+    assert len(first.samples) <= MAX_SEGMENT_SECONDS * SAMPLE_RATE + 480
     assert sum(len(s.samples) for s in others) < 5 * SAMPLE_RATE
 
 
@@ -167,7 +167,7 @@ def test_commands_stand_out_of_one_who_talks_on(
 def around(segment: Segment, stream: Samples) -> Samples:
     """The stretch of the stream that the network hears, by the times of the segment."""
     start, end, decided = (round(time * SAMPLE_RATE) for time in segment[:3])
-    return stream[max(0, start - SURROUNDINGS) : min(end + SURROUNDINGS, decided)]
+    return stream[max(0, start - CONTEXT_SAMPLES) : min(end + CONTEXT_SAMPLES, decided)]
 
 
 def test_the_sound_around_a_segment_is_the_streams_also_where_another_is_near(
@@ -186,7 +186,7 @@ def test_the_sound_around_a_segment_is_the_streams_also_where_another_is_near(
         assert len(found) > len(session.commands) / 2
         for segment in found:
             assert np.array_equal(segment.with_surroundings, around(segment, samples))
-            assert len(segment.before) == min(SURROUNDINGS, round(segment.start * SAMPLE_RATE))
+            assert len(segment.before) == min(CONTEXT_SAMPLES, round(segment.start * SAMPLE_RATE))
 
 
 @given(
@@ -244,7 +244,7 @@ def test_what_follows_closely_has_no_quiet_in_between(
     first = spoken[0][: np.flatnonzero(np.abs(spoken[0]) > 300)[-1]]
     found = sounds_of(np.concatenate([first, murmur(pause), spoken[1]]))
     one, other = (sound for sound in found if isinstance(sound, Segment))
-    assert follow_closely(one, other) == close
+    assert belong_together(one, other) == close
     assert isinstance(found[1], Quiet) != close
 
 

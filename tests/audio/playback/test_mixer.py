@@ -24,19 +24,19 @@ from pulseaudio import running_server
 
 from voz.audio.playback import loudspeaker as device
 from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.mixing import RATE, Wave
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 
 
 def sweep(seconds: float = 0.6, start: float = 300.0, end: float = 3000.0) -> Wave:
     """A tone that rises: it resembles itself at a single place only."""
-    t = np.arange(int(seconds * RATE)) / RATE
+    t = np.arange(int(seconds * PLAYBACK_RATE)) / PLAYBACK_RATE
     phase = 2 * np.pi * (start * t + (end - start) * t**2 / (2 * seconds))
     return (0.4 * np.sin(phase)).astype(np.float32)
 
 
 def tone(frequency: float, seconds: float) -> Wave:
     """A whole number of periods, if they are."""
-    t = np.arange(round(seconds * RATE)) / RATE
+    t = np.arange(round(seconds * PLAYBACK_RATE)) / PLAYBACK_RATE
     return (0.4 * np.sin(2 * np.pi * frequency * t)).astype(np.float32)
 
 
@@ -123,7 +123,7 @@ def test_a_stopped_sound_ends_without_a_click(mixer: Mixer, loudspeaker: Recorde
 
 
 def test_a_sound_that_is_too_long_to_wait_for_can_be_stopped(mixer: Mixer) -> None:
-    source = mixer.play(np.zeros(600 * RATE, np.float32))
+    source = mixer.play(np.zeros(600 * PLAYBACK_RATE, np.float32))
     mixer.stop(source)
     mixer.wait(source)
 
@@ -140,7 +140,7 @@ def test_many_threads_may_play_at_once(mixer: Mixer, warnings: list[str]) -> Non
 
 def test_it_is_known_how_long_it_is_heard(mixer: Mixer, loudspeaker: Recorder) -> None:
     assert mixer.busy_until() < time.monotonic()
-    source = mixer.play(np.concatenate([sweep(), np.zeros(RATE, np.float32)]))
+    source = mixer.play(np.concatenate([sweep(), np.zeros(PLAYBACK_RATE, np.float32)]))
     assert time.monotonic() < mixer.busy_until() < time.monotonic() + 5
     mixer.wait(source)
     assert mixer.busy_until() < time.monotonic()  # the second of silence is not waited for
@@ -181,7 +181,7 @@ def test_the_loudspeaker_is_closed_when_nothing_sounds(
         inputs = subprocess.run(command, env=pulse, capture_output=True, text=True).stdout
         return "".join(line for line in inputs.splitlines(True) if line.split()[1] != MICROPHONE)
 
-    monkeypatch.setattr(device, "IDLE", 0.2)
+    monkeypatch.setattr(device, "MAX_IDLE_SECONDS", 0.2)
     mixer.prepare()
     wait_until(lambda: players() == "")
     source = mixer.play(sweep(), repeats=True)

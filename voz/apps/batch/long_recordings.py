@@ -24,9 +24,9 @@ from msgspec.structs import replace
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
 from voz.apps.batch.stamps import Stamp
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import promised_seconds, read_blocks
-from voz.audio.endpointing.levels import FRAME
-from voz.audio.endpointing.segmenter import RUN_IN, Voices, usual_voices
+from voz.audio.capture.sound_files import header_seconds, read_blocks
+from voz.audio.endpointing.frame_levels import FRAME
+from voz.audio.endpointing.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
 from voz.errors import AudioError
 from voz.events import Utterance
 from voz.recognition.recognizer import Recognizer
@@ -66,7 +66,7 @@ class RecordingPart(msgspec.Struct, frozen=True):
     Attributes:
         start: where it begins, in frames.
         end: where it ends; None if that is the end of the recording.
-        voices: a byte for each frame from `RUN_IN` before it on: whether a voice may be in it.
+        voices: a byte for each frame from `WARM_UP_FRAMES` before it: whether a voice may be in it.
     """
 
     start: int
@@ -95,7 +95,7 @@ class DecodedPart(msgspec.Struct, frozen=True):
 def is_long(path: Path) -> bool:
     """Whether a recording is worth cutting, by what it promises."""
     try:
-        return promised_seconds(path) > LONG_RECORDING_SECONDS
+        return header_seconds(path) > LONG_RECORDING_SECONDS
     except AudioError:
         return False
 
@@ -107,7 +107,7 @@ def plan_cuts(path: Path, part: float = PART_SECONDS) -> CutPlan | None:
         path: the recording.
         part: how long a part is at least, s.
     """
-    voices = usual_voices()
+    voices = webrtc_detector()
     try:
         found = bytes(voices(frame.tobytes()) for frame in _frames(read_blocks(path)))
     except AudioError:
@@ -137,9 +137,9 @@ def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: s
     heard = 0
     before = b""
     try:
-        blocks = read_blocks(path, max(0, part.start - RUN_IN) * FRAME)
+        blocks = read_blocks(path, max(0, part.start - WARM_UP_FRAMES) * FRAME)
         if part.start:
-            run_in, blocks = _first(blocks, min(part.start, RUN_IN) * FRAME)
+            run_in, blocks = _first(blocks, min(part.start, WARM_UP_FRAMES) * FRAME)
             stream.begin_at(part.start * FRAME, run_in)
             before = _mark(stream.at_rest())
         for block in _until(blocks, part):
@@ -181,7 +181,7 @@ def outcome_of_parts(file: str, done: Sequence[DecodedPart], stamp: Stamp | None
 def _part(plan: CutPlan, start: int, end: int) -> RecordingPart:
     is_last = end == plan.cuts[-1]
     return RecordingPart(
-        start, None if is_last else end, plan.voices_in(max(0, start - RUN_IN), end)
+        start, None if is_last else end, plan.voices_in(max(0, start - WARM_UP_FRAMES), end)
     )
 
 
@@ -191,7 +191,7 @@ def _cuts(voices: npt.NDArray[np.uint8], length: int) -> tuple[int, ...]:
     silent = np.flatnonzero(heard[SILENT_FRAMES:] == heard[:-SILENT_FRAMES]) + SILENT_FRAMES
     cuts = [0]
     while True:
-        at = np.searchsorted(silent, cuts[-1] + max(length, RUN_IN))
+        at = np.searchsorted(silent, cuts[-1] + max(length, WARM_UP_FRAMES))
         if at >= len(silent) or len(voices) - silent[at] < length // 2:
             return (*cuts, len(voices))
         cuts.append(int(silent[at]))
@@ -206,7 +206,7 @@ def _frames(blocks: Iterator[Samples]) -> Iterator[Samples]:
         rest = rest[whole:]
 
 
-def _known(flags: bytes) -> Voices:
+def _known(flags: bytes) -> VoiceFlags:
     following = iter(flags)
     return lambda _: bool(next(following))
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import Samples
-from voz.audio.capture.arrays import Converter
+from voz.audio.capture.arrays import ArrayConverter
 from voz.errors import AudioError
 
 PIPE_BLOCK_SECONDS = 0.1
@@ -48,7 +48,9 @@ def piped_blocks(stream: BufferedReader, rate: float | None) -> Iterator[Samples
     yield converter.finish()
 
 
-def _raw(stream: BufferedReader, rate: float) -> tuple[Converter, Iterator[npt.NDArray[np.int16]]]:
+def _raw(
+    stream: BufferedReader, rate: float
+) -> tuple[ArrayConverter, Iterator[npt.NDArray[np.int16]]]:
     def arrays() -> Iterator[npt.NDArray[np.int16]]:
         rest = b""
         while piece := stream.read1(int(rate * PIPE_BLOCK_SECONDS) * SAMPLE_BYTES):
@@ -58,10 +60,10 @@ def _raw(stream: BufferedReader, rate: float) -> tuple[Converter, Iterator[npt.N
             if whole:
                 yield np.frombuffer(data[:whole], "<i2")
 
-    return Converter(rate), arrays()
+    return ArrayConverter(rate), arrays()
 
 
-def _wav(stream: BufferedReader) -> tuple[Converter, Iterator[npt.NDArray[np.int16]]]:
+def _wav(stream: BufferedReader) -> tuple[ArrayConverter, Iterator[npt.NDArray[np.int16]]]:
     try:
         file = wave.open(stream, "rb")  # noqa: SIM115
     except (wave.Error, EOFError, RuntimeError) as error:
@@ -76,4 +78,4 @@ def _wav(stream: BufferedReader) -> tuple[Converter, Iterator[npt.NDArray[np.int
             whole = len(data) // (SAMPLE_BYTES * channels) * SAMPLE_BYTES * channels
             yield np.frombuffer(data[:whole], "<i2").reshape(-1, channels)
 
-    return Converter(file.getframerate()), arrays()
+    return ArrayConverter(file.getframerate()), arrays()

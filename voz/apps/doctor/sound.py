@@ -9,11 +9,11 @@ import numpy as np
 
 from voz.apps.doctor.finding import Finding, not_well
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.devices import choose
+from voz.audio.capture.input_devices import choose_microphone
 from voz.audio.capture.microphone import open_microphone
-from voz.audio.level import Fault, measure
 from voz.audio.playback.mixer import Mixer
-from voz.audio.playback.mixing import RATE
+from voz.audio.playback.playing_sound import PLAYBACK_RATE
+from voz.audio.recording_level import Fault, measure_level
 from voz.errors import AudioError, SpeechError
 from voz.settings import Speech
 from voz.speech import festival
@@ -33,14 +33,14 @@ def microphone(wanted: str | None = None) -> Finding:
     """
     name = "microphone"
     try:
-        device = choose(wanted, ", or type commands: `voz run --text -`")
+        device = choose_microphone(wanted, ", or type commands: `voz run --text -`")
         heard: Samples = np.empty(0, np.int16)
         with open_microphone(device.handle) as blocks:
             while len(heard) < SECONDS * SAMPLE_RATE:
                 heard = np.concatenate([heard, next(blocks)])
     except AudioError as error:
         return not_well(name, error)
-    level = measure(heard)
+    level = measure_level(heard)
     if level.still:
         return Finding(name, False, f"{device} is {Fault.SILENT.words}", Fault.SILENT.advice)
     told = f"{device} gives sound, at most {level.peak:.0f} dBFS; `voz devices --test` judges it"
@@ -53,7 +53,7 @@ def loudspeaker(needed: bool) -> Finding:
     problems: list[str] = []
     mixer = Mixer(problems.append)
     try:
-        mixer.wait(mixer.play(np.zeros(round(SILENCE * RATE), np.float32)))
+        mixer.wait(mixer.play(np.zeros(round(SILENCE * PLAYBACK_RATE), np.float32)))
     finally:
         mixer.close()
     if problems:

@@ -15,10 +15,10 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.apps.recordings.manifest_text import MANIFEST_NAME
 from voz.apps.recordings.saving import save_recording
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import Segmenter
-from voz.audio.endpointing.voice import VoiceDetector
+from voz.audio.endpointing.voice_detector import VoiceDetector
 from voz.errors import ConfigError
 from voz.files import os_errors_as_config_error
 from voz.recognition.confidence import NO_SPEECH

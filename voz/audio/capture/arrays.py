@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import Samples
-from voz.audio.capture.files import HIGHEST_RATE, LOWEST_RATE
 from voz.audio.capture.resampling import Mono, Resampler
+from voz.audio.capture.sound_files import MAX_SAMPLE_RATE, MIN_SAMPLE_RATE
 from voz.errors import AudioError
 
-MOST_CHANNELS = 64
+MAX_CHANNELS = 64
 
-LOUDEST = 4.0
+MAX_FLOAT_SAMPLE = 4.0
 """Floats go from -1 to 1, and somewhat beyond after a filter; 16 bits in floats go far beyond."""
 
 
-class Converter:
+class ArrayConverter:
     """Turns a stream of arrays into `Samples`, block by block."""
 
     def __init__(self, rate: float | None) -> None:
@@ -35,8 +35,8 @@ class Converter:
             raise AudioError("an array does not hold its sample rate; give it, as in rate=44100")
         if not _is_usable(rate):
             raise AudioError(
-                f"a sample rate of {rate!r} Hz is not usable; give one from {LOWEST_RATE} to "
-                f"{HIGHEST_RATE} Hz"
+                f"a sample rate of {rate!r} Hz is not usable; give one from {MIN_SAMPLE_RATE} to "
+                f"{MAX_SAMPLE_RATE} Hz"
             )
         self._resampler = Resampler(rate)
         self._finished = False
@@ -65,20 +65,20 @@ class Converter:
         return self._resampler.finish()
 
 
-def converted(array: npt.ArrayLike, rate: float | None) -> Samples:
-    """Turn a whole recording into `Samples`; arguments and errors are those of `Converter`."""
-    converter = Converter(rate)
+def to_samples(array: npt.ArrayLike, rate: float | None) -> Samples:
+    """Turn a whole recording into `Samples`; arguments and errors are those of `ArrayConverter`."""
+    converter = ArrayConverter(rate)
     return np.concatenate([converter.feed(array), converter.finish()])
 
 
 def _is_usable(rate: object) -> bool:
-    return isinstance(rate, Real) and LOWEST_RATE <= float(rate) <= HIGHEST_RATE
+    return isinstance(rate, Real) and MIN_SAMPLE_RATE <= float(rate) <= MAX_SAMPLE_RATE
 
 
 def _mono(array: npt.NDArray[Any]) -> Mono:
     if array.ndim not in (1, 2):
         raise AudioError(f"an array of shape {array.shape} is no sound; give samples x channels")
-    if array.ndim == 2 and not 0 < array.shape[1] <= MOST_CHANNELS:
+    if array.ndim == 2 and not 0 < array.shape[1] <= MAX_CHANNELS:
         raise AudioError(f"an array of shape {array.shape} is no samples x channels; turn it round")
     if array.dtype == np.int16:
         scaled = array.astype(np.float32) / np.float32(32768)
@@ -94,6 +94,6 @@ def _checked(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if not np.isfinite(array).all():
         raise AudioError("the sound holds samples that are no numbers; leave them out")
     loudest = float(np.abs(array).max(initial=0))
-    if loudest > LOUDEST:
+    if loudest > MAX_FLOAT_SAMPLE:
         raise AudioError(f"floats go from -1 to 1, and one is {loudest:g}; divide by 32768?")
     return array

@@ -12,19 +12,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.devices import Device, choose
-from voz.audio.capture.pulse import recording_from
+from voz.audio.capture.input_devices import Device, choose_microphone
+from voz.audio.capture.pulse import pulse_source_selected
 from voz.audio.capture.resampling import Resampler
-from voz.audio.portaudio import load_sounddevice, running
+from voz.audio.portaudio import load_sounddevice, open_stream
 from voz.errors import AudioError
 
-BLOCK_SECONDS = 0.03
+MICROPHONE_BLOCK_SECONDS = 0.03
 """What the sound card hands over at a time."""
 
-MOST_WAITING = 170
+MAX_QUEUED_BLOCKS = 170
 """Blocks, 5 s, that wait for who is slow to take them; then the oldest are lost."""
 
-SILENT_FOR = 1.0
+BLOCK_TIMEOUT = 1.0
 """A device that gives nothing for so long is gone, s: even silence arrives as samples."""
 
 
@@ -52,7 +52,7 @@ class Microphone:
         name: of the device.
         alive: when it last handed something over, on the monotonic clock, s.
         arrived: when the block arrived that was last taken, on the monotonic clock, s.
-        blocks_lost: how many blocks were lost, of `BLOCK_SECONDS` each.
+        blocks_lost: how many blocks were lost, of `MICROPHONE_BLOCK_SECONDS` each.
         whole: whether all of the stream was heard when it ends, which it does not.
     """
 
@@ -63,7 +63,7 @@ class Microphone:
         self.alive = self.arrived = time.monotonic()
         self.blocks_lost = 0
         self._channels = channels
-        self._waiting: queue.Queue[_Arrived | None] = queue.Queue(MOST_WAITING)
+        self._waiting: queue.Queue[_Arrived | None] = queue.Queue(MAX_QUEUED_BLOCKS)
         self._resampler = Resampler(rate)
 
     def heard(self, block: Any, _frames: int, _time: Any, status: Any) -> None:
@@ -81,7 +81,7 @@ class Microphone:
 
     def __next__(self) -> Samples:
         try:
-            arrived = self._waiting.get(timeout=SILENT_FOR)
+            arrived = self._waiting.get(timeout=BLOCK_TIMEOUT)
         except queue.Empty:
             arrived = None
         if arrived is None:
@@ -109,16 +109,16 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
         AudioError: there is no such microphone, or it fails.
     """
     sounddevice = load_sounddevice()
-    chosen = choose(device)
+    chosen = choose_microphone(device)
     settings = _settings(sounddevice, chosen)
     microphone = Microphone(chosen.name, settings.rate, settings.channels)
     try:
         with (
-            recording_from(chosen.name if chosen.is_source else None),
-            running(
+            pulse_source_selected(chosen.name if chosen.is_source else None),
+            open_stream(
                 "RawInputStream",
                 samplerate=settings.rate,
-                blocksize=round(BLOCK_SECONDS * settings.rate),
+                blocksize=round(MICROPHONE_BLOCK_SECONDS * settings.rate),
                 device=settings.device,
                 channels=settings.channels,
                 dtype="float32",

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-PULSE = "pulse"
+PULSE_DEVICE = "pulse"
 """PortAudio's name of the server, of whose sources the environment chooses one."""
 
-CHOSEN = "PULSE_SOURCE"
+SOURCE_VARIABLE = "PULSE_SOURCE"
 
-PATIENCE = 2.0
+PACTL_TIMEOUT = 2.0
 """For the server to answer, s; one that hangs never does."""
 
 _LINE = re.compile(r"^\d+\t([^\t]+)\t.*?\b(\d+)ch (\d+)Hz", re.MULTILINE)
@@ -37,7 +37,7 @@ def list_sources() -> list[PulseSource]:
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=PATIENCE,
+            timeout=PACTL_TIMEOUT,
             check=True,
         )
     except (OSError, subprocess.SubprocessError):
@@ -49,7 +49,7 @@ def list_sources() -> list[PulseSource]:
 
 
 @contextmanager
-def recording_from(source: str | None) -> Iterator[None]:
+def pulse_source_selected(source: str | None) -> Iterator[None]:
     """Let the server record from one of its sources what is opened in a `with` block.
 
     Args:
@@ -58,12 +58,12 @@ def recording_from(source: str | None) -> Iterator[None]:
     if source is None:
         yield
         return
-    before = os.environ.get(CHOSEN)
-    os.environ[CHOSEN] = source
+    before = os.environ.get(SOURCE_VARIABLE)
+    os.environ[SOURCE_VARIABLE] = source
     try:
         yield
     finally:
         if before is None:
-            del os.environ[CHOSEN]
+            del os.environ[SOURCE_VARIABLE]
         else:
-            os.environ[CHOSEN] = before
+            os.environ[SOURCE_VARIABLE] = before

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import to_int16
+from voz.audio.capture.sound_files import to_int16
 
 Mono = npt.NDArray[np.float32]
 

@@ -8,70 +8,70 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE
-from voz.audio.endpointing.levels import FRAME, Level
+from voz.audio.endpointing.frame_levels import FRAME, BandLevels
 
-MEMORY = 4 * SAMPLE_RATE // FRAME
+BACKGROUND_FRAMES = 4 * SAMPLE_RATE // FRAME
 """Frames that the background is taken from."""
 
-USUAL = 0.8
+BACKGROUND_QUANTILE = 0.8
 """Of the time it is no louder than the background.
 
 By the half of the time a person who talks in the background stands out of it with each word, and
 the clatter of a kitchen too.
 """
 
-SILENT_MEMORY = 8 * SAMPLE_RATE // FRAME
-SILENT_SHARE = 0.36
+SILENCE_FRAMES = 8 * SAMPLE_RATE // FRAME
+MIN_SILENT_SHARE = 0.36
 """Of so many frames without a voice the silence is taken, in a room that is quiet.
 
 Where one command follows the other the room is silent for more of the time. Where somebody talks
 on and on it is not, and what stands out of the talk is wanted.
 """
 
-SILENT_USUAL = 0.95
+SILENCE_QUANTILE = 0.95
 """Of the silence; the rest is breath, and the ends of words."""
 
-SILENCE = 20.0
+QUIET_ROOM_LEVEL = 20.0
 """The level of a quiet room, dB over one unit of the 16 bits."""
 
-DEEP = 20.0
+MIN_SILENCE_DEPTH = 20.0
 """By so much silence is below the background, dB, where that was taken from what was said."""
 
-ROOM = 4096
+MAX_KEPT_FRAMES = 4096
 """Frames that are held before all but the last ones go."""
 
-STEADY_FOR = 14
+STEADY_FRAMES = 14
 """Frames, 0.4 s, in which a sound that goes on is known by its level."""
 
-RISE = 6
+RISE_FRAMES = 6
 """Frames in which something comes up out of what was steady."""
 
 
-class Noise(NamedTuple):
+class SteadyNoise(NamedTuple):
     """A sound that goes on: its usual levels in both bands, and the highest, dB."""
 
-    usual: Level
-    highest: Level
+    usual: BandLevels
+    highest: BandLevels
 
 
-class _InOrder:
+class _SortedLevels:
     """The levels of some frames in both bands, each in order: a new one is put into its place."""
 
-    def __init__(self, levels: Iterable[Level]) -> None:
+    def __init__(self, levels: Iterable[BandLevels]) -> None:
         self._bands = [sorted(band) for band in zip(*levels, strict=True)] or [[], []]
 
     def __len__(self) -> int:
         return len(self._bands[0])
 
-    def add(self, level: Level) -> None:
+    def add(self, level: BandLevels) -> None:
         for band, value in zip(self._bands, level, strict=True):
             insort(band, value)
 
-    def drop(self, level: Level) -> None:
+    def drop(self, level: BandLevels) -> None:
         for band, value in zip(self._bands, level, strict=True):
             del band[bisect_left(band, value)]
 
-    def below(self, share: float) -> Level:
+    def below(self, share: float) -> BandLevels:
         """The level in each band that so much of them is below."""
         low, high = self._bands
         place = int(share * (len(low) - 1))
@@ -83,10 +83,10 @@ class Background:
 
     def __init__(self) -> None:
         """Start with nothing heard, as if it had been silent."""
-        self._fill((SILENCE, SILENCE), False, MEMORY)
-        self._level_now = SILENCE
+        self._fill((QUIET_ROOM_LEVEL, QUIET_ROOM_LEVEL), False, BACKGROUND_FRAMES)
+        self._level_now = QUIET_ROOM_LEVEL
 
-    def follow(self, level: Level, voice: bool) -> Level:
+    def follow(self, level: BandLevels, voice: bool) -> BandLevels:
         """Take the next frame of the stream.
 
         Args:
@@ -97,11 +97,11 @@ class Background:
             The levels of the background with it.
         """
         self._add(level, voice)
-        low, high = self._recent.below(USUAL)
-        if len(self._silent) >= SILENT_SHARE * min(len(self._levels), SILENT_MEMORY):
-            least_low, least_high = self._silent.below(SILENT_USUAL)
-            low = least_low if low - least_low > DEEP else low
-            high = least_high if high - least_high > DEEP else high
+        low, high = self._recent.below(BACKGROUND_QUANTILE)
+        if len(self._silent) >= MIN_SILENT_SHARE * min(len(self._levels), SILENCE_FRAMES):
+            least_low, least_high = self._silent.below(SILENCE_QUANTILE)
+            low = least_low if low - least_low > MIN_SILENCE_DEPTH else low
+            high = least_high if high - least_high > MIN_SILENCE_DEPTH else high
         self._level_now = low
         return low, high
 
@@ -113,26 +113,26 @@ class Background:
     @property
     def voices(self) -> float:
         """The share of the last 8 s that a voice may be in."""
-        voices = self._voices[-SILENT_MEMORY:]
+        voices = self._voices[-SILENCE_FRAMES:]
         return sum(voices) / len(voices)
 
     def remembered(self) -> bytes:
         """All that what follows hangs on."""
-        levels = array("d", (band for lv in self._levels[-SILENT_MEMORY:] for band in lv))
-        return levels.tobytes() + bytes(self._voices[-SILENT_MEMORY:])
+        levels = array("d", (band for lv in self._levels[-SILENCE_FRAMES:] for band in lv))
+        return levels.tobytes() + bytes(self._voices[-SILENCE_FRAMES:])
 
     def loudest(self, frames: int, but: int) -> float:
         """Find the highest level of the last frames but some, dB; 0 if there are none."""
-        frames = min(frames, SILENT_MEMORY)
+        frames = min(frames, SILENCE_FRAMES)
         end = len(self._levels)
         found = self._levels[max(0, end - frames) : max(0, end - but)]
         return max((low for low, _ in found), default=0.0)
 
-    def settle(self, level: Level) -> None:
+    def settle(self, level: BandLevels) -> None:
         """Take the levels of a noise that has just begun for the background."""
-        self._fill(level, True, SILENT_MEMORY)
+        self._fill(level, True, SILENCE_FRAMES)
 
-    def risen_from(self, by: float, steady_within: float) -> Noise | None:
+    def risen_from(self, by: float, steady_within: float) -> SteadyNoise | None:
         """Tell how loud a sound is that goes on, if something rose out of it just now.
 
         Args:
@@ -143,31 +143,31 @@ class Background:
             Its usual levels before that, and the highest; None if it was not steady, or nothing
             rose.
         """
-        last = self._levels[-STEADY_FOR - RISE :]
-        before, now = last[:STEADY_FOR], last[-2:]
+        last = self._levels[-STEADY_FRAMES - RISE_FRAMES :]
+        before, now = last[:STEADY_FRAMES], last[-2:]
         lows = [low for low, _ in before]
         if max(lows) - min(lows) >= steady_within:
             return None
-        steady = _InOrder(before).below(USUAL)
+        steady = _SortedLevels(before).below(BACKGROUND_QUANTILE)
         if min(low for low, _ in now) <= steady[0] + by:
             return None
-        return Noise(steady, (max(lows), max(high for _, high in before)))
+        return SteadyNoise(steady, (max(lows), max(high for _, high in before)))
 
-    def _add(self, level: Level, voice: bool) -> None:
+    def _add(self, level: BandLevels, voice: bool) -> None:
         """Add a frame; of those that are looked at the oldest goes."""
-        self._recent.drop(self._levels[-MEMORY])
+        self._recent.drop(self._levels[-BACKGROUND_FRAMES])
         self._recent.add(level)
-        if len(self._levels) >= SILENT_MEMORY and not self._voices[-SILENT_MEMORY]:
-            self._silent.drop(self._levels[-SILENT_MEMORY])
+        if len(self._levels) >= SILENCE_FRAMES and not self._voices[-SILENCE_FRAMES]:
+            self._silent.drop(self._levels[-SILENCE_FRAMES])
         if not voice:
             self._silent.add(level)
         self._levels.append(level)
         self._voices.append(voice)
-        if len(self._levels) > ROOM:
-            del self._levels[:-SILENT_MEMORY], self._voices[:-SILENT_MEMORY]
+        if len(self._levels) > MAX_KEPT_FRAMES:
+            del self._levels[:-SILENCE_FRAMES], self._voices[:-SILENCE_FRAMES]
 
-    def _fill(self, level: Level, voice: bool, count: int) -> None:
+    def _fill(self, level: BandLevels, voice: bool, count: int) -> None:
         """Take so many frames before now for such ones."""
         self._levels, self._voices = [level] * count, [voice] * count
-        self._recent = _InOrder(self._levels[-MEMORY:])
-        self._silent = _InOrder([] if voice else self._levels)
+        self._recent = _SortedLevels(self._levels[-BACKGROUND_FRAMES:])
+        self._silent = _SortedLevels([] if voice else self._levels)

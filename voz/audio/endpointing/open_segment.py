@@ -6,36 +6,36 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import SILENT_SHARE
-from voz.audio.endpointing.levels import FRAME
+from voz.audio.endpointing.background import MIN_SILENT_SHARE
+from voz.audio.endpointing.frame_levels import FRAME
 from voz.audio.endpointing.pieces import pieces
 from voz.audio.endpointing.segment import Segment
 
-GOES_ON = 3.0
+CONTINUE_ABOVE = 3.0
 """Above the background that it began in, dB: less is no longer part of it."""
 
-LEAST = 4
+MIN_LOUD_FRAMES = 4
 """Frames of a segment that stand out: 0.12 s. Less is a click."""
 
-TO_END = 8
+END_FRAMES = 8
 """Frames of the VAD that must not stand out to end."""
 
-HANGOVER = 3
+HANGOVER_FRAMES = 3
 """Frames that go on being part of it when their level falls: a stop within a word is no pause.
 
 The VAD has its own, of as much.
 """
 
-MARGIN = int(0.1 * SAMPLE_RATE)
+SEGMENT_MARGIN = int(0.1 * SAMPLE_RATE)
 """Samples kept on either side of the speech; 0.3 s, or none at all, costs accuracy."""
 
-SURROUNDINGS = int(0.25 * SAMPLE_RATE)
+CONTEXT_SAMPLES = int(0.25 * SAMPLE_RATE)
 """Samples on either side of these that the network hears too: in noise half of the segments begin
 or end too late or too early. Without them it understands .84 of commands in babble at 10 dB where
 it understands .94 with them; with twice as much, .94 too, and less above one talker."""
 
-NEAR = int(2.5 * SAMPLE_RATE)
-AS_LOUD = 7.0
+TALK_WINDOW = int(2.5 * SAMPLE_RATE)
+TALK_LEVEL_RANGE = 7.0
 """Talk that goes on is as loud as what stands out of it now: of 300 stretches of it 95 in 100 have
 been less than 8 dB louder than the loudest of the 2.5 s before, and of commands at 10 dB over six
 people or 15 dB over one, 5 in 100."""
@@ -73,21 +73,21 @@ class OpenSegment:
         self.low = 0 if level > self.least else self.low + 1
         self.loud += voice and not self.low
         self.loudest = max(self.loudest, level)
-        self.silent = 0 if voice and self.low <= HANGOVER else self.silent + 1
+        self.silent = 0 if voice and self.low <= HANGOVER_FRAMES else self.silent + 1
 
     @property
     def ended(self) -> bool:
         """Whether it has been silent for long enough to be over."""
-        return self.silent >= TO_END
+        return self.silent >= END_FRAMES
 
     @property
     def is_click(self) -> bool:
         """Whether it is too short for speech, so far."""
-        return self.loud < LEAST
+        return self.loud < MIN_LOUD_FRAMES
 
     def paused_at(self, heard: int) -> int:
         """Tell where in the stream it paused, given how much of that was heard, in samples."""
-        return min(heard, heard - self.silent * FRAME + MARGIN)
+        return min(heard, heard - self.silent * FRAME + SEGMENT_MARGIN)
 
     def divided(self, heard: int) -> Iterator[OpenSegment]:
         """Find the utterances in what goes on for longer than any; the last one may go on.
@@ -97,16 +97,18 @@ class OpenSegment:
         """
         first = heard - len(self.levels) * FRAME
         before = self.before
-        usual, found = pieces(self.levels, GOES_ON, TO_END)
+        usual, found = pieces(self.levels, CONTINUE_ABOVE, END_FRAMES)
         for piece in found:
             frames = piece.end - piece.start
-            if frames < LEAST:
+            if frames < MIN_LOUD_FRAMES:
                 continue
-            before = max([before, *self.levels[max(0, piece.start - NEAR // FRAME) : piece.start]])
+            before = max(
+                [before, *self.levels[max(0, piece.start - TALK_WINDOW // FRAME) : piece.start]]
+            )
             silent = len(self.levels) - piece.end
             yield OpenSegment(
-                start=first + piece.start * FRAME - MARGIN,
-                least=usual + GOES_ON,
+                start=first + piece.start * FRAME - SEGMENT_MARGIN,
+                least=usual + CONTINUE_ABOVE,
                 voices=self.voices,
                 before=before,
                 levels=self.levels[piece.start :],
@@ -126,15 +128,15 @@ class OpenSegment:
             kept_from: where that begins in the stream, in samples.
         """
         first, last = self.start - kept_from, end - kept_from
-        never_quiet = self.voices > 1 - SILENT_SHARE
+        never_quiet = self.voices > 1 - MIN_SILENT_SHARE
         return Segment(
             self.start / SAMPLE_RATE,
             end / SAMPLE_RATE,
             heard / SAMPLE_RATE,
             kept[first:last].copy(),
-            above=self.loudest - self.least + GOES_ON,
+            above=self.loudest - self.least + CONTINUE_ABOVE,
             voices=self.voices,
-            amid=never_quiet and self.loudest < self.before + AS_LOUD,
-            before=kept[max(0, first - SURROUNDINGS) : first].copy(),
-            after=kept[last : min(last + SURROUNDINGS, heard - kept_from)].copy(),
+            amid=never_quiet and self.loudest < self.before + TALK_LEVEL_RANGE,
+            before=kept[max(0, first - CONTEXT_SAMPLES) : first].copy(),
+            after=kept[last : min(last + CONTEXT_SAMPLES, heard - kept_from)].copy(),
         )

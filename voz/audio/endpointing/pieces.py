@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-USUAL = 0.5
+STEADY_QUANTILE = 0.5
 """Of the stretch it is no louder than what goes on in it: motors, or a radio that was turned on."""
 
 
@@ -29,7 +29,7 @@ def pieces(levels: Sequence[float], above: float, pause: int) -> tuple[float, li
     Returns:
         The level that they stand out of, dB, and the pieces in their order.
     """
-    usual = float(np.quantile(levels, USUAL))
+    usual = float(np.quantile(levels, STEADY_QUANTILE))
     found: list[Piece] = []
     for frame, level in enumerate(levels):
         if level <= usual + above:

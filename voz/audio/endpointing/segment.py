@@ -11,14 +11,14 @@ import numpy as np
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 
-LONGEST_WORD = 0.7
+MAX_WORD_SECONDS = 0.7
 """Seconds; who speaks slowly says a word of a command in that."""
 
-PAUSE = int(0.6 * SAMPLE_RATE)
+MAX_PAUSE_SAMPLES = int(0.6 * SAMPLE_RATE)
 """Between two segments, with their margins: in a sentence people pause for less."""
 
 
-NOTHING: Samples = np.empty(0, np.int16)
+NO_SAMPLES: Samples = np.empty(0, np.int16)
 
 
 class Segment(NamedTuple):
@@ -45,8 +45,8 @@ class Segment(NamedTuple):
     above: float = math.inf
     voices: float = 0.0
     amid: bool = False
-    before: Samples = NOTHING
-    after: Samples = NOTHING
+    before: Samples = NO_SAMPLES
+    after: Samples = NO_SAMPLES
 
     @property
     def with_surroundings(self) -> Samples:
@@ -91,12 +91,12 @@ class Feedable(Protocol[Found]):
         """End the stream; yields what was still open."""
 
 
-def follow_closely(one: Segment, other: Segment) -> bool:
+def belong_together(one: Segment, other: Segment) -> bool:
     """Tell whether the second segment belongs to the same speech as the first."""
-    return other.start - one.end < PAUSE / SAMPLE_RATE
+    return other.start - one.end < MAX_PAUSE_SAMPLES / SAMPLE_RATE
 
 
-def through(stream: Feedable[Found], blocks: Iterable[Samples]) -> Iterator[Found]:
+def feed_all(stream: Feedable[Found], blocks: Iterable[Samples]) -> Iterator[Found]:
     """Feed a whole recording to a stream and end it; an AudioError of the blocks comes last."""
     failure = None
     try:

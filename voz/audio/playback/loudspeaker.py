@@ -18,33 +18,33 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from voz.audio import portaudio
-from voz.audio.playback.mixing import RATE, Wave
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 from voz.errors import AudioError
 
 Fill: TypeAlias = Callable[[int, float], Wave]
 
-BLOCK_SECONDS = 0.01
+PLAYBACK_BLOCK_SECONDS = 0.01
 """What is asked for at a time."""
 
-LATENCY = 0.02
+PLAYBACK_LATENCY = 0.02
 """Seconds that the device may hold: what was stopped is heard for so long and a fade more."""
 
-IDLE = 2.0
+MAX_IDLE_SECONDS = 2.0
 """Seconds it stays open for nothing: one sound rarely comes alone."""
 
-STALLED = 1.0
+STALL_TIMEOUT = 1.0
 """A device that has taken nothing for so long is gone, s."""
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0
 """Seconds until a lost device is tried again: twice as long each time, up to the second."""
 
-STEADY = 2.0
+MIN_UPTIME = 2.0
 """A device that is lost again within this time was never really back, s: no new warning."""
 
-LOOK = 0.1
+DEVICE_CHECK_INTERVAL = 0.1
 """How often the thread looks whether the open device is still needed and well, s."""
 
-CLOSING = 1.0
+DEVICE_CLOSE_TIMEOUT = 1.0
 """Seconds to close it; only a sound server that hangs takes longer."""
 
 
@@ -52,7 +52,7 @@ class Loudspeaker:
     """Gives out what it is filled with. All three functions are called from other threads.
 
     Args:
-        fill: gives a number of samples at `RATE`, the first of which is heard at a time by
+        fill: gives a number of samples at `PLAYBACK_RATE`, the first of which is heard at a time by
             `time.monotonic`. Called 100 times a second while the device is open.
         needed: whether there is anything to give out.
         on_trouble: called when there is no device or it fails, with one line or, if that is nothing
@@ -93,9 +93,9 @@ class Loudspeaker:
         self._wake.set()
         atexit.unregister(self.close)
         if self._thread.is_alive():
-            self._thread.join(CLOSING)
+            self._thread.join(DEVICE_CLOSE_TIMEOUT)
             if self._thread.is_alive():
-                portaudio.give_up()
+                portaudio.abandon_streams()
 
     def _work(self) -> None:
         with suppress(AudioError):  # which is told when there is something to play
@@ -118,7 +118,7 @@ class Loudspeaker:
             with self._open():
                 opened = time.monotonic()
                 problem = self._attend()
-                if not problem or time.monotonic() - opened > STEADY:
+                if not problem or time.monotonic() - opened > MIN_UPTIME:
                     self._failures = 0
                 if problem:  # told before it is closed, which may take long
                     self._fail(problem)
@@ -133,25 +133,25 @@ class Loudspeaker:
         """Wait while all is well and needed; otherwise say in a line what is wrong."""
         last_needed = time.monotonic()
         while True:
-            self._wake.wait(LOOK)
+            self._wake.wait(DEVICE_CHECK_INTERVAL)
             self._wake.clear()
             now = time.monotonic()
             if self._needed():
                 last_needed = now
-            if self._closing.is_set() or now - last_needed > IDLE:
+            if self._closing.is_set() or now - last_needed > MAX_IDLE_SECONDS:
                 return None
-            if self._stream_ended or now - self._last_block > STALLED:
+            if self._stream_ended or now - self._last_block > STALL_TIMEOUT:
                 return "the loudspeaker is gone; it is used again as soon as it is back"
 
     @contextmanager
     def _open(self) -> Iterator[None]:
         sounddevice = portaudio.load_sounddevice()
         if self._failures:
-            portaudio.look_for_devices()
+            portaudio.refresh_devices()
         if self._failures or not self._rate:
             self._rate = _usable_rate(sounddevice)
         rate = self._rate
-        fill = self._fill if rate == RATE else _converted(self._fill, rate)
+        fill = self._fill if rate == PLAYBACK_RATE else _resampled(self._fill, rate)
         self._stream_ended = False
         self._last_block = time.monotonic()
 
@@ -165,13 +165,13 @@ class Loudspeaker:
             self._wake.set()
 
         try:
-            with portaudio.running(
+            with portaudio.open_stream(
                 "RawOutputStream",
                 samplerate=rate,
-                blocksize=round(BLOCK_SECONDS * rate),
+                blocksize=round(PLAYBACK_BLOCK_SECONDS * rate),
                 channels=1,
                 dtype="float32",
-                latency=LATENCY,
+                latency=PLAYBACK_LATENCY,
                 callback=give,
                 finished_callback=end,
             ):
@@ -191,29 +191,29 @@ def _usable_rate(sounddevice: ModuleType) -> int:
     try:
         device = sounddevice.query_devices(kind="output")
     except sounddevice.PortAudioError:
-        portaudio.look_for_devices()
+        portaudio.refresh_devices()
         try:
             device = sounddevice.query_devices(kind="output")
         except sounddevice.PortAudioError as error:
             raise AudioError("there is no loudspeaker; connect one") from error
     try:
-        sounddevice.check_output_settings(channels=1, dtype="float32", samplerate=RATE)
+        sounddevice.check_output_settings(channels=1, dtype="float32", samplerate=PLAYBACK_RATE)
     except sounddevice.PortAudioError:
         return int(device["default_samplerate"])
-    return RATE
+    return PLAYBACK_RATE
 
 
-def _converted(fill: Fill, rate: int) -> Fill:
+def _resampled(fill: Fill, rate: int) -> Fill:
     """Let a device of another rate be filled."""
     import soxr
 
-    resampler = soxr.ResampleStream(RATE, rate, 1, dtype="float32")
+    resampler = soxr.ResampleStream(PLAYBACK_RATE, rate, 1, dtype="float32")
     ready: Wave = np.empty(0, np.float32)
 
     def give(frames: int, time: float) -> Wave:
         nonlocal ready
         while len(ready) < frames:
-            block = fill(round(BLOCK_SECONDS * RATE), time + len(ready) / rate)
+            block = fill(round(PLAYBACK_BLOCK_SECONDS * PLAYBACK_RATE), time + len(ready) / rate)
             ready = np.concatenate([ready, resampler.resample_chunk(block)])
         block, ready = ready[:frames], ready[frames:]
         return block

@@ -6,17 +6,17 @@ import threading
 import time
 from collections.abc import Callable
 
-from voz.audio.playback.history import History, to_heard
-from voz.audio.playback.loudspeaker import LATENCY, Loudspeaker
-from voz.audio.playback.mixing import RATE, PlayingSound, Wave, mix
+from voz.audio.playback.history import PlaybackHistory, to_16_khz
+from voz.audio.playback.loudspeaker import PLAYBACK_LATENCY, Loudspeaker
+from voz.audio.playback.playing_sound import PLAYBACK_RATE, PlayingSound, Wave, mix
 
-LATE = 2.0
+MAX_START_DELAY = 2.0
 """A sound that could not begin for so long is left out, s: it would no longer belong there."""
 
-LOOK = 0.1
+LATE_CHECK_INTERVAL = 0.1
 """How often who waits for a sound looks whether it is late, s."""
 
-LAST_WORD = 0.2
+FADE_TIMEOUT = 0.2
 """Seconds at most that `close` takes for the last fade to be heard."""
 
 
@@ -33,7 +33,7 @@ class Mixer:
         self._warn = warn
         self._changed = threading.Condition()  # guards what follows
         self._sources: dict[PlayingSound, float] = {}  # with when they were to begin
-        self._history = History()
+        self._history = PlaybackHistory()
         self._gain = 1.0
         self._closed = False
         self._loudspeaker = Loudspeaker(self._fill, self._needed, self._leave_out)
@@ -46,7 +46,7 @@ class Mixer:
         """Let a sound begin now, beside what is heard already.
 
         Args:
-            sound: at least one sample, at `mixing.RATE`.
+            sound: at least one sample, at `mixing.PLAYBACK_RATE`.
             volume: 0 to 1.
             repeats: whether it goes on until it is stopped.
 
@@ -72,7 +72,7 @@ class Mixer:
         """Wait until a sound has ended, was stopped, or was left out for want of a loudspeaker."""
         with self._changed:
             while not source.over:
-                self._changed.wait(LOOK)
+                self._changed.wait(LATE_CHECK_INTERVAL)
                 self._clear()
 
     def busy_until(self) -> float:
@@ -87,8 +87,8 @@ class Mixer:
             if not left or self._loudspeaker.is_lost:
                 return self._history.audible_until
             now = time.monotonic()
-            handed = self._history.end if self._loudspeaker.is_open else now + LATENCY
-            return max(now, handed) + left / RATE
+            handed = self._history.end if self._loudspeaker.is_open else now + PLAYBACK_LATENCY
+            return max(now, handed) + left / PLAYBACK_RATE
 
     def recent(self, seconds: float) -> tuple[Wave, float]:
         """Tell what was given to the loudspeaker last, silence in between included.
@@ -102,7 +102,7 @@ class Mixer:
         """
         with self._changed:
             cut, end = self._history.last(seconds, time.monotonic())
-        return to_heard(cut), end
+        return to_16_khz(cut), end
 
     def close(self) -> None:
         """Fade out whatever sounds, and play nothing any more."""
@@ -111,7 +111,7 @@ class Mixer:
             for source in self._sources:
                 source.stop()
             self._clear()
-            deadline = time.monotonic() + LAST_WORD
+            deadline = time.monotonic() + FADE_TIMEOUT
             while self._sources and (left := deadline - time.monotonic()) > 0:
                 self._changed.wait(left)
             heard = min(self._history.audible_until, deadline)
@@ -144,7 +144,7 @@ class Mixer:
 
     def _clear(self) -> None:
         """Leave out what is too late to begin, and forget what is over."""
-        latest = time.monotonic() - LATE
+        latest = time.monotonic() - MAX_START_DELAY
         for source, begin in self._sources.items():
             if not (source.begun or source.repeats or begin > latest):
                 source.drop()

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from voz.audio import Samples
-from voz.audio.denoise import cleaned
+from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segmenter import segments
 from voz.events import Utterance
 from voz.language.generated.language_files import LanguageFiles
@@ -163,7 +163,7 @@ def fit(said: Iterable[Said], aligner: Aligner, mllr: Path) -> Profile:
         The profile; an empty one if nothing could be aligned.
     """
     found = [(sentence.text, list(segments([sentence.samples]))) for sentence in said]
-    heard = [(text, cleaned(alone[0].samples)) for text, alone in found if len(alone) == 1]
+    heard = [(text, denoise_if_noisy(alone[0].samples)) for text, alone in found if len(alone) == 1]
     speech = [(text, samples, mean_start(samples)) for text, samples in heard]
     learnt = StartVector()
     for _ in range(ALIGNED_AGAIN):

@@ -11,8 +11,15 @@ from recordings import FIXTURES, Recording
 
 from voz.apps.evaluation.noise import mix, random_stretch
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
-from voz.audio.level import LOWEST, Fault, dbfs, faults, measure, obeyed_of_100
+from voz.audio.capture.sound_files import read_blocks
+from voz.audio.recording_level import (
+    MIN_DBFS,
+    Fault,
+    dbfs,
+    find_faults,
+    measure_level,
+    obeyed_of_100,
+)
 
 LENGTH = 3 * SAMPLE_RATE
 GO_FORWARD = FIXTURES / "commands" / "flite_rms__go_forward.flac"
@@ -55,36 +62,36 @@ def test_every_voice_of_the_fixtures_is_fine(recordings: list[Recording]) -> Non
     some = [r for r in recordings if r.kind == "command" and r.text in ("stop", "turn left")]
     assert len({r.voice for r in some}) == 8
     for recording in some:
-        assert faults(measure(spoken(recording.samples()))) == [], recording.path
+        assert find_faults(measure_level(spoken(recording.samples()))) == [], recording.path
 
 
 @pytest.mark.slow
 def test_the_session_is_fine_and_the_kitchen_is_noisy(recordings: list[Recording]) -> None:
     by_name = {r.path.name: r.samples() for r in recordings if r.kind == "long"}
     for start in range(0, 18 * SAMPLE_RATE, LENGTH):
-        quiet_room = measure(by_name["session.wav"][start : start + LENGTH])
-        assert faults(quiet_room) == []
-        kitchen = measure(by_name["kitchen.wav"][start : start + LENGTH])
+        quiet_room = measure_level(by_name["session.wav"][start : start + LENGTH])
+        assert find_faults(quiet_room) == []
+        kitchen = measure_level(by_name["kitchen.wav"][start : start + LENGTH])
         assert kitchen.above_background == pytest.approx(15, abs=4)
-        assert set(faults(kitchen)) <= {Fault.NOISY}
+        assert set(find_faults(kitchen)) <= {Fault.NOISY}
 
 
 @pytest.mark.parametrize("value", [0, 1, -1, 300, -32768, 32767])
 def test_a_microphone_that_gives_the_same_all_the_time_is_silent(value: int) -> None:
-    assert faults(measure(np.full(LENGTH, value, np.int16))) == [Fault.SILENT]
+    assert find_faults(measure_level(np.full(LENGTH, value, np.int16))) == [Fault.SILENT]
 
 
 def test_noise_of_one_unit_from_a_muted_converter_is_silent() -> None:
     samples = np.random.default_rng(1).integers(-1, 2, LENGTH).astype(np.int16)
-    assert faults(measure(samples)) == [Fault.SILENT]
+    assert find_faults(measure_level(samples)) == [Fault.SILENT]
 
 
 @pytest.mark.parametrize("level", [2, 30, 3000])
 def test_hiss_and_hum_are_no_speech(level: int, noise: Samples) -> None:
     hiss = np.random.default_rng(1).standard_normal(LENGTH) * level
     for sound in (as_recorded(hiss), as_recorded(noise * (level / 3000))):
-        found = measure(sound)
-        assert faults(found) == [Fault.NO_SPEECH]
+        found = measure_level(sound)
+        assert find_faults(found) == [Fault.NO_SPEECH]
         assert found.background == pytest.approx(dbfs(sound), abs=3)
 
 
@@ -92,20 +99,20 @@ def test_hiss_and_hum_are_no_speech(level: int, noise: Samples) -> None:
 def test_quiet_speech_is_found_and_said_to_be_quiet(
     decibels: float, fault: list[Fault], command: Samples
 ) -> None:
-    found = measure(louder(command, decibels))
-    assert faults(found) == fault
-    assert found.speech == pytest.approx(measure(command).speech + decibels, abs=1)
+    found = measure_level(louder(command, decibels))
+    assert find_faults(found) == fault
+    assert found.speech == pytest.approx(measure_level(command).speech + decibels, abs=1)
 
 
 @pytest.mark.parametrize("decibels", [18, 24, 30])
 def test_what_is_cut_off_is_clipped(decibels: float, command: Samples) -> None:
-    assert Fault.CLIPPED in faults(measure(louder(command, decibels)))
+    assert Fault.CLIPPED in find_faults(measure_level(louder(command, decibels)))
 
 
 def test_what_was_cut_off_before_it_was_turned_down_is_clipped(command: Samples) -> None:
-    found = measure(louder(louder(command, 20), -12))
+    found = measure_level(louder(louder(command, 20), -12))
     assert found.peak == pytest.approx(-12, abs=0.1)
-    assert faults(found) == [Fault.CLIPPED]
+    assert find_faults(found) == [Fault.CLIPPED]
 
 
 @pytest.mark.parametrize(("ratio", "fault"), [(25, []), (10, [Fault.NOISY]), (5, [Fault.NOISY])])
@@ -113,27 +120,27 @@ def test_noise_behind_the_speech_is_noisy(
     ratio: float, fault: list[Fault], command: Samples, noise: Samples
 ) -> None:
     behind = random_stretch(noise, LENGTH, np.random.default_rng(1))
-    found = measure(mix(command, behind, ratio))
-    assert faults(found) == fault
+    found = measure_level(mix(command, behind, ratio))
+    assert find_faults(found) == fault
     assert found.above_background == pytest.approx(ratio, abs=3.5)
 
 
 def test_far_and_in_noise_is_both_quiet_and_noisy(command: Samples, noise: Samples) -> None:
-    found = measure(louder(mix(command, noise, 8), -40))
-    assert faults(found) == [Fault.TOO_QUIET, Fault.NOISY]
+    found = measure_level(louder(mix(command, noise, 8), -40))
+    assert find_faults(found) == [Fault.TOO_QUIET, Fault.NOISY]
 
 
 def test_who_speaks_all_the_time_is_not_taken_for_the_background(command: Samples) -> None:
     word = command[SAMPLE_RATE // 2 :][: SAMPLE_RATE * 6 // 10]
-    assert faults(measure(np.tile(word, 5))) == []
+    assert find_faults(measure_level(np.tile(word, 5))) == []
 
 
 def test_a_converter_that_is_off_zero_changes_nothing(command: Samples) -> None:
-    off = measure(as_recorded(command.astype(float) * 0.5 + 3000))
-    on = measure(as_recorded(command.astype(float) * 0.5))
+    off = measure_level(as_recorded(command.astype(float) * 0.5 + 3000))
+    on = measure_level(as_recorded(command.astype(float) * 0.5))
     assert off.speech == pytest.approx(on.speech, abs=0.2)
     assert off.background == pytest.approx(on.background, abs=1)
-    assert faults(off) == []
+    assert find_faults(off) == []
 
 
 def test_every_fault_says_what_to_do() -> None:
@@ -151,12 +158,12 @@ def test_every_fault_says_what_to_do() -> None:
 )
 @settings(max_examples=50)
 def test_any_samples_have_a_level_within_what_16_bits_hold(samples: Samples) -> None:
-    level = measure(samples)
-    assert LOWEST <= level.background <= 0.1
-    assert LOWEST <= level.peak <= 0
+    level = measure_level(samples)
+    assert MIN_DBFS <= level.background <= 0.1
+    assert MIN_DBFS <= level.peak <= 0
     assert 0 <= level.at_top <= 1
     assert level.still == (int(samples.max()) - int(samples.min()) <= 2)
-    found = faults(level)
+    found = find_faults(level)
     assert (Fault.SILENT in found) == level.still
     assert (found in ([Fault.SILENT], [Fault.NO_SPEECH])) == (level.speech is None)
 
@@ -166,7 +173,7 @@ def test_any_samples_have_a_level_within_what_16_bits_hold(samples: Samples) -> 
 @settings(max_examples=25)
 def test_a_louder_recording_is_louder_and_as_far_above_its_background(decibels: float) -> None:
     plain = spoken(np.concatenate(list(read_blocks(GO_FORWARD))) // 3, background=50)
-    before, after = measure(plain), measure(louder(plain, decibels))
+    before, after = measure_level(plain), measure_level(louder(plain, decibels))
     assert before.speech is not None
     assert after.speech == pytest.approx(before.speech + decibels, abs=0.5)
     assert after.above_background == pytest.approx(before.above_background, abs=0.5)

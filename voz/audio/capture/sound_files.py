@@ -17,25 +17,25 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 from voz.files import shown_path
 
-BLOCK_SECONDS = 1.0
+READ_BLOCK_SECONDS = 1.0
 """Long enough to be read fast, short enough that an hour needs no more memory than a second."""
 
-LOWEST_RATE, HIGHEST_RATE = 4000, 768_000
+MIN_SAMPLE_RATE, MAX_SAMPLE_RATE = 4000, 768_000
 """Below the first there is no speech left, above the second no sound card: a broken header."""
 
-LONGEST_SOUND = 600.0
+MAX_SOUND_SECONDS = 600.0
 """Seconds; a sound is held in memory while it is played, a minute in 12 MB."""
 
-OGG_PAGE = 65_307
+OGG_MAX_PAGE_BYTES = 65_307
 """Bytes; no page of an OGG file is longer."""
 
 OGG_HEADER = 27
 """Bytes; the last one tells how many follow, each with the length of a segment of the page."""
 
-LAST_PAGE = 4
+OGG_LAST_PAGE_FLAG = 4
 """The flag of the last page of an OGG file, in the sixth byte."""
 
-UNKNOWN_LENGTH = 0x7FFFF000
+UNKNOWN_WAV_LENGTH = 0x7FFFF000
 """A program that writes to a pipe does not know the length and promises at least this."""
 
 
@@ -53,17 +53,17 @@ def read_blocks(path: Path, start: int = 0) -> Iterator[Samples]:
         AudioError: the file is missing, no regular file, unreadable, empty, cut short or holds
             samples that are no numbers. The blocks before the fault were yielded.
     """
-    with _opened(path) as file:
+    with _open(path) as file:
         read = start
-        for block in _from(path, file, start):
+        for block in _read_from(path, file, start):
             read += len(block)
             yield block
         _check_whole(path, file, read / SAMPLE_RATE)
 
 
-def promised_seconds(path: Path) -> float:
+def header_seconds(path: Path) -> float:
     """Tell how long a recording is by what it says of itself; errors are those of `read_blocks`."""
-    with _opened(path) as file:
+    with _open(path) as file:
         return float(file.frames / file.samplerate)
 
 
@@ -71,7 +71,7 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
     """Read a sound that is to be played.
 
     Args:
-        path: a file as `read_blocks` takes it, up to `LONGEST_SOUND`.
+        path: a file as `read_blocks` takes it, up to `MAX_SOUND_SECONDS`.
         rate: of what is returned, Hz.
 
     Returns:
@@ -80,17 +80,17 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
     Raises:
         AudioError: as `read_blocks` does, or the sound is too long.
     """
-    with _opened(path) as file:
-        if file.frames > LONGEST_SOUND * file.samplerate:
-            minutes = f"{LONGEST_SOUND / 60:g} minutes"
+    with _open(path) as file:
+        if file.frames > MAX_SOUND_SECONDS * file.samplerate:
+            minutes = f"{MAX_SOUND_SECONDS / 60:g} minutes"
             raise AudioError(f"{shown_path(path)}: is longer than {minutes}; play a part of it")
-        sound = np.concatenate(list(_mono(path, file, rate)))
+        sound = np.concatenate(list(_read_resampled(path, file, rate)))
         _check_whole(path, file, len(sound) / rate)
     return sound
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
+def _open(path: Path) -> Iterator[soundfile.SoundFile]:
     """Open a recording; whatever is wrong with it, then or while it is read, is an AudioError."""
     try:
         if path.is_dir():
@@ -107,7 +107,7 @@ def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
             path.open("rb", buffering=0) as stream,
             soundfile.SoundFile(stream.fileno(), closefd=False) as file,
         ):
-            if not LOWEST_RATE <= file.samplerate <= HIGHEST_RATE:
+            if not MIN_SAMPLE_RATE <= file.samplerate <= MAX_SAMPLE_RATE:
                 raise AudioError(
                     f"{shown_path(path)}: a sample rate of {file.samplerate} Hz is not usable; "
                     "record at 16000 Hz"
@@ -124,10 +124,10 @@ def _opened(path: Path) -> Iterator[soundfile.SoundFile]:
 
 def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
     """Complain about a recording that holds less than it promised, once all of it was read."""
-    missing = _promised_seconds(file) - seconds
+    missing = _header_seconds(file) - seconds
     if missing > 0.01:
         raise AudioError(f"{shown_path(path)}: is cut short, the last {missing:.1f} s are missing")
-    if file.format == "OGG" and not _ends_as_ogg_does(path):
+    if file.format == "OGG" and not _has_last_ogg_page(path):
         raise AudioError(f"{shown_path(path)}: is cut short, its end is missing")
     if seconds == 0:
         raise AudioError(f"{shown_path(path)}: holds no sound")
@@ -137,32 +137,32 @@ def _is_native(file: soundfile.SoundFile) -> bool:
     return (file.samplerate, file.channels, file.subtype) == (SAMPLE_RATE, 1, "PCM_16")
 
 
-def _from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Samples]:
+def _read_from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Samples]:
     """The samples of a recording but the first; what is resampled hangs on all before it."""
     if _is_native(file):
         if start:
             file.seek(start)
-        yield from _native(file)
+        yield from _read_native(file)
         return
-    for block in map(to_int16, _mono(path, file)):
+    for block in map(to_int16, _read_resampled(path, file)):
         if len(rest := block[start:]):
             yield rest
         start = max(0, start - len(block))
 
 
-def _native(file: soundfile.SoundFile) -> Iterator[Samples]:
+def _read_native(file: soundfile.SoundFile) -> Iterator[Samples]:
     # Not `file.blocks`: where a file is damaged that gives the block before once more.
-    while len(block := file.read(int(BLOCK_SECONDS * SAMPLE_RATE), dtype="int16")):
+    while len(block := file.read(int(READ_BLOCK_SECONDS * SAMPLE_RATE), dtype="int16")):
         yield block
 
 
-def _mono(
+def _read_resampled(
     path: Path, file: soundfile.SoundFile, rate: int = SAMPLE_RATE
 ) -> Iterator[npt.NDArray[np.float32]]:
     import soxr  # 20 ms that the usual 16 kHz recording need not wait for
 
     resampler = soxr.ResampleStream(file.samplerate, rate, 1, dtype="float32")
-    size = int(BLOCK_SECONDS * file.samplerate) // file.channels + 1
+    size = int(READ_BLOCK_SECONDS * file.samplerate) // file.channels + 1
     while len(channels := file.read(size, dtype="float32", always_2d=True)):
         mono = channels.mean(axis=1)
         if not np.isfinite(mono).all():
@@ -179,26 +179,26 @@ def to_int16(samples: npt.NDArray[np.floating[Any]]) -> Samples:
     return whole
 
 
-def _promised_seconds(file: soundfile.SoundFile) -> float:
+def _header_seconds(file: soundfile.SoundFile) -> float:
     """How long the header says the recording is; libsndfile itself cuts a WAV's to what is there.
 
     Its log keeps what it read: `data : 32000 (should be 19956)`.
     """
     seconds = float(file.frames / file.samplerate)
     log = re.search(r"^data : (\d+) \(should be (\d+)\)", file.extra_info, re.MULTILINE)
-    if log is None or int(log[1]) >= UNKNOWN_LENGTH:
+    if log is None or int(log[1]) >= UNKNOWN_WAV_LENGTH:
         return seconds
     promised, there = int(log[1]), int(log[2])
     return seconds * promised / there if there else seconds
 
 
-def _ends_as_ogg_does(path: Path) -> bool:
+def _has_last_ogg_page(path: Path) -> bool:
     """Whether the last page of an OGG file is marked as that: nothing else tells of a cut."""
     with path.open("rb") as stream:
-        stream.seek(-min(OGG_PAGE, path.stat().st_size), os.SEEK_END)
+        stream.seek(-min(OGG_MAX_PAGE_BYTES, path.stat().st_size), os.SEEK_END)
         end = stream.read()
     page = end[max(0, end.rfind(b"OggS")) :]  # https://www.rfc-editor.org/rfc/rfc3533#section-6
-    if len(page) < OGG_HEADER or not page[5] & LAST_PAGE:
+    if len(page) < OGG_HEADER or not page[5] & OGG_LAST_PAGE_FLAG:
         return False
     segments = page[OGG_HEADER - 1]
     return len(page) >= OGG_HEADER + segments + sum(page[OGG_HEADER : OGG_HEADER + segments])

@@ -10,7 +10,7 @@ import pytest
 import soundfile
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks, read_sound
+from voz.audio.capture.sound_files import read_blocks, read_sound
 from voz.errors import AudioError
 from voz.files import shown_path
 

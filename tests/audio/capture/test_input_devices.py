@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from voz.audio.capture.devices import Device
+from voz.audio.capture.input_devices import Device
 
 CHOOSE = """
 import json, sys
-from voz.audio.capture.devices import choose, microphones
+from voz.audio.capture.input_devices import choose_microphone, list_microphones
 from voz.errors import AudioError
-print(json.dumps(microphones()))
+print(json.dumps(list_microphones()))
 for wanted in json.loads(sys.argv[1]):
     try:
-        print(json.dumps(choose(wanted)))
+        print(json.dumps(choose_microphone(wanted)))
     except AudioError as error:
         print(json.dumps(str(error)))
 """

@@ -10,18 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 Wave: TypeAlias = npt.NDArray[np.float32]
-"""Samples of one channel at `RATE`, of shape (n,), from -1 to 1 unless said otherwise."""
+"""Samples of one channel at `PLAYBACK_RATE`, of shape (n,), from -1 to 1 unless said otherwise."""
 
-RATE = 48_000
+PLAYBACK_RATE = 48_000
 """Hz. What nearly every loudspeaker takes, and three times what is listened to."""
 
-FADE = 240
+FADE_SAMPLES = 240
 """Samples, 5 ms: as short as a tone can end without a click."""
 
-AUDIBLE = 0.004
+AUDIBLE_AMPLITUDE = 0.004
 """-48 dB. festival's silence stays below it."""
 
-RECOVERY = 1 / RATE
+GAIN_RECOVERY = 1 / PLAYBACK_RATE
 """How fast the gain comes back after it was too loud, for each sample: from 0 to 1 in a second."""
 
 
@@ -41,7 +41,7 @@ class PlayingSound:
         self._volume = volume
         self._position = 0
         self._fade_left: int | None = None
-        (audible,) = np.nonzero(np.abs(sound) * volume > AUDIBLE)
+        (audible,) = np.nonzero(np.abs(sound) * volume > AUDIBLE_AMPLITUDE)
         self._audible_end = int(audible[-1]) + 1 if len(audible) else 0
 
     @property
@@ -68,7 +68,7 @@ class PlayingSound:
     def stop(self) -> None:
         """Let it fade out from here on; what was never begun is over at once."""
         if self._fade_left is None:
-            self._fade_left = FADE if self.begun else 0
+            self._fade_left = FADE_SAMPLES if self.begun else 0
 
     def drop(self) -> None:
         """Be over at once, unheard."""
@@ -88,7 +88,7 @@ class PlayingSound:
         block *= np.float32(self._volume)
         if self._fade_left is not None:
             left = self._fade_left - np.arange(frames, dtype=np.float32)
-            block *= np.sin(np.clip(left / FADE, 0, 1) * (math.pi / 2)) ** 2
+            block *= np.sin(np.clip(left / FADE_SAMPLES, 0, 1) * (math.pi / 2)) ** 2
             self._fade_left -= frames
         return block
 
@@ -109,18 +109,18 @@ def mix(sources: Sequence[PlayingSound], frames: int, gain: float = 1.0) -> tupl
     for source in sources:
         total += source.take(frames)
     peak = float(np.abs(total).max(initial=0.0))
-    reached = min(1.0, gain + frames * RECOVERY, 1 / max(peak, 1.0))
+    reached = min(1.0, gain + frames * GAIN_RECOVERY, 1 / max(peak, 1.0))
     if gain < 1.0 or reached < 1.0:
         total *= np.linspace(gain, reached, frames + 1, dtype=np.float32)[1:]
     return np.clip(total, -1.0, 1.0, out=total), reached
 
 
-def from_first_audible(sound: Wave, before: int = RATE // 100) -> Wave:
+def trim_leading_silence(sound: Wave, before: int = PLAYBACK_RATE // 100) -> Wave:
     """Leave out the silence that a sound begins with.
 
     Args:
         sound: may be silent altogether: then it stays as it is.
         before: how much of the silence is kept, samples.
     """
-    start = int(np.argmax(np.abs(sound) > AUDIBLE))
+    start = int(np.argmax(np.abs(sound) > AUDIBLE_AMPLITUDE))
     return sound[max(0, start - before) :]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from voz.audio.capture.pulse import PULSE, list_sources
+from voz.audio.capture.pulse import PULSE_DEVICE, list_sources
 from voz.audio.portaudio import load_sounddevice
 from voz.errors import AudioError
 
@@ -38,7 +38,7 @@ class Device(NamedTuple):
         return f'"{self.name}"' if self.is_source else f'{self.number} "{self.name}"'
 
 
-def microphones() -> list[Device]:
+def list_microphones() -> list[Device]:
     """List all devices of PortAudio's that record, in the order of their numbers.
 
     Raises:
@@ -59,21 +59,21 @@ def microphones() -> list[Device]:
     ]
 
 
-def sources(there: list[Device]) -> list[Device]:
+def list_pulse_microphones(there: list[Device]) -> list[Device]:
     """List the sources of PulseAudio or PipeWire, if PortAudio has a way to it.
 
     Args:
-        there: what `microphones` gives.
+        there: what `list_microphones` gives.
     """
     return [
         Device(server.number, *source, "PulseAudio", is_source=True)
         for server in there
-        if server.name == PULSE
+        if server.name == PULSE_DEVICE
         for source in list_sources()
     ]
 
 
-def choose(wanted: str | None = None, without: str = " and start again") -> Device:
+def choose_microphone(wanted: str | None = None, without: str = " and start again") -> Device:
     """Find the microphone that is meant.
 
     Args:
@@ -84,12 +84,12 @@ def choose(wanted: str | None = None, without: str = " and start again") -> Devi
     Raises:
         AudioError: there is no such microphone, or there are several.
     """
-    there = microphones()
+    there = list_microphones()
     if not there:
         raise AudioError(f"there is no microphone; connect one{without}")
-    meant = _default(there) if wanted is None else _matching(wanted, there)
+    meant = _default_microphone(there) if wanted is None else _matching(wanted, there)
     if wanted is not None and not meant:
-        more = sources(there)
+        more = list_pulse_microphones(there)
         there, meant = there + more, _matching(wanted, more)
     if len(meant) == 1:
         return meant[0]
@@ -99,7 +99,7 @@ def choose(wanted: str | None = None, without: str = " and start again") -> Devi
     raise AudioError(f"{named}; take the number or the name of one of: {names}")
 
 
-def _default(there: list[Device]) -> list[Device]:
+def _default_microphone(there: list[Device]) -> list[Device]:
     """Ask sounddevice for the default microphone; none if it has none."""
     sounddevice = load_sounddevice()
     try:

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from voz.audio.playback.mixing import (
-    AUDIBLE,
-    FADE,
-    RATE,
+from voz.audio.playback.playing_sound import (
+    AUDIBLE_AMPLITUDE,
+    FADE_SAMPLES,
+    PLAYBACK_RATE,
     PlayingSound,
     Wave,
-    from_first_audible,
     mix,
+    trim_leading_silence,
 )
 
 QUIET = st.floats(-0.25, 0.25, width=32)
@@ -32,9 +32,10 @@ def taken(source: PlayingSound, sizes: list[int]) -> Wave:
 
 
 def tone(seconds: float, frequency: float = 440.0) -> Wave:
-    return (0.5 * np.sin(2 * np.pi * frequency * np.arange(int(seconds * RATE)) / RATE)).astype(
-        np.float32
-    )
+    return (
+        0.5
+        * np.sin(2 * np.pi * frequency * np.arange(int(seconds * PLAYBACK_RATE)) / PLAYBACK_RATE)
+    ).astype(np.float32)
 
 
 @given(waves, st.lists(frames, min_size=1, max_size=6))
@@ -69,10 +70,10 @@ def test_a_stopped_sound_fades_out_in_5_ms_with_no_step(before: int, size: int) 
     while not source.over:
         heard.append(source.take(size))
     samples = np.concatenate(heard)
-    assert len(samples) - before <= FADE + size
-    assert np.abs(np.diff(samples)).max() < 0.5 * 2 / FADE  # the fade's own slope
+    assert len(samples) - before <= FADE_SAMPLES + size
+    assert np.abs(np.diff(samples)).max() < 0.5 * 2 / FADE_SAMPLES  # the fade's own slope
     assert np.all(samples[:before] == 0.5)
-    assert abs(samples[before + FADE - 1]) < 0.001
+    assert abs(samples[before + FADE_SAMPLES - 1]) < 0.001
 
 
 def test_a_sound_that_is_stopped_before_it_began_is_over() -> None:
@@ -85,9 +86,9 @@ def test_stopping_twice_does_not_begin_the_fade_anew() -> None:
     source = PlayingSound(tone(1))
     source.take(480)
     source.stop()
-    source.take(FADE // 2)
+    source.take(FADE_SAMPLES // 2)
     source.stop()
-    source.take(FADE // 2)
+    source.take(FADE_SAMPLES // 2)
     assert source.over
 
 
@@ -98,10 +99,10 @@ def test_how_long_a_sound_is_audible_is_known() -> None:
     source.take(100)
     assert source.audible_left <= len(tone(0.1)) - 100
     source.stop()
-    assert source.audible_left == FADE
+    assert source.audible_left == FADE_SAMPLES
     assert PlayingSound(wave, repeats=True).audible_left == math.inf
     assert PlayingSound(np.zeros(100, np.float32), repeats=True).audible_left == 0
-    assert PlayingSound(wave, volume=AUDIBLE).audible_left == 0
+    assert PlayingSound(wave, volume=AUDIBLE_AMPLITUDE).audible_left == 0
 
 
 @given(st.lists(waves, max_size=4), frames)
@@ -147,13 +148,13 @@ def test_after_a_loud_sound_the_gain_comes_back() -> None:
 @given(arrays.arrays(np.float32, st.integers(1, 2000), elements=QUIET))
 def test_silence_before_a_sound_is_left_out_but_for_10_ms(wave: Wave) -> None:
     silence = np.zeros(3000, np.float32)
-    rest = from_first_audible(np.concatenate([silence, wave]))
-    if np.abs(wave).max() <= AUDIBLE:
+    rest = trim_leading_silence(np.concatenate([silence, wave]))
+    if np.abs(wave).max() <= AUDIBLE_AMPLITUDE:
         assert len(rest) == len(wave) + 3000
     else:
-        first = int(np.argmax(np.abs(wave) > AUDIBLE))
-        assert len(rest) == len(wave) - first + RATE // 100
-        assert np.array_equal(rest[RATE // 100 :], wave[first:])
+        first = int(np.argmax(np.abs(wave) > AUDIBLE_AMPLITUDE))
+        assert len(rest) == len(wave) - first + PLAYBACK_RATE // 100
+        assert np.array_equal(rest[PLAYBACK_RATE // 100 :], wave[first:])
 
 
 class SoundsComeAndGo(RuleBasedStateMachine):

@@ -12,45 +12,47 @@ from voz.audio import SAMPLE_RATE, Samples
 
 Floats = npt.NDArray[np.float64]
 
-Level: TypeAlias = tuple[float, float]
+BandLevels: TypeAlias = tuple[float, float]
 """Of a frame, in both bands, dB over one unit of the 16 bits."""
 
 FRAME = 480
 """The 30 ms by which a stream is followed, as the voice detector does."""
 
-WINDOW, HOP = 320, 160
+SPECTRUM_WINDOW, SPECTRUM_HOP = 320, 160
 """Samples of a spectrum, 20 ms, and between two."""
 
-EACH = FRAME // HOP
+SPECTRA_PER_FRAME = FRAME // SPECTRUM_HOP
 """Spectra in a frame."""
 
-BANDS = (5, 68, 140)
+BAND_EDGES = (5, 68, 140)
 """Of a spectrum: 250 to 3,400 Hz, above the hum of motors, and up to 7,000, where the s is."""
 
-SMOOTH = 5
+SMOOTHED_SPECTRA = 5
 """Spectra that a level is the mean of."""
 
-AT_ONCE = 10 * SAMPLE_RATE // FRAME
+BATCH_FRAMES = 10 * SAMPLE_RATE // FRAME
 """Frames whose spectra are computed together; those of an hour would take a gigabyte."""
 
 
-class Levels:
+class LevelMeter:
     """Measures one stream; what it tells of a frame is the same in whatever company it comes."""
 
     def __init__(self) -> None:
         """Start with nothing heard."""
-        self._window = np.hanning(WINDOW + 1)[:-1]
-        self._scale = WINDOW * np.sum(self._window**2)
-        self._before: Samples = np.zeros(WINDOW - HOP, np.int16)  # what the next spectrum begins in
-        self._energies: Floats = np.empty((0, len(BANDS) - 1))
+        self._window = np.hanning(SPECTRUM_WINDOW + 1)[:-1]
+        self._scale = SPECTRUM_WINDOW * np.sum(self._window**2)
+        self._before: Samples = np.zeros(
+            SPECTRUM_WINDOW - SPECTRUM_HOP, np.int16
+        )  # what the next spectrum begins in
+        self._energies: Floats = np.empty((0, len(BAND_EDGES) - 1))
 
-    def of(self, sound: Samples) -> list[Level]:
+    def of(self, sound: Samples) -> list[BandLevels]:
         """Measure the next frames of the stream.
 
         Args:
             sound: 16 kHz, whole frames.
         """
-        some = AT_ONCE * FRAME
+        some = BATCH_FRAMES * FRAME
         first = some if len(self._energies) else FRAME  # which alone has fewer spectra than usual
         begins = [0, *range(first, len(sound), some)]
         pieces = (sound[at:end] for at, end in zip_longest(begins, begins[1:]))
@@ -60,22 +62,22 @@ class Levels:
         """All that what follows hangs on."""
         return self._before.tobytes() + self._energies.tobytes()
 
-    def _some(self, sound: Samples) -> list[Level]:
+    def _some(self, sound: Samples) -> list[BandLevels]:
         count = len(sound) // FRAME
         if not count:
             return []
         energies = np.concatenate([self._energies, self._bands(sound)])
-        self._energies = energies[-SMOOTH:]
+        self._energies = energies[-SMOOTHED_SPECTRA:]
         found = 10 * np.log10(_means(energies, count) + 1)
         return [(low, high) for low, high in found.tolist()]
 
     def _bands(self, sound: Samples) -> Floats:
         """The energy in each band, spectra x bands."""
         sound = np.concatenate([self._before, sound])
-        self._before = sound[len(sound) - (WINDOW - HOP) :]
-        windows = np.lib.stride_tricks.sliding_window_view(sound, WINDOW)[::HOP]
+        self._before = sound[len(sound) - (SPECTRUM_WINDOW - SPECTRUM_HOP) :]
+        windows = np.lib.stride_tricks.sliding_window_view(sound, SPECTRUM_WINDOW)[::SPECTRUM_HOP]
         power = np.abs(np.fft.rfft(windows * self._window)) ** 2
-        low, middle, high = BANDS
+        low, middle, high = BAND_EDGES
         bands: Floats = np.add.reduceat(power[:, low:high], (0, middle - low), axis=1)
         bands /= self._scale
         return bands
@@ -83,9 +85,9 @@ class Levels:
 
 def _means(energies: Floats, count: int) -> Floats:
     """The mean of the last spectra up to each of so many frames."""
-    end = len(energies) - EACH * (count - 1)  # of the first frame
-    smooth = min(SMOOTH, end)
+    end = len(energies) - SPECTRA_PER_FRAME * (count - 1)  # of the first frame
+    smooth = min(SMOOTHED_SPECTRA, end)
     # Each frame adds up in the same order as it would alone.
-    spectra = [energies[end - place :: EACH][:count] for place in range(smooth, 0, -1)]
+    spectra = [energies[end - place :: SPECTRA_PER_FRAME][:count] for place in range(smooth, 0, -1)]
     means: Floats = sum(spectra[1:], spectra[0]) / smooth
     return means

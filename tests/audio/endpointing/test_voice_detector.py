@@ -7,9 +7,9 @@ import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.files import read_blocks
+from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segmenter import segments
-from voz.audio.endpointing.voice import VoiceDetector
+from voz.audio.endpointing.voice_detector import VoiceDetector
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.generated.language_files import LanguageFiles
-from voz.language.other_languages import add_language, read_language, sources_of
+from voz.language.other_languages import add_language, find_sources, read_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.thresholds import needed
 from voz.settings import Recognition
@@ -95,7 +95,7 @@ def built(given: Path, folder: Path) -> LanguageFiles:
     os.environ["XDG_DATA_HOME"] = str(folder)
     add_language(given, "es")
     os.chdir(SPANISH)  # its settings name the rules from there
-    sources = sources_of(load_config(Path("voz.toml")).language)
+    sources = find_sources(load_config(Path("voz.toml")).language)
     assert sources
     commands = Path("comandos.txt")
     build(commands, folder / "lm", read_list(commands, read_language(sources)))

@@ -1,4 +1,4 @@
-"""How often commands are mixed up, by how alike they sound: what `alike_report.py` estimates by.
+"""How often commands are mixed up, by how alike they sound: measures `confusion_rate`.
 
 Run `python benchmarks/mixing.py audio_fixtures/manifest.tsv`. Each command is heard as it is and in
 white noise, and every other command of the list is its rival.
@@ -20,8 +20,8 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks, to_int16
 from voz.language.generated.language_files import LanguageFiles
-from voz.language.similarity.alike_report import mixed_up
-from voz.language.similarity.confusion import sound_alike
+from voz.language.similarity.confusion import find_similar
+from voz.language.similarity.similarity_report import confusion_rate
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language, load_language
 from voz.recognition.second_ear import second_ear_for
@@ -36,8 +36,8 @@ def likeness(language: Language) -> dict[frozenset[str], float]:
     """How alike each two commands sound."""
     ways = spellings(language.dictionary)
     phones = {word: [" ".join(way) for way in each] for word, each in ways.items()}
-    pairs = sound_alike(language.commands.listed, phones, at_least=0.0)
-    return {frozenset((pair.first, pair.second)): pair.alike for pair in pairs}
+    pairs = find_similar(language.commands.listed, phones, at_least=0.0)
+    return {frozenset((pair.first, pair.second)): pair.similarity for pair in pairs}
 
 
 def noisy(samples: Samples, snr: int | None, chance: np.random.Generator) -> Samples:
@@ -82,7 +82,7 @@ def main(
         shares = [taken[snr, place] for snr in NOISES]
         if shares[0]:
             shown = " | ".join(f"{np.mean(share):.3f}" for share in shares)
-            middle = mixed_up((low + min(high, 1)) / 2)
+            middle = confusion_rate((low + min(high, 1)) / 2)
             print(f"| {low} to {high} | {len(shares[0])} | {shown} | {middle:.3f} |")
 
 

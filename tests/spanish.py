@@ -13,7 +13,12 @@ import numpy as np
 import numpy.typing as npt
 import pocketsphinx
 
-from voz.language.acoustics.acoustic_model import BYTE_ORDER, STATES, AcousticModel, read_phones
+from voz.language.acoustics.acoustic_model import (
+    BYTE_ORDER,
+    STATES_PER_PHONE,
+    AcousticModel,
+    read_phones,
+)
 
 LIKE = {
     "SIL": "SIL", "a": "AA", "b": "B", "ch": "CH", "d": "DH", "e": "EH", "f": "F", "g": "G",
@@ -34,7 +39,9 @@ def spanish_model(folder: Path) -> Path:
     (folder / "mdef").write_text(_mdef())
     for name, values in (("means", known.means), ("variances", known.variances)):
         (folder / name).write_bytes(_gaussians(values[numbers].astype("<f4")))
-    senones = [STATES * number + state for number in numbers for state in range(STATES)]
+    senones = [
+        STATES_PER_PHONE * number + state for number in numbers for state in range(STATES_PER_PHONE)
+    ]
     (folder / "sendump").write_bytes(_sendump(known._weights[:, :, senones]))
     data = (english / "transition_matrices").read_bytes()
     (folder / "transition_matrices").write_bytes(_transitions(data, numbers))
@@ -55,11 +62,13 @@ def spanish(folder: Path) -> Path:
 def _mdef() -> str:
     size = len(LIKE)
     head = ["n_base", "n_tri", "n_state_map", "n_tied_state", "n_tied_ci_state", "n_tied_tmat"]
-    counts = [size, 0, 4 * size, STATES * size, STATES * size, size]
+    counts = [size, 0, 4 * size, STATES_PER_PHONE * size, STATES_PER_PHONE * size, size]
     lines = ["0.3", *(f"{count} {name}" for count, name in zip(counts, head, strict=True)), "#"]
     for number, phone in enumerate(LIKE):
         kind = "filler" if phone == "SIL" else "n/a"
-        states = " ".join(str(STATES * number + state) for state in range(STATES))
+        states = " ".join(
+            str(STATES_PER_PHONE * number + state) for state in range(STATES_PER_PHONE)
+        )
         lines.append(f"{phone} - - - {kind} {number} {states} N")
     return "".join(f"{line}\n" for line in lines)
 

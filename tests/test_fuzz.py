@@ -23,7 +23,7 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.config import load_config
 from voz.errors import VozError
 from voz.language.build import build
-from voz.language.generated.language_files import PACKAGED, LanguageFiles
+from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.decoder import Decoder
 from voz.recognition.language import load_language
 from voz.recognition.speaker.adaptation import StartVector
@@ -158,7 +158,7 @@ def test_a_transform_that_is_taken_does_not_make_pocketsphinx_crash(tmp_path: Pa
         text = numbers.replace("1.000000", changed)
         assert is_transforms(text)
         path.write_text(text)
-        Decoder(load_language(LanguageFiles(PACKAGED)), mllr=str(path)).decode(
+        Decoder(load_language(LanguageFiles(PACKAGED_FOLDER)), mllr=str(path)).decode(
             soundfile.read(GO_BACK, dtype="int16")[0], MEAN
         )
     for changed in ("nan", "inf", "1e9", "1", "0x1p3"):

@@ -26,8 +26,8 @@ from rich.progress import track
 from voz.apps.recordings.manifest_text import parse_records
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
-from voz.language.acoustics.phone_distances import DISTANCES
-from voz.language.acoustics.spoken_language import USUAL_MODEL
+from voz.language.acoustics.language_info import ENGLISH_MODEL
+from voz.language.acoustics.phone_distances import DISTANCES_FILE
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import UNPRUNED
@@ -185,7 +185,7 @@ def measure(chosen: Sequence[Clip]) -> Losses:
     """Search all clips and add up what the variations lose."""
     with fillers(PHONES) as words:
         decoder = pocketsphinx.Decoder(
-            hmm=pocketsphinx.get_model_path(USUAL_MODEL),
+            hmm=pocketsphinx.get_model_path(ENGLISH_MODEL),
             dict=None,
             lm=None,
             fdict=str(words),  # as in the phone loop: phones without their context
@@ -268,7 +268,7 @@ def main(
     ] = None,
     out: Annotated[
         Path, typer.Option(help="The table.", show_default="in the package")
-    ] = DISTANCES,
+    ] = DISTANCES_FILE,
 ) -> None:
     """Measure how far apart the acoustic model holds the phones.
 

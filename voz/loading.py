@@ -49,13 +49,13 @@ def load(
 def _load_list(
     commands: Iterable[str], settings: Recognition, profile: Profile | None
 ) -> Recognizer:
-    from voz.language.build import write
-    from voz.language.command_source import list_of
+    from voz.language.build import write_files
+    from voz.language.command_source import read_lines
 
     lines = list(commands) if isinstance(commands, Iterable) else [commands]
     for line in lines:
         if not isinstance(line, str):
             raise CommandsError(f"{line!r} is no command; give a list of texts, or a folder")
     with TemporaryDirectory(prefix="voz-") as folder:  # whose files are read once
-        write(list_of(lines), Path(folder))
+        write_files(read_lines(lines), Path(folder))
         return Recognizer(LanguageFiles(Path(folder)), settings, profile)

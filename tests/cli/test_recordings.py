@@ -14,7 +14,7 @@ import soundfile
 from calls import VOZ, in_process
 from recordings import GO_BACK, Recording
 
-from voz.language.generated.language_files import PACKAGED
+from voz.language.generated.language_files import PACKAGED_FOLDER
 
 
 def test_decode_writes_a_line_of_json_for_each_utterance(voz: Any, session: Recording) -> None:
@@ -51,7 +51,7 @@ def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
     shutil.copy(GO_BACK, odd)
     assert in_process("decode", "--json", odd).json[0]["file"] == rf"{tmp_path}/\xff.flac"
     folder = tmp_path / os.fsdecode(b"\xfe")
-    shutil.copytree(PACKAGED, folder)
+    shutil.copytree(PACKAGED_FOLDER, folder)
     assert (
         rf"{tmp_path}/\xfe: is no name in UTF-8"
         in in_process("decode", "--lm", folder, odd).complaint

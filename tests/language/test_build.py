@@ -12,9 +12,9 @@ from full_disk import full_disk
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
-from voz.language.build import build, check
+from voz.language.build import build, stale_files
 from voz.language.generated.file_checks import check_files
-from voz.language.generated.language_files import PACKAGED, LanguageFiles
+from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 
 CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
 ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "sha256")
@@ -63,17 +63,17 @@ def test_the_same_list_gives_the_same_bytes(commands: Path, tmp_path: Path):
 
 def test_check_names_what_is_missing_or_stale(commands: Path, tmp_path: Path):
     out = tmp_path / "lm"
-    assert check(commands, out) == NAMES
+    assert stale_files(commands, out) == NAMES
     assert not out.exists()
     build(commands, out)
-    assert check(commands, out) == []
+    assert stale_files(commands, out) == []
     (out / "comandos_voz.dic").write_text("")
     (out / "comandos_voz.lm").unlink()
-    assert check(commands, out) == ["comandos_voz.dic", "comandos_voz.lm"]
+    assert stale_files(commands, out) == ["comandos_voz.dic", "comandos_voz.lm"]
 
 
 def test_the_files_in_the_repository_are_up_to_date():
-    assert check(LanguageFiles(PACKAGED).commands, PACKAGED) == []
+    assert stale_files(LanguageFiles(PACKAGED_FOLDER).commands, PACKAGED_FOLDER) == []
 
 
 def test_pronunciations_beside_the_list_are_used(commands: Path, tmp_path: Path):
@@ -161,7 +161,7 @@ def test_two_at_once_leave_one_set(tmp_path: Path):
             check_files(LanguageFiles(tmp_path))
         (tmp_path / "enough").touch()
     check_files(LanguageFiles(tmp_path))
-    assert any(not check(tmp_path / name, tmp_path) for name in ("left.txt", "right.txt"))
+    assert any(not stale_files(tmp_path / name, tmp_path) for name in ("left.txt", "right.txt"))
 
 
 KILLED = """
@@ -200,13 +200,13 @@ def test_what_a_killed_one_leaves_is_noticed_and_mended_by_another(
         check_files(files)
     build(commands, files.folder)
     check_files(files)
-    assert check(commands, files.folder) == []
+    assert stale_files(commands, files.folder) == []
 
 
 def test_pocketsphinx_loads_the_trigram_model_with_its_probabilities():
-    lm = decoder(LanguageFiles(PACKAGED), lm=str(LanguageFiles(PACKAGED).lm))
+    lm = decoder(LanguageFiles(PACKAGED_FOLDER), lm=str(LanguageFiles(PACKAGED_FOLDER).lm))
     model = lm.get_lm(lm.current_search())
-    text = LanguageFiles(PACKAGED).lm.read_text()
+    text = LanguageFiles(PACKAGED_FOLDER).lm.read_text()
     expected = next(line for line in text.splitlines() if line.endswith(" go back </s>"))
     log10 = model.prob(["</s>", "back", "go"]) * 0.0001 / 2.302585
     assert log10 == pytest.approx(float(expected.split()[0]), abs=1e-3)
@@ -224,7 +224,7 @@ def test_pocketsphinx_accepts_each_command_in_the_grammar_and_no_other(
 
 @pytest.mark.parametrize("search", ["lm", "jsgf"])
 def test_pocketsphinx_hears_a_command_with_either_search(search: str):
-    files = LanguageFiles(PACKAGED)
+    files = LanguageFiles(PACKAGED_FOLDER)
     options = {"lm": None, search: str(files.lm if search == "lm" else files.grammar)}
     loaded = decoder(files, **options)
     samples, _ = soundfile.read(CLIP, dtype="int16")

@@ -8,7 +8,7 @@ import pytest
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import LanguageError
-from voz.language.build import build, check
+from voz.language.build import build, stale_files
 from voz.language.generated.file_checks import check_files
 from voz.language.generated.jsgf_grammar import jsgf
 from voz.language.generated.language_files import (
@@ -63,7 +63,7 @@ def test_of_many_sentences_some_are_written_with_all_words(tmp_path: Path) -> No
     drawn = commands.sample(200, seed=1)
     assert all(accepting(files, drawn))
     assert not any(accepting(files, ["turn", "stop stop", "turn five degrees and"]))
-    assert check(tmp_path / "list.txt", files.folder) == []
+    assert stale_files(tmp_path / "list.txt", files.folder) == []
 
 
 def test_a_changed_file_of_those_imported_is_stale(tmp_path: Path) -> None:
@@ -71,7 +71,9 @@ def test_a_changed_file_of_those_imported_is_stale(tmp_path: Path) -> None:
     assert stale_warning(files) is None
     (tmp_path / "ways.txt").write_text("way = left | right | round\n")
     assert "ways.txt has changed" in (stale_warning(files) or "")
-    assert LanguageFiles(files.folder).templates.name in check(tmp_path / "list.txt", files.folder)
+    assert LanguageFiles(files.folder).templates.name in stale_files(
+        tmp_path / "list.txt", files.folder
+    )
     built(tmp_path, FEW)
     assert stale_warning(files) is None
 
@@ -80,7 +82,7 @@ def test_a_plain_list_after_templates_leaves_nothing_of_them(tmp_path: Path) -> 
     files = built(tmp_path, FEW)
     assert files.templates.exists()
     (tmp_path / "list.txt").write_text("go back\nstop\n")
-    assert files.templates.name in check(tmp_path / "list.txt", files.folder)
+    assert files.templates.name in stale_files(tmp_path / "list.txt", files.folder)
     build(tmp_path / "list.txt", files.folder)
     assert not files.templates.exists()
     check_files(files)

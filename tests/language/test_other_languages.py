@@ -8,18 +8,22 @@ import pytest
 from spanish import spanish, spanish_model
 
 from voz.errors import ConfigError, LanguageError
-from voz.language.build import build, check
+from voz.language.build import build, stale_files
 from voz.language.command_source import read_list
 from voz.language.generated.file_checks import check_files
-from voz.language.generated.language_files import LanguageFiles, read_pronunciations, read_spoken
+from voz.language.generated.language_files import (
+    LanguageFiles,
+    read_language_info,
+    read_pronunciations,
+)
 from voz.language.other_languages import (
     OtherLanguage,
     add_language,
     added_languages,
     check_acoustic_model,
     check_same_language,
+    find_sources,
     read_language,
-    sources_of,
 )
 from voz.settings import SpokenLanguage
 
@@ -32,7 +36,7 @@ def given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def taken(name: str = "es") -> OtherLanguage:
-    sources = sources_of(SpokenLanguage(name=name))
+    sources = find_sources(SpokenLanguage(name=name))
     assert sources
     return read_language(sources)
 
@@ -56,7 +60,7 @@ def test_a_copy_is_found_by_its_name(given: Path) -> None:
 
 
 def test_without_settings_it_is_english() -> None:
-    assert sources_of(SpokenLanguage()) is None
+    assert find_sources(SpokenLanguage()) is None
 
 
 @pytest.mark.parametrize(
@@ -90,7 +94,7 @@ def test_a_name_that_is_no_folder_is_refused(name: str, given: Path) -> None:
 
 def test_a_language_that_nobody_added_says_how(given: Path) -> None:
     with pytest.raises(ConfigError, match="voz language add"):
-        sources_of(SpokenLanguage(name="es"))
+        find_sources(SpokenLanguage(name="es"))
 
 
 def test_language_files_keep_the_model_and_phones_of_their_language(
@@ -102,9 +106,9 @@ def test_language_files_keep_the_model_and_phones_of_their_language(
     files = LanguageFiles(out)
     check_files(files)
     assert read_pronunciations(files)["gira"] == ("j", "i", "r", "a")
-    assert read_spoken(files).phones == taken().spoken.phones
-    check_acoustic_model(read_spoken(files), out)
-    assert check(listed(tmp_path), out, read_list(listed(tmp_path), taken())) == []
+    assert read_language_info(files).phones == taken().spoken.phones
+    check_acoustic_model(read_language_info(files), out)
+    assert stale_files(listed(tmp_path), out, read_list(listed(tmp_path), taken())) == []
 
 
 def test_a_list_that_is_english_again_leaves_nothing_of_the_language(
@@ -114,9 +118,9 @@ def test_a_list_that_is_english_again_leaves_nothing_of_the_language(
     out = tmp_path / "lm"
     build(listed(tmp_path), out, read_list(listed(tmp_path), taken()))
     english = listed(tmp_path, "go forward\nstop\n")
-    assert "comandos_voz.language" in check(english, out)
+    assert "comandos_voz.language" in stale_files(english, out)
     build(english, out)
-    assert read_spoken(LanguageFiles(out)).is_usual
+    assert read_language_info(LanguageFiles(out)).uses_default_model
     check_files(LanguageFiles(out))
 
 
@@ -127,14 +131,14 @@ def test_a_model_that_is_another_than_before_is_refused(given: Path, tmp_path: P
     means = taken().spoken.folder(out) / "means"
     means.write_bytes(means.read_bytes() + b"\0")
     with pytest.raises(LanguageError, match="another acoustic model"):
-        check_acoustic_model(read_spoken(LanguageFiles(out)), out)
+        check_acoustic_model(read_language_info(LanguageFiles(out)), out)
 
 
 def test_language_files_of_another_language_than_the_settings_say_are_refused(
     given: Path, tmp_path: Path
 ) -> None:
     add_language(given, "es")
-    english = read_spoken(LanguageFiles(tmp_path))
+    english = read_language_info(LanguageFiles(tmp_path))
     with pytest.raises(LanguageError, match=r"made for English, and \[language\] says es"):
         check_same_language(english, SpokenLanguage(name="es"), tmp_path)
     check_same_language(english, SpokenLanguage(), tmp_path)
@@ -151,10 +155,10 @@ def test_a_model_beside_the_settings_may_move_with_them(
     settings = SpokenLanguage(
         name="es", acoustic_model="es/model_parameters/es", dictionary="es/es.dic"
     )
-    sources = sources_of(settings)
+    sources = find_sources(settings)
     assert sources
     build(listed(robot), Path("lm"), read_list(listed(robot), read_language(sources)))
     moved = robot.rename(tmp_path / "another")
     files = LanguageFiles(moved / "lm")
-    assert str(read_spoken(files).acoustic_model) == "../es/model_parameters/es"
-    check_acoustic_model(read_spoken(files), files.folder)
+    assert str(read_language_info(files).acoustic_model) == "../es/model_parameters/es"
+    check_acoustic_model(read_language_info(files), files.folder)

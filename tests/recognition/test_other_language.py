@@ -16,7 +16,7 @@ from voz.config import load_config
 from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.generated.language_files import LanguageFiles
-from voz.language.other_languages import read_language, sources_of
+from voz.language.other_languages import find_sources, read_language
 from voz.recognition.evidence import Comparison
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import UnknownNetworkError
@@ -40,7 +40,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> LanguageFiles:
         dictionary=str(folder / "es/es.dic"),
         pronunciations=str(EXAMPLE / "rules.txt"),
     )
-    sources = sources_of(settings)
+    sources = find_sources(settings)
     assert sources
     commands = EXAMPLE / "comandos.txt"
     build(commands, folder / "lm", read_list(commands, read_language(sources)))

@@ -14,7 +14,7 @@ from voz.cli.terminal import put, show, tell, warn
 
 if TYPE_CHECKING:
     from voz.config import Config
-    from voz.language.command_source import Given
+    from voz.language.command_source import CommandSource
     from voz.language.other_languages import OtherLanguage
 
 MOST_TOLD = 20
@@ -47,41 +47,41 @@ def build_lm(
     from voz.run.commands import check_list
 
     settings = load_config(HERE) if HERE.is_file() else Config()
-    given = read_list(commands, _spoken(settings))
-    _check_expected(given, commands.parent)
-    check_list(given.commands, settings.table, str(commands))
-    _show_more(options, commands, given)
+    source = read_list(commands, _spoken(settings))
+    _check_expected(source, commands.parent)
+    check_list(source.commands, settings.table, str(commands))
+    _show_more(options, commands, source)
     folder = options.out or commands.parent
     if options.check:
-        _check_fresh(commands, folder, given)
+        _check_fresh(commands, folder, source)
         return
-    result = build.build(commands, folder, given, options.every_pair)
+    result = build.build(commands, folder, source, options.every_pair)
     for warning in result.warnings:
         warn(warning)
     show(f"{result.sentences:,} sentences, {result.words:,} words:")
     show(*(f"  {path}" for path in result.paths))
 
 
-def _show_more(options: Building, commands: Path, given: Given) -> None:
+def _show_more(options: Building, commands: Path, source: CommandSource) -> None:
     """Show what else is wanted of a list."""
-    from voz.language.command_source import closest, draw_alike
-    from voz.language.similarity.alike_report import table
+    from voz.language.command_source import draw_similarity, similar_pairs
+    from voz.language.similarity.similarity_report import similarity_table
 
     if options.count:
-        _show_costs(given)
+        _show_costs(source)
     if options.sample:
-        show(*given.commands.sample(options.sample))
+        show(*source.commands.sample(options.sample))
     if options.alike:
-        show(*table(closest(given), options.every_pair).split("\n"))
+        show(*similarity_table(similar_pairs(source), options.every_pair).split("\n"))
     if options.picture:
-        draw_alike(commands, options.picture, given)
+        draw_similarity(commands, options.picture, source)
 
 
-def _check_fresh(commands: Path, folder: Path, given: Given) -> None:
+def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:
     """Tell whether the files are what the list gives, and end if they are not."""
     from voz.language import build
 
-    if stale := build.check(commands, folder, given):
+    if stale := build.stale_files(commands, folder, source):
         names = ", ".join(stale)
         tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
         raise typer.Exit(STALE)
@@ -92,12 +92,12 @@ def _spoken(settings: Config) -> OtherLanguage | None:
     """Read the language that the settings name; None is English."""
     if settings.language == type(settings.language)():
         return None
-    from voz.language.other_languages import configured
+    from voz.language.other_languages import configured_language
 
-    return configured(settings.language)
+    return configured_language(settings.language)
 
 
-def _check_expected(given: Given, folder: Path) -> None:
+def _check_expected(source: CommandSource, folder: Path) -> None:
     """Tell of the sentences in `tests.txt` that are not as they should be, and end if there are."""
     from voz.errors import CommandsError
     from voz.files import read_bytes
@@ -107,7 +107,7 @@ def _check_expected(given: Given, folder: Path) -> None:
     if not path.is_file():
         return
     data = read_bytes(path, CommandsError, "give a readable text file")
-    failed = list(failed_expectations(given.commands, data, str(path)))
+    failed = list(failed_expectations(source.commands, data, str(path)))
     for line in failed[:MOST_TOLD]:
         tell(line)
     if len(failed) > MOST_TOLD:
@@ -116,10 +116,10 @@ def _check_expected(given: Given, folder: Path) -> None:
         raise typer.Exit(WRONG_CALL)
 
 
-def _show_costs(given: Given) -> None:
+def _show_costs(source: CommandSource) -> None:
     """Show how many sentences there are, and which lines of templates give them."""
-    show(f"{len(given.commands):,} sentences")
-    costs = given.compiled.costs if given.compiled else []
+    show(f"{len(source.commands):,} sentences")
+    costs = source.compiled.costs if source.compiled else []
     if not costs:
         return
     rows = [("sentences", "states", "templates", "name", "where")]
@@ -150,7 +150,7 @@ def parse(
     commands = read_commands(options.language(options.settings()))
     for text in texts:
         found = commands.parse(text)
-        meant = None if found else commands.meant(text)
+        meant = None if found else commands.closest_sentence(text)
         if as_json:
             fields = {
                 "text": found.text if found else text,

@@ -82,10 +82,10 @@ class Common:
         language = find_language(settings.lm)
         check_files(language)
         if settings.language != SpokenLanguage():
-            from voz.language.generated.language_files import read_spoken
+            from voz.language.generated.language_files import read_language_info
             from voz.language.other_languages import check_same_language
 
-            check_same_language(read_spoken(language), settings.language, language.folder)
+            check_same_language(read_language_info(language), settings.language, language.folder)
         if self.verbose:
             tell(f"language files: {language.folder.resolve()}")
             tell(f"second ear: {_second_ear(settings, language)}")
@@ -101,10 +101,10 @@ class Common:
             written: what will be written anew; None is left out.
             read: what the subcommand reads besides those that all have.
         """
-        from voz.language.generated.language_files import STEM, find_language
+        from voz.language.generated.language_files import FILE_STEM, find_language
 
         settings = self.settings()
-        language = find_language(settings.lm).folder.glob(f"{STEM}.*")
+        language = find_language(settings.lm).folder.glob(f"{FILE_STEM}.*")
         named = (self._file, settings.recognition.confidence, settings.recognition.network)
         check_not_read(filter(None, written), filter(None, (*read, *named, *language)))
 

@@ -148,11 +148,11 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, BatchDecod
 def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> SimulationOptions:
     """By which rules recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.simulated_run import simulation_options
-    from voz.language.generated.language_files import name_of_list, read_commands
+    from voz.language.generated.language_files import list_name, read_commands
     from voz.run.commands import begins_listening, check_list
 
     settings, commands = options.settings(), read_commands(language)
-    check_list(commands, settings.table, name_of_list(language))
+    check_list(commands, settings.table, list_name(language))
     listening = options.listening or not begins_listening(commands, settings.table)
     return simulation_options(folder, settings, listening)
 

@@ -44,7 +44,7 @@ def run(options: Running) -> None:
 
     Example: voz run --wav audio_fixtures/long/session.wav --robot console,simulator
     """
-    from voz.language.generated.language_files import name_of_list, read_commands
+    from voz.language.generated.language_files import list_name, read_commands
     from voz.process.standard_streams import quiet_libraries, unblocked_output
 
     options.check()
@@ -57,7 +57,7 @@ def run(options: Running) -> None:
         plan = _plan(options, settings)
         language = options.language(settings)
         commands = read_commands(language)
-        options.listening = _listening(options, settings, commands, name_of_list(language))
+        options.listening = _listening(options, settings, commands, list_name(language))
         _tell_what_does_nothing(commands, settings, plan)
         _tell_what_is_never_said(commands, settings)
         if options.live:
@@ -260,7 +260,7 @@ def _recognizer(
     options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
     """Load the recognizer; if it adapts, what it learns at this place is kept for later runs."""
-    from voz.language.generated.language_files import read_spoken
+    from voz.language.generated.language_files import read_language_info
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,
@@ -274,7 +274,7 @@ def _recognizer(
         yield Recognizer(language, settings.recognition, known)
         return
     # What was learnt with another acoustic model is of no use; English has no digest.
-    where = f"{place} {read_spoken(language).model}".strip()
+    where = f"{place} {read_language_info(language).model}".strip()
     learnt = learnt_file(options.profile or USUAL_PROFILE, where)
     known = _with_learnt(known, learnt)
     recognizer = Recognizer(language, settings.recognition, known, learning=True)

@@ -15,17 +15,17 @@ from msgspec.structs import replace
 
 from voz.errors import LanguageError
 from voz.files import atomic_write
-from voz.language.acoustics.spoken_language import Spoken
-from voz.language.command_source import Given, closest, read_list
+from voz.language.acoustics.language_info import LanguageInfo
+from voz.language.command_source import CommandSource, read_list, similar_pairs
 from voz.language.formats.text_lines import summarize_warnings
-from voz.language.generated.file_checks import fingerprint, locked
+from voz.language.generated.file_checks import fingerprint, lock_folder
 from voz.language.generated.jsgf_grammar import jsgf
-from voz.language.generated.language_files import PACKAGED, LanguageFiles, read_sentences
+from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles, read_sentences
 from voz.language.generated.ngram import arpa
-from voz.language.generated.stored_commands import as_text
+from voz.language.generated.stored_commands import encode_commands
 from voz.language.generated.template_grammar import structured_jsgf
-from voz.language.pronunciation.lexicon import GUESS, PRONUNCIATIONS, LexiconEntry
-from voz.language.similarity import alike_report as alike
+from voz.language.pronunciation.lexicon import GUESS_ORIGIN, PRONUNCIATIONS_FILE, LexiconEntry
+from voz.language.similarity.similarity_report import similarity_warnings
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,14 @@ class BuildResult:
 
 
 def build(
-    commands: Path, out: Path, given: Given | None = None, every_pair: bool = False
+    commands: Path, out: Path, source: CommandSource | None = None, every_pair: bool = False
 ) -> BuildResult:
     """Generate all language files from a command list.
 
     Args:
         commands: the command list; a `pronunciations.txt` beside it is used.
         out: the folder to write to; it is made if need be.
-        given: what the list holds, if that is known already.
+        source: what the list holds, if that is known already.
         every_pair: whether it warns of all pairs that sound alike; else of the worst.
 
     Returns:
@@ -63,27 +63,27 @@ def build(
         CommandsError: the list or the pronunciations cannot be read or used.
         LanguageError: the files cannot be written.
     """
-    given = given or read_list(commands)
-    contents = _contents(given, out)
+    source = source or read_list(commands)
+    contents = _contents(source, out)
     _write(contents, out)
-    sound_alike = _alike_warnings(given, every_pair)
-    warnings = (*given.warnings, *_guess_warnings(given), *sound_alike)
+    sound_alike = _alike_warnings(source, every_pair)
+    warnings = (*source.warnings, *_guess_warnings(source), *sound_alike)
     paths = tuple(out / name for name in contents)
-    return BuildResult(len(given.commands), len(given.entries), warnings, paths)
+    return BuildResult(len(source.commands), len(source.entries), warnings, paths)
 
 
-def write(given: Given, out: Path) -> None:
+def write_files(source: CommandSource, out: Path) -> None:
     """Write all language files of a list into a folder; raises LanguageError if that fails."""
-    _write(_contents(given, out), out)
+    _write(_contents(source, out), out)
 
 
-def check(commands: Path, out: Path, given: Given | None = None) -> list[str]:
+def stale_files(commands: Path, out: Path, source: CommandSource | None = None) -> list[str]:
     """Compare the files in a folder with what would be generated, and write nothing.
 
     Args:
         commands: the command list.
         out: the folder of the language files.
-        given: what the list holds, if that is known already.
+        source: what the list holds, if that is known already.
 
     Returns:
         The names of the files that are missing or differ; none if all is up to date.
@@ -91,7 +91,7 @@ def check(commands: Path, out: Path, given: Given | None = None) -> list[str]:
     Raises:
         CommandsError: the list or the pronunciations cannot be read or used.
     """
-    contents = _contents(given or read_list(commands), out)
+    contents = _contents(source or read_list(commands), out)
     old = [LanguageFiles(out).templates, LanguageFiles(out).spoken]
     stale = [path.name for path in old if path.exists() and path.name not in contents]
     return [*(name for name, text in contents.items() if not _holds(out / name, text)), *stale]
@@ -134,21 +134,23 @@ def generate(
     return {**named, files.fingerprint.name: fingerprint(named)}
 
 
-def _contents(given: Given, out: Path) -> dict[str, str]:
-    spoken = _as_json(given.spoken, out) if given.spoken else None
-    if given.compiled is None:
-        return generate(given.commands.listed, given.entries, spoken=spoken)
-    commands, templates = given.commands, given.compiled.templates
+def _contents(source: CommandSource, out: Path) -> dict[str, str]:
+    spoken = _as_json(source.spoken, out) if source.spoken else None
+    if source.compiled is None:
+        return generate(source.commands.listed, source.entries, spoken=spoken)
+    commands, templates = source.commands, source.compiled.templates
     sources = {
         os.path.relpath(path.absolute(), out.absolute()): sha256(data).hexdigest()
-        for path, data in given.read.items()
+        for path, data in source.files_read.items()
     }
-    grammar = None if commands.few else structured_jsgf([one.expression for one in templates])
-    text = as_text(commands, sources)
-    return generate(commands.examples(), given.entries, grammar, text, spoken)
+    grammar = (
+        None if commands.can_be_listed else structured_jsgf([one.expression for one in templates])
+    )
+    text = encode_commands(commands, sources)
+    return generate(commands.examples(), source.entries, grammar, text, spoken)
 
 
-def _as_json(spoken: Spoken, out: Path) -> str:
+def _as_json(spoken: LanguageInfo, out: Path) -> str:
     model = Path(spoken.acoustic_model or "")
     if not model.is_absolute():  # the settings name it from where the user is
         spoken = replace(spoken, acoustic_model=os.path.relpath(model.absolute(), out.absolute()))
@@ -175,28 +177,30 @@ def _holds(path: Path, text: str) -> bool:
         return False
 
 
-def _guess_warnings(given: Given) -> tuple[str, ...]:
+def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
     """Tell the user which pronunciations nobody wrote."""
-    guessed = {word: entry for word, entry in given.entries.items() if entry.origin == GUESS}
+    guessed = {
+        word: entry for word, entry in source.entries.items() if entry.origin == GUESS_ORIGIN
+    }
     each = [
-        f'{given.places[word]}: "{word}" is in no dictionary; {entry.phones[0]} is a guess: '
-        f"correct it in {PRONUNCIATIONS} beside the list"
+        f'{source.places[word]}: "{word}" is in no dictionary; {entry.phones[0]} is a guess: '
+        f"correct it in {PRONUNCIATIONS_FILE} beside the list"
         for word, entry in guessed.items()
     ]
     name = LanguageFiles(Path()).pronounce_log.name
     summary = (
-        f"{given.name}: {len(each)} words are in no dictionary and their pronunciations are "
-        f"guesses (see {name}): correct them in {PRONUNCIATIONS} beside the list"
+        f"{source.name}: {len(each)} words are in no dictionary and their pronunciations are "
+        f"guesses (see {name}): correct them in {PRONUNCIATIONS_FILE} beside the list"
     )
     return summarize_warnings(each, summary)
 
 
-def _alike_warnings(given: Given, every: bool) -> tuple[str, ...]:
+def _alike_warnings(source: CommandSource, every: bool) -> tuple[str, ...]:
     """Tell the user which commands sound alike."""
-    brought = read_sentences(LanguageFiles(PACKAGED))
-    if given.commands.few and set(given.commands) == set(brought):
+    brought = read_sentences(LanguageFiles(PACKAGED_FOLDER))
+    if source.commands.can_be_listed and set(source.commands) == set(brought):
         return ()  # docs/commands.md tells of these
-    return alike.warnings(closest(given), every)
+    return similarity_warnings(similar_pairs(source), every)
 
 
 def _write(contents: Mapping[str, str], out: Path) -> None:
@@ -206,7 +210,7 @@ def _write(contents: Mapping[str, str], out: Path) -> None:
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
-        with locked(out, fcntl.LOCK_EX):
+        with lock_folder(out, fcntl.LOCK_EX):
             with ExitStack() as last_first:
                 for name, text in contents.items():
                     file = last_first.enter_context(atomic_write(out / name, "wb"))

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from voz.errors import CommandsError
 from voz.files import read_bytes
-from voz.language.acoustics.spoken_language import Spoken
+from voz.language.acoustics.language_info import LanguageInfo
 from voz.language.compiling.compile_templates import CompiledTemplates, compile_templates
 from voz.language.formats.plain_list import CommandList, parse_commands
 from voz.language.formats.template_files import is_templates, read_templates
 from voz.language.formats.template_list import has_templates, parse_templates
 from voz.language.formats.text_lines import MAX_TEXT_BYTES
-from voz.language.pronunciation.dictionaries import pronounce_by
+from voz.language.pronunciation.dictionaries import pronounce_from
 from voz.language.pronunciation.letter_to_sound import guess
 from voz.language.pronunciation.lexicon import (
-    PRONUNCIATIONS,
+    PRONUNCIATIONS_FILE,
     LexiconEntry,
     check_english,
     parse_pronunciations,
@@ -31,20 +31,20 @@ from voz.language.pronunciation.lexicon import (
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.location import error_at
 from voz.language.sentences.template_source import TemplateSource
-from voz.language.similarity import alike_report as alike
-from voz.language.similarity.alike_picture import MOST_PICTURED, draw
-from voz.language.similarity.confusion import AlikePair, sound_alike
-from voz.language.similarity.distinct_pairs import distinct
-from voz.language.similarity.sampled_pairs import pairs_of_many
+from voz.language.similarity.confusion import SimilarPair, find_similar
+from voz.language.similarity.distinct_pairs import distinct_pairs
+from voz.language.similarity.sampled_pairs import similar_pairs_by_sampling
+from voz.language.similarity.similarity_picture import MAX_PICTURED_COMMANDS, draw_matrix
+from voz.language.similarity.similarity_report import MAX_COMPARED_COMMANDS
 
 if TYPE_CHECKING:
     from voz.language.other_languages import OtherLanguage
 
-IN_NO_FILE = "the list of commands"
+UNNAMED_LIST = "the list of commands"
 """What messages call a list that is in no file."""
 
 
-class Given(NamedTuple):
+class CommandSource(NamedTuple):
     """What a user wrote, ready to generate files from.
 
     Attributes:
@@ -55,7 +55,7 @@ class Given(NamedTuple):
         warnings: what the user should know, one line each.
         compiled: of templates; None for a plain list.
         spoken: the language, if it is not voz's usual English.
-        read: the bytes of each file that templates were read from.
+        files_read: the bytes of each file that templates were read from.
     """
 
     name: str
@@ -64,11 +64,11 @@ class Given(NamedTuple):
     places: Mapping[str, str]
     warnings: tuple[str, ...]
     compiled: CompiledTemplates | None = None
-    spoken: Spoken | None = None
-    read: Mapping[Path, bytes] = MappingProxyType({})
+    spoken: LanguageInfo | None = None
+    files_read: Mapping[Path, bytes] = MappingProxyType({})
 
 
-def read_list(commands: Path, language: OtherLanguage | None = None) -> Given:
+def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandSource:
     """Read a command list, and find out how its words are pronounced.
 
     Args:
@@ -86,7 +86,7 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> Given:
     return _of_sentences(parse_commands(data, str(commands)), commands.parent, language)
 
 
-def list_of(lines: Iterable[str]) -> Given:
+def read_lines(lines: Iterable[str]) -> CommandSource:
     """Read the lines of a command list in English that is in no file.
 
     Args:
@@ -97,8 +97,8 @@ def list_of(lines: Iterable[str]) -> Given:
     """
     data = "\n".join(lines).encode(errors="surrogatepass")
     if not has_templates(data):
-        return _of_sentences(parse_commands(data, IN_NO_FILE))
-    source = parse_templates(data, IN_NO_FILE)
+        return _of_sentences(parse_commands(data, UNNAMED_LIST))
+    source = parse_templates(data, UNNAMED_LIST)
     for name, place in source.imports:
         raise error_at(place, f"only a file imports others; put the lines of {name} here")
     return _of_templates(source, {})
@@ -106,10 +106,10 @@ def list_of(lines: Iterable[str]) -> Given:
 
 def _of_sentences(
     parsed: CommandList, folder: Path | None = None, language: OtherLanguage | None = None
-) -> Given:
+) -> CommandSource:
     known, places = plain_commands(parsed.sentences), parsed.places()
     entries, spoken = _pronounced(folder, places, language), language and language.spoken
-    return Given(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
+    return CommandSource(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
 def _of_templates(
@@ -117,12 +117,12 @@ def _of_templates(
     read: Mapping[Path, bytes],
     folder: Path | None = None,
     language: OtherLanguage | None = None,
-) -> Given:
+) -> CommandSource:
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
     entries, spoken = _pronounced(folder, places, language), language and language.spoken
-    return Given(
+    return CommandSource(
         source.name,
         compiled.commands,
         entries,
@@ -134,7 +134,7 @@ def _of_templates(
     )
 
 
-def closest_commands(commands: Path) -> list[AlikePair]:
+def similar_commands(commands: Path) -> list[SimilarPair]:
     """Find the commands of a list that sound alike, and write nothing.
 
     Args:
@@ -146,51 +146,51 @@ def closest_commands(commands: Path) -> list[AlikePair]:
     Raises:
         CommandsError: the list or the pronunciations cannot be used.
     """
-    return closest(read_list(commands))
+    return similar_pairs(read_list(commands))
 
 
-def closest(given: Given) -> list[AlikePair]:
+def similar_pairs(source: CommandSource) -> list[SimilarPair]:
     """Find what sounds alike and does not mean the same; in a long list some of it."""
-    commands, phones = given.commands, _phones(given.entries)
-    distances = given.spoken.distances if given.spoken else None
-    if len(commands) > alike.MOST_COMMANDS:
-        pairs = pairs_of_many(commands, phones, distances)
+    commands, phones = source.commands, _phones(source.entries)
+    distances = source.spoken.distances if source.spoken else None
+    if len(commands) > MAX_COMPARED_COMMANDS:
+        pairs = similar_pairs_by_sampling(commands, phones, distances)
     else:
-        pairs = sound_alike(commands.listed, phones, distances=distances)
-    return distinct(pairs, commands)
+        pairs = find_similar(commands.listed, phones, distances=distances)
+    return distinct_pairs(pairs, commands)
 
 
-def draw_alike(commands: Path, picture: Path, given: Given | None = None) -> None:
+def draw_similarity(commands: Path, picture: Path, source: CommandSource | None = None) -> None:
     """Draw how alike the commands of a list sound.
 
     Args:
         commands: the command list.
         picture: the picture to write, PNG or SVG by its ending.
-        given: what the list holds, if that is known already.
+        source: what the list holds, if that is known already.
 
     Raises:
         CommandsError: the list or the pronunciations cannot be used, or it is too long.
         VozError: the picture cannot be drawn.
     """
-    given = given or read_list(commands)
-    if len(given.commands) > MOST_PICTURED:
+    source = source or read_list(commands)
+    if len(source.commands) > MAX_PICTURED_COMMANDS:
         raise CommandsError(
-            f"{given.name}: has {len(given.commands):,} sentences, too many for a picture; "
-            f"give a list of at most {MOST_PICTURED}"
+            f"{source.name}: has {len(source.commands):,} sentences, too many for a picture; "
+            f"give a list of at most {MAX_PICTURED_COMMANDS}"
         )
-    distances = given.spoken.distances if given.spoken else None
-    draw(given.commands.listed, _phones(given.entries), picture, distances)
+    distances = source.spoken.distances if source.spoken else None
+    draw_matrix(source.commands.listed, _phones(source.entries), picture, distances)
 
 
 def _pronounced(
     folder: Path | None, places: Mapping[str, str], language: OtherLanguage | None
 ) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced; a file in the folder may say it."""
-    own = folder / PRONUNCIATIONS if folder else None
+    own = folder / PRONUNCIATIONS_FILE if folder else None
     phones = language.spoken.phones if language else None
     user = parse_pronunciations(_read_text(own), str(own), phones) if own and own.exists() else {}
     if language:
-        return pronounce_by(places, user, language.dictionary, language.rules)
+        return pronounce_from(places, user, language.dictionary, language.rules)
     check_english(places)
     return pronounce(places, user, read_cmudict(), guess)
 

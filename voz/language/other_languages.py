@@ -15,23 +15,23 @@ from typing import NamedTuple
 
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, shown_path
-from voz.language.acoustics.acoustic_model import unusable
-from voz.language.acoustics.model_distances import distances_of
-from voz.language.acoustics.spoken_language import Spoken
-from voz.language.pronunciation.dictionaries import Rules, read_dictionary, read_rules
+from voz.language.acoustics.acoustic_model import unusable_model
+from voz.language.acoustics.language_info import LanguageInfo
+from voz.language.acoustics.model_distances import compute_distances
+from voz.language.pronunciation.dictionaries import LetterRules, read_dictionary, read_rules
 from voz.settings import SpokenLanguage
 
-MODEL, DICTIONARY, RULES = "model", "dictionary.txt", "rules.txt"
+MODEL_FOLDER, DICTIONARY_FILE, RULES_FILE = "model", "dictionary.txt", "rules.txt"
 """What a copy is called in its folder."""
 
 MODEL_FILES = ("mdef", "means", "variances", "transition_matrices", "feat.params")
-WEIGHTS = ("sendump", "mixture_weights")
+WEIGHT_FILES = ("sendump", "mixture_weights")
 """Of which a model has one at least."""
 
 _DICTIONARIES = ("*.dic", "*.dict", "*dictionary*.txt")
 
 
-class Sources(NamedTuple):
+class LanguageSources(NamedTuple):
     """Where a language is from.
 
     Attributes:
@@ -56,12 +56,12 @@ class OtherLanguage(NamedTuple):
         rules: how other words are said; None without.
     """
 
-    spoken: Spoken
+    spoken: LanguageInfo
     dictionary: Mapping[str, tuple[str, ...]]
-    rules: Rules | None
+    rules: LetterRules | None
 
 
-def sources_of(settings: SpokenLanguage) -> Sources | None:
+def find_sources(settings: SpokenLanguage) -> LanguageSources | None:
     """Find what the settings name; what they leave out is in the copy that was added.
 
     Returns:
@@ -73,39 +73,41 @@ def sources_of(settings: SpokenLanguage) -> Sources | None:
     if settings == SpokenLanguage():
         return None
     copy = _folder_of(settings.name)
-    model = _given(settings.acoustic_model, copy / MODEL, "acoustic_model", settings.name)
-    dictionary = _given(settings.dictionary, copy / DICTIONARY, "dictionary", settings.name)
-    rules = copy / RULES if settings.acoustic_model is None else None
+    model = _given(settings.acoustic_model, copy / MODEL_FOLDER, "acoustic_model", settings.name)
+    dictionary = _given(settings.dictionary, copy / DICTIONARY_FILE, "dictionary", settings.name)
+    rules = copy / RULES_FILE if settings.acoustic_model is None else None
     if settings.pronunciations is not None:
         rules = _given(settings.pronunciations, copy, "pronunciations", settings.name)
-    return Sources(settings.name, model, dictionary, rules if rules and rules.is_file() else None)
+    return LanguageSources(
+        settings.name, model, dictionary, rules if rules and rules.is_file() else None
+    )
 
 
-def configured(settings: SpokenLanguage) -> OtherLanguage | None:
+def configured_language(settings: SpokenLanguage) -> OtherLanguage | None:
     """Read what the settings name; None is English. Errors are those of both functions it calls."""
-    sources = sources_of(settings)
+    sources = find_sources(settings)
     return read_language(sources) if sources else None
 
 
-def read_language(sources: Sources) -> OtherLanguage:
+def read_language(sources: LanguageSources) -> OtherLanguage:
     """Read a language.
 
     Raises:
         LanguageError: the model, the dictionary or the rules cannot be used.
     """
-    spoken = spoken_by(sources)
+    spoken = language_info(sources)
     dictionary = read_dictionary(sources.dictionary, spoken.phones)
     rules = read_rules(sources.rules, spoken.phones) if sources.rules else None
     return OtherLanguage(spoken, dictionary, rules)
 
 
-def spoken_by(sources: Sources) -> Spoken:
+def language_info(sources: LanguageSources) -> LanguageInfo:
     """Read what language files keep of a language; errors are those of `read_language`."""
     folder = sources.acoustic_model
     digest = model_digest(folder)
-    found = distances_of(folder)
+    found = compute_distances(folder)
     apart = {phone: dict(others) for phone, others in found.apart.items()}
-    return Spoken(sources.name, str(folder), digest, dict(found.frames), apart)
+    return LanguageInfo(sources.name, str(folder), digest, dict(found.frames), apart)
 
 
 def model_digest(folder: Path) -> str:
@@ -114,21 +116,21 @@ def model_digest(folder: Path) -> str:
     Raises:
         LanguageError: a file of it is missing.
     """
-    weights = [name for name in WEIGHTS if (folder / name).is_file()]
+    weights = [name for name in WEIGHT_FILES if (folder / name).is_file()]
     total = sha256()
     try:
-        for name in (*MODEL_FILES, *(weights or WEIGHTS[:1])):
+        for name in (*MODEL_FILES, *(weights or WEIGHT_FILES[:1])):
             total.update((folder / name).read_bytes())
     except OSError as error:
-        raise unusable(folder, f"{name}: {error.strerror}") from None
+        raise unusable_model(folder, f"{name}: {error.strerror}") from None
     return total.hexdigest()
 
 
-def add_language(given: Path, name: str, dictionary: Path | None = None) -> Sources:
+def add_language(folder: Path, name: str, dictionary: Path | None = None) -> LanguageSources:
     """Copy a language into the user's data folder, where settings find it by its name.
 
     Args:
-        given: a folder, in which or below which there are an acoustic model and a dictionary.
+        folder: a folder, in which or below which there are an acoustic model and a dictionary.
         name: what to call it.
         dictionary: the dictionary, if there are several; rules are beside it, if there are any.
 
@@ -140,10 +142,10 @@ def add_language(given: Path, name: str, dictionary: Path | None = None) -> Sour
         ConfigError: the name cannot be that of a folder.
     """
     target = _folder_of(name)  # what it is called is told at once, what it holds takes seconds
-    words = dictionary or _only(_found(given, _DICTIONARIES), given, "dictionary")
-    model = _only(_found(given, ("mdef",)), given, "mdef of an acoustic model").parent
-    rules = words.with_name(RULES)
-    source = Sources(name, model, words, rules if rules.is_file() else None)
+    words = dictionary or _only(_found(folder, _DICTIONARIES), folder, "dictionary")
+    model = _only(_found(folder, ("mdef",)), folder, "mdef of an acoustic model").parent
+    rules = words.with_name(RULES_FILE)
+    source = LanguageSources(name, model, words, rules if rules.is_file() else None)
     read_language(source)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -153,21 +155,26 @@ def add_language(given: Path, name: str, dictionary: Path | None = None) -> Sour
             shutil.move(Path(work) / name, target)
     except OSError as error:
         raise LanguageError(f"{target}: cannot be written ({error.strerror})") from None
-    return Sources(name, target / MODEL, target / DICTIONARY, target / RULES if source[3] else None)
+    return LanguageSources(
+        name,
+        target / MODEL_FOLDER,
+        target / DICTIONARY_FILE,
+        target / RULES_FILE if source[3] else None,
+    )
 
 
 def added_languages() -> list[str]:
     """List the names of the copies that there are."""
-    return sorted(path.parent.name for path in _folder_of("_").parent.glob(f"*/{DICTIONARY}"))
+    return sorted(path.parent.name for path in _folder_of("_").parent.glob(f"*/{DICTIONARY_FILE}"))
 
 
-def _copy(source: Sources, folder: Path) -> None:
+def _copy(source: LanguageSources, folder: Path) -> None:
     target = folder / source.name
-    shutil.copytree(source.acoustic_model, target / MODEL, copy_function=shutil.copyfile)
-    shutil.copyfile(source.dictionary, target / DICTIONARY)
+    shutil.copytree(source.acoustic_model, target / MODEL_FOLDER, copy_function=shutil.copyfile)
+    shutil.copyfile(source.dictionary, target / DICTIONARY_FILE)
     if source.rules:
-        shutil.copyfile(source.rules, target / RULES)
-    for path in (target, target / MODEL):
+        shutil.copyfile(source.rules, target / RULES_FILE)
+    for path in (target, target / MODEL_FOLDER):
         path.chmod(0o755)  # what was copied may have been made read-only
 
 
@@ -205,14 +212,14 @@ def _folder_of(name: str) -> Path:
     return data_folder("languages") / name
 
 
-def check_same_language(spoken: Spoken, settings: SpokenLanguage, folder: Path) -> None:
+def check_same_language(spoken: LanguageInfo, settings: SpokenLanguage, folder: Path) -> None:
     """Refuse language files of another language than the settings name.
 
     Raises:
         LanguageError: they are.
         ConfigError: the settings name what is not there.
     """
-    sources = sources_of(settings)
+    sources = find_sources(settings)
     if sources is None:
         return
     same = spoken.name == sources.name and spoken.model == model_digest(sources.acoustic_model)
@@ -224,7 +231,7 @@ def check_same_language(spoken: Spoken, settings: SpokenLanguage, folder: Path) 
         )
 
 
-def check_acoustic_model(spoken: Spoken, folder: Path) -> None:
+def check_acoustic_model(spoken: LanguageInfo, folder: Path) -> None:
     """Check that the acoustic model of language files is there, and what it was.
 
     Args:
@@ -234,7 +241,7 @@ def check_acoustic_model(spoken: Spoken, folder: Path) -> None:
     Raises:
         LanguageError: it is not.
     """
-    if spoken.is_usual:
+    if spoken.uses_default_model:
         return
     model = spoken.folder(folder)
     if model_digest(model) != spoken.model:

@@ -9,7 +9,7 @@ import pocketsphinx
 from voz.audio import Samples
 from voz.audio.denoise import frame_energies
 from voz.errors import LanguageError
-from voz.language.generated.fsg import as_fsg
+from voz.language.generated.fsg import to_fsg
 from voz.recognition.accents import added
 from voz.recognition.language import Language
 from voz.settings import Search
@@ -63,10 +63,10 @@ class Decoder:
         try:
             if search == "lm":
                 self._decoder.add_lm_file("commands", str(source))
-            elif language.commands.few:
+            elif language.commands.can_be_listed:
                 self._decoder.add_jsgf_file("commands", str(source))
             else:  # the grammar says the same, and takes a hundred times the memory
-                arcs, end = as_fsg(language.commands.automaton)
+                arcs, end = to_fsg(language.commands.automaton)
                 found = self._decoder.create_fsg("commands", 0, end, arcs)
                 self._decoder.add_fsg("commands", found)
             self._decoder.activate_search("commands")
@@ -101,7 +101,7 @@ def load_decoder(language: Language, **settings: Any) -> Any:
     spoken = language.spoken
     config = pocketsphinx.Config(
         hmm=str(spoken.folder(language.files.folder)),
-        dictcase=not spoken.is_usual,  # phones of others may differ in their case alone
+        dictcase=not spoken.uses_default_model,  # phones of others may differ in their case alone
         dict=str(language.files.dictionary),
         lm=None,
         loglevel="FATAL",  # its own messages are about its insides; ours say what to do

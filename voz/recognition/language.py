@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from voz.language.acoustics.spoken_language import Spoken, english
+from voz.language.acoustics.language_info import LanguageInfo, english
 from voz.language.generated.file_checks import check_files
 from voz.language.generated.language_files import (
     LanguageFiles,
     read_commands,
+    read_language_info,
     read_pronunciations,
-    read_spoken,
 )
 from voz.language.sentences.command_set import Commands
 from voz.recognition.accents import Phones, with_accents
@@ -32,7 +32,7 @@ class Language(NamedTuple):
     commands: Commands
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
-    spoken: Spoken = english()
+    spoken: LanguageInfo = english()
 
 
 def load_language(files: LanguageFiles) -> Language:
@@ -43,8 +43,8 @@ def load_language(files: LanguageFiles) -> Language:
     """
     check_files(files)
     dictionary = read_pronunciations(files)
-    spoken = read_spoken(files)
-    if not spoken.is_usual:
+    spoken = read_language_info(files)
+    if not spoken.uses_default_model:
         from voz.language.other_languages import check_acoustic_model
 
         check_acoustic_model(spoken, files.folder)

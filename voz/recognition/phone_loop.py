@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from voz.language.acoustics.acoustic_model import SILENCE as SILENT_PHONE
+from voz.language.acoustics.acoustic_model import SILENCE_PHONE
 from voz.recognition.search_graph import SILENCE, phone_word
 
 
@@ -24,7 +24,7 @@ def fillers(phones: Iterable[str]) -> Iterator[Path]:
     Yields:
         The file; it may go as soon as pocketsphinx has read it.
     """
-    words = [f"{word} {SILENT_PHONE}" for word in ("<s>", "</s>", SILENCE)]
+    words = [f"{word} {SILENCE_PHONE}" for word in ("<s>", "</s>", SILENCE)]
     words += [f"{phone_word(phone)} {phone}" for phone in phones]
     with tempfile.NamedTemporaryFile(
         "w", prefix="voz-", suffix=".fillers", encoding="utf-8"

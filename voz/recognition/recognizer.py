@@ -15,7 +15,7 @@ from voz.audio.capture.arrays import to_samples
 from voz.audio.endpointing.segment import Segment, belong_together, feed_all
 from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
-from voz.language.generated.file_checks import locked
+from voz.language.generated.file_checks import lock_folder
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import Commands
 from voz.recognition.confidence import Around
@@ -96,7 +96,7 @@ class Recognizer:
         self._early = settings.early_decision
 
     def _load(self) -> Interpreter:
-        with locked(self.files.folder, LOCK_SH):  # all of one `voz build-lm`
+        with lock_folder(self.files.folder, LOCK_SH):  # all of one `voz build-lm`
             language = load_language(self.files)
             return Interpreter(language, self._settings, self._profile, self._learning)
 

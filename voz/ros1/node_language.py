@@ -14,9 +14,9 @@ from voz.language.generated.language_files import (
     find_language,
     parse_dictionary,
     parse_sentences,
-    read_plain,
+    read_plain_text,
 )
-from voz.language.other_languages import configured
+from voz.language.other_languages import configured_language
 from voz.ros1.parameters import text
 from voz.settings import SpokenLanguage
 
@@ -43,7 +43,7 @@ def find_or_make_language(
     """
     commands, lm, dictionary = text("commands"), text("lm"), text("dict")
     if commands:
-        given = read_list(Path(commands), configured(spoken) if spoken else None)
+        given = read_list(Path(commands), configured_language(spoken) if spoken else None)
         return LanguageFiles(folder), build(Path(commands), folder, given).warnings
     if lm and dictionary:
         return adopted(Path(lm), Path(dictionary), folder), ()
@@ -79,7 +79,7 @@ def adopted(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:
 
 def _read(path: Path) -> str:
     """Read a file of lmtool, whose words are in upper case."""
-    return read_plain(path, OF_LMTOOL).lower()
+    return read_plain_text(path, OF_LMTOOL).lower()
 
 
 def _upper_phones(text: str) -> str:

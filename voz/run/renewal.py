@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TypeAlias
 
 from voz.control.table import CommandTable
-from voz.language.generated.language_files import LanguageFiles, name_of_list
+from voz.language.generated.language_files import LanguageFiles, list_name
 from voz.recognition.recognizer import Recognizer
 from voz.robot.user_errors import reason
 from voz.run.commands import check_list
@@ -55,7 +55,7 @@ def renewing(
 def _renew(recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]) -> None:
     files = recognizer.files
     try:
-        recognizer.reload(lambda commands: check_list(commands, table, name_of_list(files)))
+        recognizer.reload(lambda commands: check_list(commands, table, list_name(files)))
     except Exception as error:  # whatever it is, the next list may be taken
         tell(f"the new commands are not taken: {reason(error)}", False)
     else:

@@ -123,7 +123,7 @@ def typed(text: str, commands: Commands, now: float, source: str = TYPED) -> Utt
     """
     parse = commands.parse(text)
     if parse is None:
-        meant = commands.meant(text)
+        meant = commands.closest_sentence(text)
         return Utterance(
             now, text, 0.0, False, now, now, source, reason="not_a_command", meant=meant
         )

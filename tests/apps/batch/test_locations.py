@@ -21,7 +21,7 @@ from voz.apps.batch.output import ResumeOptions, decode_to_output
 from voz.apps.batch.tasks import WorkerSetup
 from voz.config import Recognition
 from voz.errors import ConfigError
-from voz.language.generated.language_files import PACKAGED
+from voz.language.generated.language_files import PACKAGED_FOLDER
 
 HEADER = Header("0.1.0", "print", "commands", "models", Recognition())
 NAMES = [str(GO_BACK), str(FIXTURES / "none.wav")]
@@ -77,7 +77,7 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def decode(output: Location, resume: bool = False) -> list[int]:
     """Decode two recordings, of which one is not there; tells which it did not know yet."""
-    many = BatchDecoder(WorkerSetup(str(PACKAGED), Recognition(second_ear=False)), jobs=1)
+    many = BatchDecoder(WorkerSetup(str(PACKAGED_FOLDER), Recognition(second_ear=False)), jobs=1)
     asked: list[int] = []
 
     def some(numbers: object) -> Iterator[object]:

@@ -18,7 +18,7 @@ from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.apps.batch.remote import local_recording
 from voz.apps.batch.tasks import WorkerSetup
 from voz.errors import AudioError
-from voz.language.generated.language_files import PACKAGED
+from voz.language.generated.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 
 
@@ -40,7 +40,7 @@ def server() -> Iterator[str]:
 
 
 def decoded(*names: str) -> list[Outcome]:
-    many = BatchDecoder(WorkerSetup(str(PACKAGED), Recognition()), jobs=1)
+    many = BatchDecoder(WorkerSetup(str(PACKAGED_FOLDER), Recognition()), jobs=1)
     return [outcome for _, outcome in many.decode(names, range(len(names)))]
 
 

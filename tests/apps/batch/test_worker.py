@@ -11,7 +11,7 @@ from voz.apps.batch.outcomes import Outcome
 from voz.apps.batch.stamps import check_stamps
 from voz.apps.batch.tasks import DecodeTask, WorkerSetup
 from voz.apps.batch.worker import work
-from voz.language.generated.language_files import PACKAGED
+from voz.language.generated.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 
 OTHER = FIXTURES / "commands" / "festival_slt__stop.flac"
@@ -32,7 +32,7 @@ def test_what_changes_while_it_is_decoded_has_the_stamp_of_before(
         return outcome
 
     monkeypatch.setattr(worker, "_heard", meanwhile)
-    setup = WorkerSetup(str(PACKAGED), Recognition(second_ear=False))
+    setup = WorkerSetup(str(PACKAGED_FOLDER), Recognition(second_ear=False))
     (outcome,) = work(setup, DecodeTask((str(path),)))  # type: ignore[misc]
     looked = list(check_stamps([str(path)], [(0, outcome.stamp)]))
     assert [each.changed for each in looked] == ([True] if changes else [])

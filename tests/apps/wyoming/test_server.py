@@ -28,7 +28,7 @@ from wyoming.info import Describe, Info
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.command_source import read_list
-from voz.language.other_languages import read_language, sources_of
+from voz.language.other_languages import find_sources, read_language
 from voz.settings import SpokenLanguage
 
 pytestmark = pytest.mark.slow
@@ -155,7 +155,7 @@ def test_what_follows_the_end_of_the_speech_belongs_to_no_request(uri: str) -> N
 def test_its_language_is_that_of_the_list(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "examples" / "spanish", tmp_path, dirs_exist_ok=True)
     spanish(tmp_path / "es")
-    sources = sources_of(
+    sources = find_sources(
         SpokenLanguage(
             name="es",
             acoustic_model=str(tmp_path / "es/model_parameters/es"),

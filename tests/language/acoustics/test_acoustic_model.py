@@ -12,13 +12,18 @@ import pytest
 from recordings import Recording
 
 from voz.errors import LanguageError
-from voz.language.acoustics.acoustic_model import CEPSTRA, LEAST_VARIANCE, STREAMS, AcousticModel
-from voz.language.acoustics.spoken_language import USUAL_MODEL
+from voz.language.acoustics.acoustic_model import (
+    CEPSTRA,
+    FEATURE_STREAMS,
+    VARIANCE_FLOOR,
+    AcousticModel,
+)
+from voz.language.acoustics.language_info import ENGLISH_MODEL
 from voz.recognition.decoder import mean_start
 from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import Aligned, Aligner, start_numbers
 
-FOLDER = Path(pocketsphinx.get_model_path(USUAL_MODEL))
+FOLDER = Path(pocketsphinx.get_model_path(ENGLISH_MODEL))
 
 
 @pytest.fixture(scope="module")
@@ -49,17 +54,17 @@ def test_each_phone_of_the_dictionary_has_gaussians_of_its_own(
     said = {phone for phones in loaded.dictionary.values() for phone in phones}
     assert said | {"SIL"} <= set(model.phones)
     assert sorted(model.phones.values()) == list(range(len(model.means)))
-    assert model.means.shape[1::2] == (STREAMS, CEPSTRA)
+    assert model.means.shape[1::2] == (FEATURE_STREAMS, CEPSTRA)
     assert model.variances.shape == model.means.shape
 
 
 def test_no_variance_is_less_than_the_least_of_pocketsphinx(model: AcousticModel) -> None:
-    assert model.variances.min() >= LEAST_VARIANCE
+    assert model.variances.min() >= VARIANCE_FLOOR
 
 
 def test_the_weights_of_a_state_are_shares_of_one(model: AcousticModel) -> None:
     weights = np.exp(model.log_weights(np.arange(0, 5000, 50)))
-    assert weights.shape == (STREAMS, 100, model.means.shape[2])
+    assert weights.shape == (FEATURE_STREAMS, 100, model.means.shape[2])
     assert np.allclose(weights.sum(axis=2), 1, atol=0.1)  # they are kept in steps of a tenth
 
 

@@ -16,7 +16,7 @@ from recordings import GO_BACK
 from voz import LanguageError
 from voz.language.build import build
 from voz.language.generated.file_checks import check_files
-from voz.language.generated.language_files import PACKAGED, LanguageFiles
+from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 
 SETS = 120
 
@@ -66,7 +66,7 @@ def language_of(commands: str, folder: Path) -> LanguageFiles:
 def damaged_set(folder: Path, seed: int) -> Path:
     """A copy of the packaged files, one or two of them damaged; every other has a fingerprint."""
     chance = random.Random(seed)
-    shutil.copytree(PACKAGED, folder)
+    shutil.copytree(PACKAGED_FOLDER, folder)
     files = LanguageFiles(folder)
     if seed % 2:
         files.fingerprint.unlink()

@@ -8,7 +8,7 @@ import pytest
 from voz import LanguageError
 from voz.language.build import build
 from voz.language.generated.language_files import (
-    PACKAGED,
+    PACKAGED_FOLDER,
     LanguageFiles,
     find_language,
     read_sentences,
@@ -41,11 +41,11 @@ def test_a_folder_lm_without_grammar_is_passed_over(
 ):
     (tmp_path / "lm").mkdir()
     monkeypatch.chdir(tmp_path)
-    assert find_language(None).folder == PACKAGED
+    assert find_language(None).folder == PACKAGED_FOLDER
 
 
 def test_the_package_brings_the_fourteen_commands():
-    files = LanguageFiles(PACKAGED)
+    files = LanguageFiles(PACKAGED_FOLDER)
     sentences = read_sentences(files)
     assert len(sentences) == 14
     assert sentences[0] == "start speech"

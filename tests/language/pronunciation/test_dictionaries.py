@@ -12,8 +12,8 @@ from spanish import LIKE
 
 from voz.errors import CommandsError, LanguageError
 from voz.language.pronunciation.dictionaries import (
-    by_rules,
-    pronounce_by,
+    apply_rules,
+    pronounce_from,
     read_dictionary,
     read_rules,
 )
@@ -41,12 +41,12 @@ RULES = read_rules(ROOT / "examples" / "spanish" / "rules.txt", LIKE)
     ],
 )
 def test_spanish_is_read_aloud_by_its_letters(word: str, phones: str) -> None:
-    assert " ".join(by_rules(word, RULES)) == phones
+    assert " ".join(apply_rules(word, RULES)) == phones
 
 
 @given(st.text())
 def test_rules_give_phones_or_nothing_for_any_word(word: str) -> None:
-    assert set(by_rules(word, RULES)) <= set(LIKE)
+    assert set(apply_rules(word, RULES)) <= set(LIKE)
 
 
 def test_a_dictionary_is_read_however_it_is_written(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_wrong_rules_are_refused_with_their_line(text: str, message: str, tmp_pa
 def test_the_users_pronunciation_wins_then_the_dictionary_then_the_rules() -> None:
     places = dict.fromkeys(("rota", "gira", "más"), "mine.txt:1")
     dictionary = {"rota": ("r o t a",), "gira": ("j i r a",)}
-    found = pronounce_by(places, {"rota": ("rr o t a",)}, dictionary, RULES)
+    found = pronounce_from(places, {"rota": ("rr o t a",)}, dictionary, RULES)
     assert {word: entry.phones for word, entry in found.items()} == {
         "gira": ("j i r a",),
         "más": ("m a s",),
@@ -109,5 +109,5 @@ def test_the_users_pronunciation_wins_then_the_dictionary_then_the_rules() -> No
 def test_a_word_that_nothing_knows_is_refused_with_its_place(word: str, message: str) -> None:
     dictionary = {"girasat": ("a",), "re": ("a",)}
     with pytest.raises(CommandsError) as caught:
-        pronounce_by({word: "mine.txt:3"}, {}, dictionary, None)
+        pronounce_from({word: "mine.txt:3"}, {}, dictionary, None)
     assert message in str(caught.value)

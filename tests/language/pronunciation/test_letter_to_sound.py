@@ -47,7 +47,7 @@ def _fake_festival(folder: Path, script: str, monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_festival_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     _fake_festival(tmp_path, "exec sleep 60", monkeypatch)
-    monkeypatch.setattr(letter_to_sound, "TIME_LIMIT", 0.2)
+    monkeypatch.setattr(letter_to_sound, "FESTIVAL_TIME_LIMIT", 0.2)
     with pytest.raises(FestivalError, match="did not answer"):
         guess(["zorblax"])
 

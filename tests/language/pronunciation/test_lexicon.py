@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from voz import CommandsError
 from voz.language.pronunciation.letter_to_sound import FestivalError
 from voz.language.pronunciation.lexicon import (
-    GUESS,
+    GUESS_ORIGIN,
     PHONES,
     find_anywhere,
     look_up,
@@ -139,7 +139,7 @@ def test_a_compound_is_split_in_the_most_sensible_way(
 def test_an_unknown_word_is_guessed_and_marked_as_a_guess(cmudict: bytes):
     entries = pronounce({"stop": "l:1", "zorblax": "l:2"}, {}, cmudict, lambda _: {"zorblax": "Z"})
     assert list(entries) == ["stop", "zorblax"]
-    assert entries["zorblax"].origin == GUESS
+    assert entries["zorblax"].origin == GUESS_ORIGIN
 
 
 def test_without_festival_the_message_names_the_word_and_its_line(cmudict: bytes):

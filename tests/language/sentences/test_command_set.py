@@ -11,7 +11,7 @@ from language.template_texts import commands_of, compile_text
 from pocketsphinx import Config, Decoder, get_model_path
 
 from voz import CommandsError, LanguageError
-from voz.language.generated.fsg import as_fsg
+from voz.language.generated.fsg import to_fsg
 from voz.language.generated.template_grammar import structured_jsgf
 from voz.language.sentences.automaton import prefix_tree
 from voz.language.sentences.command_set import Commands, plain_commands
@@ -120,7 +120,7 @@ def test_every_sentence_is_in_the_grammar_that_the_decoder_searches(
 ) -> None:
     commands = commands_or_none(text)
     if commands:
-        arcs, end = as_fsg(commands.automaton)
+        arcs, end = to_fsg(commands.automaton)
         written = structured_jsgf([one.expression for one in compile_text(text).templates])
         for searched in (decoder.create_fsg("any", 0, end, arcs), decoder.parse_jsgf(written)):
             for sentence in commands.sample(20):
@@ -131,7 +131,7 @@ def test_every_sentence_is_in_the_grammar_that_the_decoder_searches(
 
 def test_weights_make_every_sentence_as_likely() -> None:
     automaton = commands_of("a (b|c|d)\na\n[z] x").automaton
-    arcs, end = as_fsg(automaton)
+    arcs, end = to_fsg(automaton)
     found: dict[int, float] = {}
 
     def follow(state: int, probability: float, words: int) -> None:
@@ -199,11 +199,11 @@ def test_typed_text_may_lack_accents() -> None:
 
 def test_unknown_text_gets_the_nearest_sentence() -> None:
     commands = plain_commands(["go forward", "go back", "start speech", "stop speech", "stop"])
-    assert commands.meant("go forwards") == "go forward"
-    assert commands.meant("please go back") == "go back"
-    assert commands.meant("strat speech") == "start speech"
-    assert commands.meant("what is the weather like") is None
-    assert commands.meant("") is None
+    assert commands.closest_sentence("go forwards") == "go forward"
+    assert commands.closest_sentence("please go back") == "go back"
+    assert commands.closest_sentence("strat speech") == "start speech"
+    assert commands.closest_sentence("what is the weather like") is None
+    assert commands.closest_sentence("") is None
 
 
 def test_a_plain_list_keeps_its_order_and_names_its_commands() -> None:

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import ROOT, Recording
 
-from voz.language.command_source import closest_commands
+from voz.language.command_source import similar_commands
 from voz.language.generated.language_files import LanguageFiles, read_sentences
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict
-from voz.language.similarity.alike_report import warnings
-from voz.language.similarity.confusion import AlikePair, sound_alike
+from voz.language.similarity.confusion import SimilarPair, find_similar
+from voz.language.similarity.similarity_report import similarity_warnings
 
 COMMANDS = ROOT / "lm" / "comandos_voz.txt"
 BEAM = 1e-300
@@ -25,16 +25,16 @@ phones = st.lists(st.sampled_from(PHONE_NAMES.split()), min_size=1, max_size=8).
 
 
 def alikeness(one: str, other: str) -> float:
-    (pair,) = sound_alike(["one", "other"], {"one": [one], "other": [other]}, at_least=0.0)
-    return pair.alike
+    (pair,) = find_similar(["one", "other"], {"one": [one], "other": [other]}, at_least=0.0)
+    return pair.similarity
 
 
 @pytest.fixture(scope="module")
-def pairs() -> list[AlikePair]:
-    return closest_commands(COMMANDS)
+def pairs() -> list[SimilarPair]:
+    return similar_commands(COMMANDS)
 
 
-def names(pairs: list[AlikePair]) -> list[set[str]]:
+def names(pairs: list[SimilarPair]) -> list[set[str]]:
     return [{pair.first, pair.second} for pair in pairs]
 
 
@@ -51,37 +51,39 @@ def test_what_is_said_in_the_same_way_is_wholly_alike(one: str):
 @given(phones, phones, st.sampled_from(PHONE_NAMES.split()))
 def test_another_way_to_say_a_command_makes_it_no_less_alike(one: str, other: str, phone: str):
     ways = {"one": [one, f"{one} {phone}"], "other": [other]}
-    (pair,) = sound_alike(["one", "other"], ways, at_least=0.0)
-    assert pair.alike >= alikeness(one, other)
+    (pair,) = find_similar(["one", "other"], ways, at_least=0.0)
+    assert pair.similarity >= alikeness(one, other)
 
 
 @given(st.dictionaries(st.sampled_from("abcdefg"), phones.map(lambda p: [p]), min_size=2))
 @settings(max_examples=50)
 def test_asking_for_the_alike_alone_gives_those_of_all_pairs(words: dict[str, list[str]]):
-    every = sound_alike(list(words), words, at_least=0.0)
-    assert [p.alike for p in every] == sorted((p.alike for p in every), reverse=True)
+    every = find_similar(list(words), words, at_least=0.0)
+    assert [p.similarity for p in every] == sorted((p.similarity for p in every), reverse=True)
     assert len(every) == math.comb(len(words), 2)
-    assert sound_alike(list(words), words, at_least=0.6) == [p for p in every if p.alike >= 0.6]
+    assert find_similar(list(words), words, at_least=0.6) == [
+        p for p in every if p.similarity >= 0.6
+    ]
 
 
 def test_what_differs_leaves_out_the_beginning_and_the_end_that_are_shared():
     words = {"start": ["S T AA R T"], "stop": ["S T AA P"], "speech": ["S P IY CH"]}
-    (pair,) = sound_alike(["start speech", "stop speech"], words)
+    (pair,) = find_similar(["start speech", "stop speech"], words)
     assert pair.differ == ("R T", "P")
 
 
-def test_the_pairs_that_are_most_mistaken_are_among_the_most_alike(pairs: list[AlikePair]):
+def test_the_pairs_that_are_most_mistaken_are_among_the_most_alike(pairs: list[SimilarPair]):
     assert names(pairs)[0] == {"start speech", "stop speech"}
     assert {"fold arm", "slow down"} in names(pairs)[:4]
 
 
-def test_stop_and_go_back_share_too_few_sounds_to_be_predicted(pairs: list[AlikePair]):
+def test_stop_and_go_back_share_too_few_sounds_to_be_predicted(pairs: list[SimilarPair]):
     # Three of the 385 clips that the table was fitted on are mistaken so all the same.
     assert {"stop", "go back"} not in names(pairs)
 
 
-def test_only_a_few_pairs_are_worth_a_warning(pairs: list[AlikePair]):
-    assert 1 <= len(warnings(pairs)) <= 4
+def test_only_a_few_pairs_are_worth_a_warning(pairs: list[SimilarPair]):
+    assert 1 <= len(similarity_warnings(pairs)) <= 4
 
 
 def scores_of_all_commands(recordings: list[Recording], commands: list[str]) -> Any:
@@ -151,8 +153,8 @@ def test_the_pairs_that_sound_alike_are_those_that_the_decoder_holds_close(
     cmudict = read_cmudict()
     words = {word: look_up(cmudict, word) for command in commands for word in command.split()}
     words["cocacola"] = ("K OW K AH K OW L AH",)
-    every = sound_alike(commands, words, at_least=0.0)
-    predicted = {frozenset((pair.first, pair.second)): pair.alike for pair in every}
+    every = find_similar(commands, words, at_least=0.0)
+    predicted = {frozenset((pair.first, pair.second)): pair.similarity for pair in every}
     both = [
         (predicted[frozenset((commands[i], commands[j]))], -measured[i, j])
         for i, j in combinations(range(len(commands)), 2)
@@ -163,4 +165,4 @@ def test_the_pairs_that_sound_alike_are_those_that_the_decoder_holds_close(
 def test_a_command_with_thousands_of_pronunciations_is_quick():
     words = {"either": ["IY DH ER", "AY DH ER", "IY DH AH"], "stop": ["S T AA P"]}
     commands = [" ".join(["either"] * 12), " ".join(["either"] * 11 + ["stop"])]
-    assert len(sound_alike(commands, words)) == 1
+    assert len(find_similar(commands, words)) == 1

@@ -10,23 +10,27 @@ from hypothesis import strategies as st
 from language.template_texts import commands_of
 from recordings import ROOT
 
-from voz.language.command_source import closest_commands
+from voz.language.command_source import similar_commands
 from voz.language.sentences.command_set import Commands
-from voz.language.similarity.alike_report import RISKY
-from voz.language.similarity.confusion import AlikePair
-from voz.language.similarity.distinct_pairs import distinct
+from voz.language.similarity.confusion import SimilarPair
+from voz.language.similarity.distinct_pairs import distinct_pairs
+from voz.language.similarity.similarity_report import WARNING_SIMILARITY
 
 
-def every_pair(commands: Commands) -> list[AlikePair]:
+def every_pair(commands: Commands) -> list[SimilarPair]:
     """All pairs, those that come first the most alike."""
     listed = commands.listed
     pairs = [(one, other) for n, one in enumerate(listed) for other in listed[n + 1 :]]
-    return [AlikePair(*pair, 1 - n / len(pairs), ("", "")) for n, pair in enumerate(pairs)]
+    return [SimilarPair(*pair, 1 - n / len(pairs), ("", "")) for n, pair in enumerate(pairs)]
 
 
 def risky(path: Path, text: str) -> list[set[str]]:
     path.write_text(text)
-    return [{pair.first, pair.second} for pair in closest_commands(path) if pair.alike >= RISKY]
+    return [
+        {pair.first, pair.second}
+        for pair in similar_commands(path)
+        if pair.similarity >= WARNING_SIMILARITY
+    ]
 
 
 @given(first=st.integers(0, 900), count=st.integers(2, 12), step=st.sampled_from([0.5, 1, 15]))
@@ -35,12 +39,12 @@ def test_numbers_of_one_range_are_not_compared_with_each_other(
     first: int, count: int, step: float
 ) -> None:
     commands = commands_of(f"turn: turn {{angle: {first}..{first + count * step} by {step}}}\n")
-    assert distinct(every_pair(commands), commands) == []
+    assert distinct_pairs(every_pair(commands), commands) == []
 
 
 def test_words_that_stand_for_numbers_are_compared() -> None:
     commands = commands_of("fly: fly {way} {far: 1..3}\nway = forward:0.5 | backward:-0.5\n")
-    (pair,) = distinct(every_pair(commands), commands)
+    (pair,) = distinct_pairs(every_pair(commands), commands)
     assert {pair.first, pair.second} == {"fly forward one", "fly backward one"}
 
 
@@ -66,15 +70,15 @@ def words(sentence: str) -> set[str]:
 
 def test_pairs_of_two_commands_are_reported_once_by_the_most_alike() -> None:
     commands = commands_of("go: go (now|on)\nhalt: halt (now|on)\nstop\n")
-    pairs = distinct(every_pair(commands), commands)
+    pairs = distinct_pairs(every_pair(commands), commands)
     assert [{pair.first, pair.second} for pair in pairs] == [
         {"go now", "halt now"}, {"go now", "stop"}, {"halt now", "stop"},
     ]  # fmt: skip
 
 
 def test_the_pairs_of_a_plain_list_are_all_reported() -> None:
-    pairs = closest_commands(ROOT / "lm" / "comandos_voz.txt")
-    assert len([pair for pair in pairs if pair.alike >= RISKY]) == 4
+    pairs = similar_commands(ROOT / "lm" / "comandos_voz.txt")
+    assert len([pair for pair in pairs if pair.similarity >= WARNING_SIMILARITY]) == 4
 
 
 @pytest.mark.parametrize("numbers", ["1..1000", "1..40"])

@@ -10,7 +10,7 @@ import pytest
 from recordings import Recording
 
 from voz.language.acoustics.acoustic_model import CEPSTRA, AcousticModel
-from voz.language.acoustics.spoken_language import USUAL_MODEL
+from voz.language.acoustics.language_info import ENGLISH_MODEL
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.language import Language
 from voz.recognition.speaker.adaptation import Aligned
@@ -19,7 +19,7 @@ from voz.recognition.speaker.mllr import as_text, fit_transforms, is_transforms
 
 @pytest.fixture(scope="module")
 def model() -> AcousticModel:
-    return AcousticModel(Path(pocketsphinx.get_model_path(USUAL_MODEL)))
+    return AcousticModel(Path(pocketsphinx.get_model_path(ENGLISH_MODEL)))
 
 
 def spoken_by_the_model(model: AcousticModel, moved_by: float) -> Aligned:

@@ -22,7 +22,7 @@ from wyoming.server import AsyncEventHandler, AsyncServer
 from voz import __version__
 from voz.errors import AudioError, ConfigError, VozError
 from voz.events import Utterance
-from voz.language.generated.language_files import read_spoken
+from voz.language.generated.language_files import read_language_info
 from voz.recognition.listener import Listener
 from voz.recognition.recognizer import Recognizer
 
@@ -205,7 +205,7 @@ def serve(
     Raises:
         ConfigError: nobody can be served there.
     """
-    language = read_spoken(recognizer.files).code
+    language = read_language_info(recognizer.files).code
     about = info(commands, language)
 
     async def work() -> None:

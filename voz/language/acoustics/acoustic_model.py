@@ -21,24 +21,24 @@ from voz.errors import LanguageError
 CEPSTRA = 13
 """Coefficients of a frame, in each stream."""
 
-STREAMS = 3
+FEATURE_STREAMS = 3
 
-STATES = 3
+STATES_PER_PHONE = 3
 """Of a phone, which senones stand for; those of phones without context come first."""
 
-LEAST_VARIANCE = 1e-4
+VARIANCE_FLOOR = 1e-4
 """pocketsphinx's own `varfloor`."""
 
 WEIGHT_UNIT = 1024 * np.log(1.0001)
 """`sendump` holds negative 1.0001-logarithms, shifted right by 10 bits; this in nats."""
 
-BINARY_MARK = 0x46444D42
+BINARY_MDEF_MAGIC = 0x46444D42
 """`BMDF`, which a binary mdef begins with."""
 
-MOST_REPEATS = 0.95
+MAX_SELF_TRANSITION = 0.95
 """Of a state, for the average; silence repeats for ever."""
 
-SILENCE = "SIL"
+SILENCE_PHONE = "SIL"
 
 BYTE_ORDER = 0x11223344
 """Stands at the head of a binary file that was written in the order in which we read."""
@@ -57,15 +57,15 @@ def read_phones(folder: Path) -> list[str]:
         data = (folder / "mdef").read_bytes()
         return _text_phones(data) if data.startswith(b"0.3") else _binary_phones(data)
     except (OSError, ValueError, struct.error) as error:
-        raise unusable(folder, error) from error
+        raise unusable_model(folder, error) from error
 
 
 def spoken_phones(phones: Iterable[str]) -> list[str]:
     """Leave silence and noises out, as `SIL` and `+SPN+` are called."""
-    return [phone for phone in phones if phone != SILENCE and not phone.startswith("+")]
+    return [phone for phone in phones if phone != SILENCE_PHONE and not phone.startswith("+")]
 
 
-def unusable(folder: Path, why: object) -> LanguageError:
+def unusable_model(folder: Path, why: object) -> LanguageError:
     """Say that a model cannot be used."""
     return LanguageError(
         f"{folder}: the acoustic model cannot be used ({why}); give a folder in the format of "
@@ -99,8 +99,8 @@ class AcousticModel:
             if not len(names) == len(self.means) == len(variances):
                 raise ValueError("another number of phones in mdef than in means")
         except (OSError, ValueError, struct.error) as error:
-            raise unusable(folder, error) from error
-        self.variances = np.maximum(variances, LEAST_VARIANCE)
+            raise unusable_model(folder, error) from error
+        self.variances = np.maximum(variances, VARIANCE_FLOOR)
         self.phones = {name: number for number, name in enumerate(names)}
 
     def log_weights(self, senones: Indices) -> Floats:
@@ -132,14 +132,16 @@ def read_durations(folder: Path) -> Floats:
         data = (folder / "transition_matrices").read_bytes()
         at = _behind_header(data)
         order, phones, states, targets = struct.unpack_from("<I3i", data, at)
-        if order != BYTE_ORDER or (states, targets) != (STATES, STATES + 1):
+        if order != BYTE_ORDER or (states, targets) != (STATES_PER_PHONE, STATES_PER_PHONE + 1):
             raise ValueError("transition matrices of another kind")
         counts = np.frombuffer(data, "<f4", phones * states * targets, at + 20)
     except (OSError, ValueError, struct.error) as error:
-        raise unusable(folder, error) from error
+        raise unusable_model(folder, error) from error
     matrices = counts.reshape(phones, states, targets).astype(np.float64)
-    stays = matrices[:, range(STATES), range(STATES)] / np.maximum(matrices.sum(axis=2), 1e-9)
-    return np.asarray((1 / (1 - np.minimum(stays, MOST_REPEATS))).sum(axis=1))
+    stays = matrices[:, range(STATES_PER_PHONE), range(STATES_PER_PHONE)] / np.maximum(
+        matrices.sum(axis=2), 1e-9
+    )
+    return np.asarray((1 / (1 - np.minimum(stays, MAX_SELF_TRANSITION))).sum(axis=1))
 
 
 def _text_phones(data: bytes) -> list[str]:
@@ -153,7 +155,7 @@ def _text_phones(data: bytes) -> list[str]:
 
 def _binary_phones(data: bytes) -> list[str]:
     mark, version, description = struct.unpack_from("<3i", data)
-    if mark != BINARY_MARK or version != 1:
+    if mark != BINARY_MDEF_MAGIC or version != 1:
         raise ValueError("mdef of another kind")
     sizes = 12 + description
     (phones,) = struct.unpack_from("<i", data, sizes)
@@ -171,7 +173,7 @@ def _read_gaussians(data: bytes) -> Floats:
     at = _behind_header(data)
     order, phones, streams, gaussians = struct.unpack_from("<I3i", data, at)
     lengths = struct.unpack_from(f"<{streams}i", data, at + 16)
-    if order != BYTE_ORDER or lengths != (CEPSTRA,) * STREAMS:
+    if order != BYTE_ORDER or lengths != (CEPSTRA,) * FEATURE_STREAMS:
         raise ValueError("Gaussians of another kind")
     floats = phones * streams * gaussians * CEPSTRA
     numbers = np.frombuffer(data, "<f4", floats, at + 16 + 4 * streams + 4)
@@ -186,5 +188,5 @@ def _read_weights(data: bytes, gaussians: int) -> npt.NDArray[np.uint8]:
     rows, senones = struct.unpack_from("<2i", data, at + 4)
     if rows != gaussians:
         raise ValueError("sendump of another kind")
-    count = STREAMS * rows * senones
-    return np.frombuffer(data, np.uint8, count, at + 12).reshape(STREAMS, rows, senones)
+    count = FEATURE_STREAMS * rows * senones
+    return np.frombuffer(data, np.uint8, count, at + 12).reshape(FEATURE_STREAMS, rows, senones)

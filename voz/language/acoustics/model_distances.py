@@ -15,8 +15,8 @@ import numpy as np
 
 from voz.errors import LanguageError
 from voz.language.acoustics.acoustic_model import (
-    STATES,
-    STREAMS,
+    FEATURE_STREAMS,
+    STATES_PER_PHONE,
     AcousticModel,
     Floats,
     Indices,
@@ -24,30 +24,30 @@ from voz.language.acoustics.acoustic_model import (
     read_phones,
     spoken_phones,
 )
-from voz.language.acoustics.phone_distances import Distances
+from voz.language.acoustics.phone_distances import PhoneDistances
 
-DRAWN = 48
+SAMPLED_FRAMES = 48
 """Frames drawn of each state of a phone; four times as many change a distance by some percent."""
 
-FARTHEST = 60.0
+MAX_FRAME_LOSS = 60.0
 """Nats; a single frame drawn far out says no more."""
 
-POWER = 0.75
+DIVERGENCE_POWER = 0.75
 """From a divergence to what is lost: a search stretches its phones to where they fit best.
 
 On the English model the measured loss is the divergence to the power of .746, times .993.
 """
 
-LONGER = 1.3
+COMMAND_STRETCH = 1.3
 """In a command a phone lasts longer than in the read speech that models are trained on."""
 
-UNKNOWN_LOSS = 6.0
+DEFAULT_LOSS = 6.0
 """Nats for each frame, where a model has other Gaussians than are read here: the English mean."""
 
-UNKNOWN_FRAMES = 9.5
+DEFAULT_FRAMES = 9.5
 
 
-def distances_of(folder: Path) -> Distances:
+def compute_distances(folder: Path) -> PhoneDistances:
     """Compute the distances of a model's phones.
 
     Args:
@@ -62,12 +62,12 @@ def distances_of(folder: Path) -> Distances:
     try:
         model = AcousticModel(folder)
     except LanguageError:  # another kind of Gaussians
-        loss: Floats = np.full((len(phones), len(phones)), UNKNOWN_LOSS)
+        loss: Floats = np.full((len(phones), len(phones)), DEFAULT_LOSS)
     else:
-        loss = divergences(model, [model.phones[phone] for phone in phones]) ** POWER
+        loss = divergences(model, [model.phones[phone] for phone in phones]) ** DIVERGENCE_POWER
     np.fill_diagonal(loss, 0.0)
-    lengths = dict(zip(names, LONGER * _durations(folder, len(names)), strict=True))
-    return Distances(
+    lengths = dict(zip(names, COMMAND_STRETCH * _durations(folder, len(names)), strict=True))
+    return PhoneDistances(
         {phone: round(float(lengths[phone]), 1) for phone in phones},
         {
             phone: {other: round(float(each), 1) for other, each in zip(phones, row, strict=True)}
@@ -89,11 +89,11 @@ def divergences(model: AcousticModel, phones: Sequence[int]) -> Floats:
     chance = np.random.default_rng(0)
     numbers = np.array(phones)
     total = np.zeros((len(phones), len(phones)))
-    for state in range(STATES):
-        weights = model.log_weights(STATES * numbers + state)
-        for stream in range(STREAMS):
+    for state in range(STATES_PER_PHONE):
+        weights = model.log_weights(STATES_PER_PHONE * numbers + state)
+        for stream in range(FEATURE_STREAMS):
             total += _lost(model, numbers, stream, weights[stream], chance)
-    return total / STATES
+    return total / STATES_PER_PHONE
 
 
 def _lost(
@@ -109,15 +109,15 @@ def _lost(
     shares = np.exp(log_weights)
     drawn = []
     for mean, variance, share in zip(means, variances, shares, strict=True):
-        which = chance.choice(len(share), DRAWN, p=share / share.sum())
+        which = chance.choice(len(share), SAMPLED_FRAMES, p=share / share.sum())
         spread = np.sqrt(variance[which])
         drawn.append(mean[which] + spread * chance.standard_normal(spread.shape))
     frames = np.concatenate(drawn)
     likely = np.stack(
         [_log_likelihood(frames, *each) for each in zip(means, variances, log_weights, strict=True)]
-    ).reshape(len(phones), len(phones), DRAWN)  # taken for, said, frames
+    ).reshape(len(phones), len(phones), SAMPLED_FRAMES)  # taken for, said, frames
     own = likely[range(len(phones)), range(len(phones))]
-    return np.asarray(np.minimum(own[:, None] - likely.swapaxes(0, 1), FARTHEST).mean(axis=2))
+    return np.asarray(np.minimum(own[:, None] - likely.swapaxes(0, 1), MAX_FRAME_LOSS).mean(axis=2))
 
 
 def _log_likelihood(
@@ -142,4 +142,4 @@ def _durations(folder: Path, phones: int) -> Floats:
         found = read_durations(folder)
     except LanguageError:
         found = np.array([])
-    return found if len(found) == phones else np.full(phones, UNKNOWN_FRAMES)
+    return found if len(found) == phones else np.full(phones, DEFAULT_FRAMES)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-DISTANCES = Path(__file__).with_name("phone_distances.tsv")
+DISTANCES_FILE = Path(__file__).with_name("phone_distances.tsv")
 
 
 @dataclass(frozen=True)
-class Distances:
+class PhoneDistances:
     """How far apart the acoustic model holds the phones.
 
     Attributes:
@@ -24,10 +24,10 @@ class Distances:
 
 
 @cache
-def read_distances(path: Path = DISTANCES) -> Distances:
+def read_distances(path: Path = DISTANCES_FILE) -> PhoneDistances:
     """Read the table of phone distances that comes with voz."""
     lines = path.read_text(encoding="utf-8").splitlines()
     header, *rows = (line.split("\t") for line in lines if not line.startswith("#"))
     frames = {phone: float(length) for phone, length, *_ in rows}
     apart = {row[0]: dict(zip(header[2:], map(float, row[2:]), strict=True)) for row in rows}
-    return Distances(frames, apart)
+    return PhoneDistances(frames, apart)

@@ -38,7 +38,7 @@ def failed_expectations(commands: Commands, data: bytes, name: str) -> Iterator[
         text = text.lstrip(NEGATION).strip()
         parse = commands.parse(text)
         if wanted and parse is None:
-            meant = commands.meant(text)
+            meant = commands.closest_sentence(text)
             perhaps = f'; the nearest is "{meant}"' if meant else ""
             yield f'{name}:{number}: "{text}" should be a command and is none{perhaps}'
         elif parse and not wanted:

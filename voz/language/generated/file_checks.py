@@ -18,10 +18,10 @@ from voz.errors import LanguageError
 from voz.files import read_bytes, shown_path
 from voz.language.generated.jsgf_grammar import jsgf
 from voz.language.generated.language_files import (
-    AGAIN,
+    REBUILD_ADVICE,
     LanguageFiles,
     parse_sentences,
-    read_plain,
+    read_plain_text,
     read_pronunciations,
 )
 from voz.language.generated.ngram import check_arpa
@@ -38,22 +38,22 @@ def check_files(files: LanguageFiles) -> None:
             f"{shown_path(files.folder)}: is no name in UTF-8, and pocketsphinx reads no other; "
             "rename the folder"
         )
-    with locked(files.folder, fcntl.LOCK_SH):
+    with lock_folder(files.folder, fcntl.LOCK_SH):
         if files.fingerprint.exists():
             _check_fingerprint(files)
             return
         if files.templates.exists():
-            raise LanguageError(f"{files.fingerprint}: is missing; {AGAIN}")
+            raise LanguageError(f"{files.fingerprint}: is missing; {REBUILD_ADVICE}")
         words = read_pronunciations(files)
-        sentences = parse_sentences(read_plain(files.sentences), files.sentences)
+        sentences = parse_sentences(read_plain_text(files.sentences), files.sentences)
         check_words(sentences, words, files.sentences)
-        if read_plain(files.grammar) != jsgf(sentences):
-            raise LanguageError(f"{files.grammar}: is not of {files.sentences}; {AGAIN}")
-        check_model(read_plain(files.lm), words, files.lm)
+        if read_plain_text(files.grammar) != jsgf(sentences):
+            raise LanguageError(f"{files.grammar}: is not of {files.sentences}; {REBUILD_ADVICE}")
+        check_model(read_plain_text(files.lm), words, files.lm)
 
 
 def check_words(
-    sentences: Sequence[str], words: Mapping[str, object], path: Path, advice: str = AGAIN
+    sentences: Sequence[str], words: Mapping[str, object], path: Path, advice: str = REBUILD_ADVICE
 ) -> None:
     """Check that sentences have no word that a dictionary lacks; `path` is theirs.
 
@@ -65,7 +65,9 @@ def check_words(
             raise LanguageError(f'{path}: "{word[:60]}" is not in the dictionary; {advice}')
 
 
-def check_model(text: str, words: Mapping[str, object], path: Path, advice: str = AGAIN) -> None:
+def check_model(
+    text: str, words: Mapping[str, object], path: Path, advice: str = REBUILD_ADVICE
+) -> None:
     """Check that a trigram model can be used with a dictionary; `path` is the model's.
 
     Raises:
@@ -83,7 +85,7 @@ def fingerprint(contents: Mapping[str, str]) -> str:
 
 
 @contextmanager
-def locked(folder: Path, how: int) -> Iterator[None]:
+def lock_folder(folder: Path, how: int) -> Iterator[None]:
     """Keep the files of a folder as they are, from all that ask in this way.
 
     Args:
@@ -99,10 +101,10 @@ def locked(folder: Path, how: int) -> Iterator[None]:
 
 
 def _check_fingerprint(files: LanguageFiles) -> None:
-    lines = read_plain(files.fingerprint).splitlines(keepends=True)
+    lines = read_plain_text(files.fingerprint).splitlines(keepends=True)
     for path in files.generated:
-        if _line(path.name, read_bytes(path, LanguageError, AGAIN)) not in lines:
-            raise LanguageError(f"{path}: is not what `voz build-lm` has written; {AGAIN}")
+        if _line(path.name, read_bytes(path, LanguageError, REBUILD_ADVICE)) not in lines:
+            raise LanguageError(f"{path}: is not what `voz build-lm` has written; {REBUILD_ADVICE}")
 
 
 def _line(name: str, data: bytes) -> str:

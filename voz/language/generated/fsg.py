@@ -10,11 +10,11 @@ from typing import TypeAlias
 
 from voz.language.sentences.automaton import NO_LABEL, Automaton
 
-Arc: TypeAlias = tuple[int, int, float, str] | tuple[int, int, float]
+FsgArc: TypeAlias = tuple[int, int, float, str] | tuple[int, int, float]
 """From one state to another with a probability, and a word unless a sentence ends."""
 
 
-def as_fsg(automaton: Automaton) -> tuple[list[Arc], int]:
+def to_fsg(automaton: Automaton) -> tuple[list[FsgArc], int]:
     """Write a automaton as arcs from state 0 on.
 
     Args:
@@ -23,7 +23,7 @@ def as_fsg(automaton: Automaton) -> tuple[list[Arc], int]:
     Returns:
         The arcs, and the state in which every sentence ends.
     """
-    arcs: list[Arc] = []
+    arcs: list[FsgArc] = []
     end = len(automaton.arcs)
     for state, following in enumerate(automaton.arcs):
         count = automaton.counts[state]

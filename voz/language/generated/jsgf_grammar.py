@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-NAME = "comandos_voz"
+GRAMMAR_NAME = "comandos_voz"
 
 
 class _Node(dict[str, "_Node"]):
@@ -29,11 +29,11 @@ def jsgf(sentences: Iterable[str]) -> str:
     Returns:
         The text of a JSGF file with one public rule, `<command>`.
     """
-    rule = "\n    | ".join(written_as_tree(sentences))
-    return f"#JSGF V1.0;\n\ngrammar {NAME};\n\npublic <command> =\n      {rule}\n    ;\n"
+    rule = "\n    | ".join(tree_alternatives(sentences))
+    return f"#JSGF V1.0;\n\ngrammar {GRAMMAR_NAME};\n\npublic <command> =\n      {rule}\n    ;\n"
 
 
-def written_as_tree(sentences: Iterable[str]) -> list[str]:
+def tree_alternatives(sentences: Iterable[str]) -> list[str]:
     """Write the alternatives of some sentences, with common beginnings shared."""
     return _alternatives(_tree(sentences))[0]
 

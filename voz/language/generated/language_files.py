@@ -11,17 +11,17 @@ from pathlib import Path
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, read_json, shown_path
-from voz.language.acoustics.spoken_language import Spoken, english
+from voz.language.acoustics.language_info import LanguageInfo, english
 from voz.language.formats.plain_list import parse_commands
 from voz.language.formats.text_lines import MAX_TEXT_BYTES
-from voz.language.generated.stored_commands import Stored, commands_in
+from voz.language.generated.stored_commands import StoredCommands, decode_commands
 from voz.language.pronunciation.lexicon import PHONES
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.language.sentences.spelling import COMBINING_SIGN, MAX_WORD_LETTERS
 
-STEM = "comandos_voz"
-PACKAGED = Path(__file__).parent.parent.parent / "lm"
-AGAIN = "make the language files again with `voz build-lm`"
+FILE_STEM = "comandos_voz"
+PACKAGED_FOLDER = Path(__file__).parent.parent.parent / "lm"
+REBUILD_ADVICE = "make the language files again with `voz build-lm`"
 
 _WORD = re.compile(
     rf"((?:[^\W_]|{COMBINING_SIGN}|['.-]){{1,{MAX_WORD_LETTERS}}})(\([0-9]{{1,3}}\))?"
@@ -42,47 +42,47 @@ class LanguageFiles:
     @property
     def commands(self) -> Path:
         """The command list."""
-        return self.folder / f"{STEM}.txt"
+        return self.folder / f"{FILE_STEM}.txt"
 
     @property
     def dictionary(self) -> Path:
         """The pronunciations of all words, for the decoder."""
-        return self.folder / f"{STEM}.dic"
+        return self.folder / f"{FILE_STEM}.dic"
 
     @property
     def lm(self) -> Path:
         """The trigram model, for the decoder."""
-        return self.folder / f"{STEM}.lm"
+        return self.folder / f"{FILE_STEM}.lm"
 
     @property
     def grammar(self) -> Path:
         """The JSGF grammar, for the decoder."""
-        return self.folder / f"{STEM}.gram"
+        return self.folder / f"{FILE_STEM}.gram"
 
     @property
     def sentences(self) -> Path:
         """The sentences that the files were generated from."""
-        return self.folder / f"{STEM}.sent"
+        return self.folder / f"{FILE_STEM}.sent"
 
     @property
     def vocabulary(self) -> Path:
         """The words of the sentences."""
-        return self.folder / f"{STEM}.vocab"
+        return self.folder / f"{FILE_STEM}.vocab"
 
     @property
     def pronounce_log(self) -> Path:
         """Where each pronunciation comes from."""
-        return self.folder / f"{STEM}.log_pronounce"
+        return self.folder / f"{FILE_STEM}.log_pronounce"
 
     @property
     def templates(self) -> Path:
         """What templates were compiled to; a plain list has no such file."""
-        return self.folder / f"{STEM}.templates"
+        return self.folder / f"{FILE_STEM}.templates"
 
     @property
     def spoken(self) -> Path:
         """Which acoustic model belongs to them; where it is voz's usual English, there is none."""
-        return self.folder / f"{STEM}.language"
+        return self.folder / f"{FILE_STEM}.language"
 
     @property
     def generated(self) -> tuple[Path, ...]:
@@ -94,7 +94,7 @@ class LanguageFiles:
     @property
     def fingerprint(self) -> Path:
         """The SHA-256 of each file that is generated, as `sha256sum` writes them."""
-        return self.folder / f"{STEM}.sha256"
+        return self.folder / f"{FILE_STEM}.sha256"
 
 
 def find_language(folder: str | Path | None) -> LanguageFiles:
@@ -112,7 +112,7 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
     elif here.grammar.is_file():
         files = here
     else:
-        files = LanguageFiles(PACKAGED)
+        files = LanguageFiles(PACKAGED_FOLDER)
     for path in (files.dictionary, files.lm, files.grammar, files.sentences):
         if not path.is_file():
             raise LanguageError(
@@ -128,7 +128,7 @@ def read_sentences(files: LanguageFiles) -> list[str]:
     Raises:
         LanguageError: the file cannot be read or holds something else.
     """
-    return parse_sentences(read_plain(files.sentences), files.sentences)
+    return parse_sentences(read_plain_text(files.sentences), files.sentences)
 
 
 def read_commands(files: LanguageFiles) -> Commands:
@@ -138,17 +138,17 @@ def read_commands(files: LanguageFiles) -> Commands:
         LanguageError: the file cannot be read or holds something else.
     """
     stored = _stored(files)
-    return commands_in(stored) if stored else plain_commands(read_sentences(files))
+    return decode_commands(stored) if stored else plain_commands(read_sentences(files))
 
 
-def _stored(files: LanguageFiles) -> Stored | None:
+def _stored(files: LanguageFiles) -> StoredCommands | None:
     """What templates were compiled to; None for a plain list."""
     if not files.templates.exists():
         return None
-    return read_json(files.templates, Stored, LanguageError, AGAIN)
+    return read_json(files.templates, StoredCommands, LanguageError, REBUILD_ADVICE)
 
 
-def name_of_list(files: LanguageFiles) -> str:
+def list_name(files: LanguageFiles) -> str:
     """Name the list that language files were made from, as messages call it.
 
     Raises:
@@ -162,7 +162,7 @@ def name_of_list(files: LanguageFiles) -> str:
     return f"the list from which {files.folder} was made"
 
 
-def parse_sentences(text: str, path: Path, advice: str = AGAIN) -> list[str]:
+def parse_sentences(text: str, path: Path, advice: str = REBUILD_ADVICE) -> list[str]:
     """Parse sentences; arguments and errors are those of `parse_dictionary`."""
     sentences = []
     for number, line in enumerate(_lines(text), start=1):
@@ -181,11 +181,11 @@ def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
     Raises:
         LanguageError: the dictionary cannot be read or holds something else.
     """
-    phones = read_spoken(files).phones
-    return parse_dictionary(read_plain(files.dictionary), files.dictionary, phones=phones)
+    phones = read_language_info(files).phones
+    return parse_dictionary(read_plain_text(files.dictionary), files.dictionary, phones=phones)
 
 
-def read_spoken(files: LanguageFiles) -> Spoken:
+def read_language_info(files: LanguageFiles) -> LanguageInfo:
     """Read which language is spoken: English, unless the language files say another.
 
     Raises:
@@ -193,16 +193,16 @@ def read_spoken(files: LanguageFiles) -> Spoken:
     """
     if not files.spoken.exists():
         return english()
-    return read_json(files.spoken, Spoken, LanguageError, AGAIN)
+    return read_json(files.spoken, LanguageInfo, LanguageError, REBUILD_ADVICE)
 
 
 def parse_dictionary(
-    text: str, path: Path, advice: str = AGAIN, phones: Collection[str] = PHONES
+    text: str, path: Path, advice: str = REBUILD_ADVICE, phones: Collection[str] = PHONES
 ) -> dict[str, tuple[str, ...]]:
     """Parse a dictionary, as strictly as pocketsphinx needs it.
 
     Args:
-        text: what `read_plain` has read.
+        text: what `read_plain_text` has read.
         path: what messages call it.
         advice: what the user can do if it cannot be used.
         phones: those of the acoustic model.
@@ -222,7 +222,7 @@ def parse_dictionary(
     return words
 
 
-def read_plain(path: Path, advice: str = AGAIN) -> str:
+def read_plain_text(path: Path, advice: str = REBUILD_ADVICE) -> str:
     """Read a text whose lines mean the same to Python and to C: no other control characters.
 
     Raises:

@@ -16,18 +16,18 @@ from math import log10
 from typing import TypeAlias
 
 DISCOUNT = 0.5
-ORDER = 3
+NGRAM_ORDER = 3
 
-MARKS = ("<s>", "</s>")
+SENTENCE_MARKS = ("<s>", "</s>")
 """The ends of a sentence; every model has both."""
 
-UNKNOWN = {"<unk>", "<UNK>"}
+UNKNOWN_WORDS = {"<unk>", "<UNK>"}
 """Any other word, in models of other programs."""
 
-LONGEST_ORDER = 5
+MAX_NGRAM_ORDER = 5
 """pocketsphinx knows no longer n-grams."""
 
-LARGEST_LOG = 100.0
+MAX_LOG_PROBABILITY = 100.0
 """Programs write -99 for what never happens."""
 
 Gram: TypeAlias = tuple[str, ...]
@@ -42,7 +42,7 @@ def arpa(sentences: Sequence[str]) -> str:
     Returns:
         The model as the text of an ARPA file.
     """
-    counts = [_count(sentences, n) for n in range(1, ORDER + 1)]
+    counts = [_count(sentences, n) for n in range(1, NGRAM_ORDER + 1)]
     probabilities = [_probabilities(longer, shorter) for shorter, longer in _with_shorter(counts)]
     lines = [
         f"Trigram model of {len(sentences)} sentences by voz, computed as lmtool's QuickLM does.",
@@ -51,8 +51,8 @@ def arpa(sentences: Sequence[str]) -> str:
         *(f"ngram {n}={len(grams)}" for n, grams in enumerate(counts, start=1)),
     ]
     for n, grams in enumerate(probabilities, start=1):
-        longer = probabilities[n] if n < ORDER else {}
-        lines += ["", f"\\{n}-grams:", *_section(grams, longer, is_last=n == ORDER)]
+        longer = probabilities[n] if n < NGRAM_ORDER else {}
+        lines += ["", f"\\{n}-grams:", *_section(grams, longer, is_last=n == NGRAM_ORDER)]
     return "\n".join([*lines, "", "\\end\\", ""])
 
 
@@ -60,7 +60,7 @@ def _count(sentences: Iterable[str], n: int) -> Counter[Gram]:
     """Count the runs of n words, with the marks of the sentences' ends."""
     counts: Counter[Gram] = Counter()
     for sentence in sentences:
-        words = (MARKS[0], *sentence.split(), MARKS[1])
+        words = (SENTENCE_MARKS[0], *sentence.split(), SENTENCE_MARKS[1])
         counts.update(zip(*(words[start:] for start in range(n)), strict=False))
     return counts
 
@@ -112,21 +112,21 @@ def check_arpa(text: str, words: Collection[str]) -> None:
     if (
         not found
         or len(orders) < len(counts)
-        or orders != [*range(1, LONGEST_ORDER + 1)][: len(counts)]
+        or orders != [*range(1, MAX_NGRAM_ORDER + 1)][: len(counts)]
     ):
         raise ValueError("it does not say how many n-grams there are")
     if len(sections) != len(orders) + 1 or [line.strip() for line in sections[-1]] != ["\\end\\"]:
         raise ValueError("a part is missing or in the wrong place")
     shorter: Collection[Gram] = [()]
-    known = {*words, *MARKS, *UNKNOWN}
+    known = {*words, *SENTENCE_MARKS, *UNKNOWN_WORDS}
     for order, (match, (title, *lines)) in enumerate(zip(numbers, sections, strict=False), start=1):
         if title.strip() != f"\\{order}-grams:" or not match or int(match[2]) != len(lines):
             raise ValueError(f"there are not as many {order}-grams as it says")
         shorter = _grams(lines, order, len(orders), shorter, known)
         if order == 1:
             known = {word for (word,) in shorter}
-            if not known.issuperset(MARKS):
-                raise ValueError(f"{MARKS[0]} or {MARKS[1]} is missing")
+            if not known.issuperset(SENTENCE_MARKS):
+                raise ValueError(f"{SENTENCE_MARKS[0]} or {SENTENCE_MARKS[1]} is missing")
 
 
 _NUMBER_OF_GRAMS = re.compile(r"ngram ([1-9])=([0-9]{1,9})", re.ASCII)
@@ -158,4 +158,4 @@ def _grams(
 
 
 def _is_log(text: str) -> bool:
-    return bool(_LOG.fullmatch(text)) and abs(float(text)) <= LARGEST_LOG
+    return bool(_LOG.fullmatch(text)) and abs(float(text)) <= MAX_LOG_PROBABILITY

@@ -10,7 +10,7 @@ from voz.language.sentences.automaton import Automaton
 from voz.language.sentences.command_set import Commands, Meaning
 
 
-class Stored(msgspec.Struct, frozen=True):
+class StoredCommands(msgspec.Struct, frozen=True):
     """What is kept of templates.
 
     Attributes:
@@ -26,13 +26,15 @@ class Stored(msgspec.Struct, frozen=True):
     meanings: list[Meaning]
 
 
-def as_text(commands: Commands, sources: Mapping[str, str]) -> str:
+def encode_commands(commands: Commands, sources: Mapping[str, str]) -> str:
     """Write commands as JSON; the same for the same arguments."""
     automaton = commands.automaton
-    stored = Stored(dict(sources), automaton.arcs, automaton.labels, list(commands.meanings))
+    stored = StoredCommands(
+        dict(sources), automaton.arcs, automaton.labels, list(commands.meanings)
+    )
     return msgspec.json.encode(stored).decode() + "\n"
 
 
-def commands_in(stored: Stored) -> Commands:
+def decode_commands(stored: StoredCommands) -> Commands:
     """The commands again."""
     return Commands(Automaton(stored.arcs, stored.labels), stored.meanings)

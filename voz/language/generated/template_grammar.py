@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from itertools import permutations
 
-from voz.language.generated.jsgf_grammar import NAME, written_as_tree
+from voz.language.generated.jsgf_grammar import GRAMMAR_NAME, tree_alternatives
 from voz.language.sentences.expression import (
     Choice,
     Concatenation,
@@ -41,7 +41,7 @@ def structured_jsgf(expressions: Iterable[Expression]) -> str:
     alternatives = writer.alternatives(list(expressions), "\n    | ")
     rules = "".join(f"\n<{name}> = {body};\n" for name, body in writer.rules.items())
     public = f"public <command> =\n      {alternatives}\n    ;\n"
-    return f"#JSGF V1.0;\n\ngrammar {NAME};\n\n{public}{rules}"
+    return f"#JSGF V1.0;\n\ngrammar {GRAMMAR_NAME};\n\n{public}{rules}"
 
 
 class _Writer:
@@ -91,7 +91,7 @@ class _Writer:
     def _numbers(self, item: NumberRange) -> str:
         if item not in self._names:
             said = dict.fromkeys(text for number in numbers_in(item) for text in wordings(number))
-            self._names[item] = self._rule("number", " | ".join(written_as_tree(said)))
+            self._names[item] = self._rule("number", " | ".join(tree_alternatives(said)))
         return f"<{self._names[item]}>"
 
     def _rule(self, name: str, body: str) -> str:

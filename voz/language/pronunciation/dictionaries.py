@@ -13,20 +13,20 @@ from typing import NamedTuple
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_text, shown_path
-from voz.language.pronunciation.lexicon import PRONUNCIATIONS, LexiconEntry
+from voz.language.pronunciation.lexicon import PRONUNCIATIONS_FILE, LexiconEntry
 from voz.language.sentences.spelling import normalize
 
-ADVICE = "give a dictionary in CMUSphinx's format: a word and its phones a line"
+DICTIONARY_ADVICE = "give a dictionary in CMUSphinx's format: a word and its phones a line"
 RULES_ADVICE = "give rules: letters, a tab and their phones a line"
 
-BY_RULE = "letter-to-sound rules"
+RULES_ORIGIN = "letter-to-sound rules"
 
-MOST_BYTES = 100_000_000
+MAX_DICTIONARY_BYTES = 100_000_000
 
 _NAME = re.compile(r"(.+?)(\([0-9]{1,3}\))?")
 
 
-class Rules(NamedTuple):
+class LetterRules(NamedTuple):
     """How the letters of a language are said.
 
     Attributes:
@@ -52,7 +52,7 @@ def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str,
     Raises:
         LanguageError: it cannot be read, or names a phone that the model does not have.
     """
-    text = read_text(path, LanguageError, ADVICE, MOST_BYTES)
+    text = read_text(path, LanguageError, DICTIONARY_ADVICE, MAX_DICTIONARY_BYTES)
     found: dict[str, dict[str, None]] = {}
     for number, line in enumerate(text.split("\n"), start=1):
         word, *said = line.split() or [""]
@@ -61,16 +61,16 @@ def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str,
         strange = [phone for phone in said if phone not in phones]
         if strange or not said:
             what = f'the acoustic model has no phone "{strange[0]}"' if strange else "has no phones"
-            raise LanguageError(f"{shown_path(path)}:{number}: {what}; {ADVICE}")
+            raise LanguageError(f"{shown_path(path)}:{number}: {what}; {DICTIONARY_ADVICE}")
         match = _NAME.fullmatch(normalize(word))
         assert match  # it is not empty
         found.setdefault(match[1], {})[" ".join(said)] = None
     if not found:
-        raise LanguageError(f"{shown_path(path)}: holds no word; {ADVICE}")
+        raise LanguageError(f"{shown_path(path)}: holds no word; {DICTIONARY_ADVICE}")
     return {word: tuple(ways) for word, ways in found.items()}
 
 
-def read_rules(path: Path, phones: Collection[str]) -> Rules:
+def read_rules(path: Path, phones: Collection[str]) -> LetterRules:
     """Read the rules of a language.
 
     Args:
@@ -82,7 +82,7 @@ def read_rules(path: Path, phones: Collection[str]) -> Rules:
         LanguageError: a line is no rule, or names a phone that the model does not have.
     """
     found: dict[str, tuple[str, ...]] = {}
-    text = read_text(path, LanguageError, RULES_ADVICE, MOST_BYTES)
+    text = read_text(path, LanguageError, RULES_ADVICE, MAX_DICTIONARY_BYTES)
     for number, line in enumerate(text.split("\n"), start=1):
         letters, *said = line.partition("#")[0].split() or [""]
         where = f"{shown_path(path)}:{number}"
@@ -95,10 +95,10 @@ def read_rules(path: Path, phones: Collection[str]) -> Rules:
         found[normalize(letters)] = tuple(said)
     if not found:
         raise LanguageError(f"{shown_path(path)}: holds no rule; {RULES_ADVICE}")
-    return Rules(found, max(map(len, found)))
+    return LetterRules(found, max(map(len, found)))
 
 
-def by_rules(word: str, rules: Rules) -> tuple[str, ...]:
+def apply_rules(word: str, rules: LetterRules) -> tuple[str, ...]:
     """Say a word by rules, from left to right, the longest rule that fits at each place.
 
     Returns:
@@ -116,7 +116,7 @@ def by_rules(word: str, rules: Rules) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _longest_rule(marked: str, at: int, rules: Rules) -> tuple[str, int] | None:
+def _longest_rule(marked: str, at: int, rules: LetterRules) -> tuple[str, int] | None:
     """The rule for the letters from a place on, and where it begins: at the mark, if it has one."""
     begins = (at - 1, at) if at == 1 else (at,)
     for length in range(rules.longest, 0, -1):
@@ -132,11 +132,11 @@ def letters_of(words: Iterable[str]) -> frozenset[str]:
     return frozenset(char for word in words for char in word if char.isalpha())
 
 
-def pronounce_by(
+def pronounce_from(
     places: Mapping[str, str],
     user: Mapping[str, tuple[str, ...]],
     dictionary: Mapping[str, tuple[str, ...]],
-    rules: Rules | None,
+    rules: LetterRules | None,
 ) -> dict[str, LexiconEntry]:
     """Find out how words are pronounced; the first that knows one decides.
 
@@ -155,27 +155,30 @@ def pronounce_by(
     entries: dict[str, LexiconEntry] = {}
     for word in places:
         if word in user:
-            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS)
+            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS_FILE)
         elif word in dictionary:
             entries[word] = LexiconEntry(dictionary[word], "dictionary")
-        elif rules and (said := by_rules(word, rules)):
-            entries[word] = LexiconEntry((" ".join(said),), BY_RULE)
+        elif rules and (said := apply_rules(word, rules)):
+            entries[word] = LexiconEntry((" ".join(said),), RULES_ORIGIN)
         else:
             raise _unknown(word, places[word], letters_of(dictionary), rules)
     return dict(sorted(entries.items()))
 
 
-def _unknown(word: str, place: str, letters: Collection[str], rules: Rules | None) -> CommandsError:
+def _unknown(
+    word: str, place: str, letters: Collection[str], rules: LetterRules | None
+) -> CommandsError:
     """Say why a word cannot be pronounced, and what to do."""
     strange = [c for c in word if c.isalpha() and c not in letters]
     if strange:
         name = unicodedata.name(strange[0], "unknown").lower()
         return CommandsError(
             f'{place}: "{word}" has the letter "{strange[0]}" ({name}), which no word of the '
-            f"dictionary has; write another, or the word's phones in {PRONUNCIATIONS}"
+            f"dictionary has; write another, or the word's phones in {PRONUNCIATIONS_FILE}"
         )
     also = ", and no rule fits its letters" if rules else ""
     return CommandsError(
-        f'{place}: "{word}" is not in the dictionary{also}; write its phones in {PRONUNCIATIONS} '
-        "beside the list, or set `pronunciations` in [language] to a file of rules"
+        f'{place}: "{word}" is not in the dictionary{also}; write its phones in '
+        f"{PRONUNCIATIONS_FILE} beside the list, or "
+        "set `pronunciations` in [language] to a file of rules"
     )

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 # festival's time for a word grows with the words before it (400 take 2 s, 1600 more than 40 s),
 # so a long list is given to several processes, one after the other.
 WORDS_PER_PROCESS = 200
-TIME_LIMIT = 60.0  # s for one process, which takes under one second on an idle desktop
+FESTIVAL_TIME_LIMIT = 60.0  # s for one process, which takes under one second on an idle desktop
 
 # Festival's US phones ("radio") that the acoustic model calls otherwise; the rest are the same
 # in upper case. None is silence.
@@ -65,7 +65,7 @@ def _run_festival(program: str) -> str:
             input=program,
             capture_output=True,
             encoding="latin-1",  # decodes whatever comes
-            timeout=TIME_LIMIT,
+            timeout=FESTIVAL_TIME_LIMIT,
             check=True,
         )
     except FileNotFoundError:
@@ -74,7 +74,7 @@ def _run_festival(program: str) -> str:
         ) from None
     except subprocess.TimeoutExpired:
         raise FestivalError(
-            f"festival did not answer within {TIME_LIMIT:.0f} s; try again"
+            f"festival did not answer within {FESTIVAL_TIME_LIMIT:.0f} s; try again"
         ) from None
     except (OSError, subprocess.CalledProcessError) as error:
         raise FestivalError(f"festival fails ({error}); install it anew") from None

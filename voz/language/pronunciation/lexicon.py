@@ -23,10 +23,10 @@ PHONE_NAMES = (
     "UH UW V W Y Z ZH"
 )
 PHONES = frozenset(PHONE_NAMES.split())
-PRONUNCIATIONS = "pronunciations.txt"
-GUESS = "letter-to-sound (a guess)"
-MIN_PART = 3  # letters of the shortest part of a compound
-MAX_PARTS = 3
+PRONUNCIATIONS_FILE = "pronunciations.txt"
+GUESS_ORIGIN = "letter-to-sound (a guess)"
+MIN_PART_LETTERS = 3  # letters of the shortest part of a compound
+MAX_COMPOUND_PARTS = 3
 
 _USER_WORD = re.compile(rf"((?:{ANY_LETTER}|')+)(\([0-9]+\))?")
 _ENGLISH_WORD = re.compile(r"([a-z']+)(\([0-9]+\))?", re.ASCII)
@@ -185,7 +185,7 @@ def pronounce(
     entries: dict[str, LexiconEntry] = {}
     for word in places:
         if word in user:
-            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS)
+            entries[word] = LexiconEntry(user[word], PRONUNCIATIONS_FILE)
         elif phones := look_up(cmudict, word) or find_anywhere(cmudict, word):
             entries[word] = LexiconEntry(phones, "cmudict")
         elif parts := split_compound(word, known):
@@ -206,7 +206,7 @@ def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]
         The parts, none if it cannot be split. Of two equally good splits the one with the
         longer beginning is taken.
     """
-    for count in range(2, MAX_PARTS + 1):
+    for count in range(2, MAX_COMPOUND_PARTS + 1):
         splits = [parts for parts in _splits(word, count) if all(map(known, parts))]
         if splits:
             return max(splits, key=lambda parts: (min(map(len, parts)), [*map(len, parts)]))
@@ -217,7 +217,7 @@ def _splits(word: str, count: int) -> Iterator[tuple[str, ...]]:
     """Cut a word into `count` parts that are not too short, in all ways."""
     for cuts in combinations(range(1, len(word)), count - 1):
         parts = tuple(word[start:end] for start, end in pairwise((0, *cuts, len(word))))
-        if min(map(len, parts)) >= MIN_PART:
+        if min(map(len, parts)) >= MIN_PART_LETTERS:
             yield parts
 
 
@@ -237,12 +237,12 @@ def _guess_all(
     except FestivalError as error:
         raise CommandsError(
             f'{places[words[0]]}: "{words[0]}" is in no dictionary, and {error}, '
-            f"or add the word to {PRONUNCIATIONS}"
+            f"or add the word to {PRONUNCIATIONS_FILE}"
         ) from None
     for word in words:
         if word not in guesses or not PHONES.issuperset(guesses[word].split()):
             raise CommandsError(
                 f'{places[word]}: nothing knows how to pronounce "{word}"; '
-                f"use another word or add it to {PRONUNCIATIONS}"
+                f"use another word or add it to {PRONUNCIATIONS_FILE}"
             )
-    return {word: LexiconEntry((guesses[word],), GUESS) for word in words}
+    return {word: LexiconEntry((guesses[word],), GUESS_ORIGIN) for word in words}

@@ -86,7 +86,7 @@ class Commands(Collection[str]):
         return isinstance(text, str) and self._label(text.split()) is not None
 
     @property
-    def few(self) -> bool:
+    def can_be_listed(self) -> bool:
         """Whether they can be written down one by one, as every plain list can."""
         return len(self) <= max(MAX_LISTED_SENTENCES, len(self.meanings))
 
@@ -97,7 +97,7 @@ class Commands(Collection[str]):
         Raises:
             LanguageError: they are too many to be written down.
         """
-        if not self.few:
+        if not self.can_be_listed:
             raise LanguageError(
                 f"{len(self):,} sentences are too many for this, which looks at each of them; "
                 f"use templates of at most {MAX_LISTED_SENTENCES:,}"
@@ -174,7 +174,7 @@ class Commands(Collection[str]):
 
     def examples(self) -> list[str]:
         """All sentences if they are few; else some with all words, each drawn as likely."""
-        if self.few:
+        if self.can_be_listed:
             return self.listed
         drawn = self.sample(MAX_LISTED_SENTENCES)
         return drawn + self.automaton.sentences_with_words(set(self.vocabulary) - _words(drawn))
@@ -205,7 +205,7 @@ class Commands(Collection[str]):
         """
         return [near.sentence for near in nearest(self.automaton, text.split(), sound, most)]
 
-    def meant(self, text: str) -> str | None:
+    def closest_sentence(self, text: str) -> str | None:
         """Guess which sentence somebody wanted to type; None if nothing is like it."""
         words = [word for ways in spoken_forms(text) for word in ways[0].split()][
             : self.longest + 3

@@ -15,35 +15,35 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice, product, takewhile
 
-from voz.language.acoustics.phone_distances import Distances, read_distances
+from voz.language.acoustics.phone_distances import PhoneDistances, read_distances
 
-UNLIKE = 7.5
+UNRELATED_LOSS = 7.5
 """Nats that a frame loses on average when a phone is explained by one with nothing in common."""
 
-LEAST_FRAMES = 3
+MIN_PHONE_FRAMES = 3
 """A phone's model has three states, and each takes a frame at least."""
 
-NOTEWORTHY = 0.65
+LISTED_SIMILARITY = 0.65
 """From here on a pair is worth a place in the table."""
 
-MOST_VARIANTS = 8
+MAX_COMPARED_VARIANTS = 8
 """Ways to say a command that are compared; a sentence of many words can have thousands."""
 
 
 @dataclass(frozen=True)
-class AlikePair:
+class SimilarPair:
     """Two commands and how alike they sound.
 
     Attributes:
         first: the command that stands first in the list.
         second: the other.
-        alike: 1 if they sound the same, near 0 if nothing in them does.
+        similarity: 1 if they sound the same, near 0 if nothing in them does.
         differ: the phones of each that the other does not share at its beginning or end.
     """
 
     first: str
     second: str
-    alike: float
+    similarity: float
     differ: tuple[str, str]
 
 
@@ -56,12 +56,12 @@ class _Spoken:
     cheapest: Mapping[str, float]  # what each phone loses at least if explained by this command
 
 
-def sound_alike(
+def find_similar(
     commands: Sequence[str],
     pronunciations: Mapping[str, Sequence[str]],
-    at_least: float = NOTEWORTHY,
-    distances: Distances | None = None,
-) -> list[AlikePair]:
+    at_least: float = LISTED_SIMILARITY,
+    distances: PhoneDistances | None = None,
+) -> list[SimilarPair]:
     """Find the pairs of commands that sound alike.
 
     Args:
@@ -74,18 +74,18 @@ def sound_alike(
         The pairs, the most alike first.
     """
     distances = distances or read_distances()
-    farthest = -math.log(at_least) * UNLIKE if at_least > 0 else math.inf
+    farthest = -math.log(at_least) * UNRELATED_LOSS if at_least > 0 else math.inf
     spoken = {command: _ways_to_say(command, pronunciations, distances) for command in commands}
     pairs = []
     for first, second in combinations(commands, 2):
         loss, said = _closest(spoken[first], spoken[second], distances, farthest)
         if loss <= farthest:
-            alike = math.exp(-loss / UNLIKE)
-            pairs.append(AlikePair(first, second, alike, _difference(*said)))
-    return sorted(pairs, key=lambda pair: -pair.alike)
+            alike = math.exp(-loss / UNRELATED_LOSS)
+            pairs.append(SimilarPair(first, second, alike, _difference(*said)))
+    return sorted(pairs, key=lambda pair: -pair.similarity)
 
 
-def loss_between(one: Sequence[str], other: Sequence[str], distances: Distances) -> float:
+def loss_between(one: Sequence[str], other: Sequence[str], distances: PhoneDistances) -> float:
     """Compute what is lost if one sequence of phones is taken for another, in nats.
 
     It is the mean of both directions; each has at least one phone.
@@ -99,14 +99,14 @@ def loss_between(one: Sequence[str], other: Sequence[str], distances: Distances)
 
 
 def _ways_to_say(
-    command: str, pronunciations: Mapping[str, Sequence[str]], distances: Distances
+    command: str, pronunciations: Mapping[str, Sequence[str]], distances: PhoneDistances
 ) -> list[_Spoken]:
     words = [pronunciations[word] for word in command.split()]
-    ways = (" ".join(parts).split() for parts in islice(product(*words), MOST_VARIANTS))
+    ways = (" ".join(parts).split() for parts in islice(product(*words), MAX_COMPARED_VARIANTS))
     return [_spoken(tuple(phones), distances) for phones in ways]
 
 
-def _spoken(phones: tuple[str, ...], distances: Distances) -> _Spoken:
+def _spoken(phones: tuple[str, ...], distances: PhoneDistances) -> _Spoken:
     present = set(phones)
     cheapest = {
         phone: distances.frames[phone] * min(apart[other] for other in present)
@@ -116,7 +116,7 @@ def _spoken(phones: tuple[str, ...], distances: Distances) -> _Spoken:
 
 
 def _closest(
-    first: Sequence[_Spoken], second: Sequence[_Spoken], distances: Distances, farthest: float
+    first: Sequence[_Spoken], second: Sequence[_Spoken], distances: PhoneDistances, farthest: float
 ) -> tuple[float, tuple[_Spoken, _Spoken]]:
     """Compare two commands in all ways to say them; a loss above `farthest` may be any such."""
     said = (first[0], second[0])
@@ -141,7 +141,7 @@ def _at_least(one: _Spoken, other: _Spoken) -> float:
     return (there + back) / 2
 
 
-def _loss(said: _Spoken, taken: _Spoken, distances: Distances, farthest: float) -> float:
+def _loss(said: _Spoken, taken: _Spoken, distances: PhoneDistances, farthest: float) -> float:
     """Compute what each frame of one command loses if it is taken for the other, in nats.
 
     Dynamic programming: `losses[n]` is the least loss if, of what was said so far, n phones of
@@ -152,7 +152,7 @@ def _loss(said: _Spoken, taken: _Spoken, distances: Distances, farthest: float) 
     costs = [[distances.apart[phone][other] for other in taken.phones] for phone in said.phones]
     losses = [0.0]
     for each in costs[0]:
-        losses.append(losses[-1] + LEAST_FRAMES * each)
+        losses.append(losses[-1] + MIN_PHONE_FRAMES * each)
     for phone, cost, following in zip(said.phones, costs, [*costs[1:], costs[-1]], strict=True):
         losses = _next_losses(losses, cost, following, distances.frames[phone])
         if min(losses) > farthest * said.frames:
@@ -169,7 +169,7 @@ def _next_losses(
     reached = [least]
     for place, now in enumerate(cost):
         after = following[place]
-        unsaid = least + LEAST_FRAMES * (now if now < after else after)
+        unsaid = least + MIN_PHONE_FRAMES * (now if now < after else after)
         as_next = losses[place] + frames * now
         ahead = cost[place + 1] if place + 1 < len(cost) else now
         beside = losses[place + 1] + frames * (now if now < ahead else ahead)

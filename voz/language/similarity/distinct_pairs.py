@@ -9,13 +9,13 @@ from functools import lru_cache
 from voz.language.sentences.command_set import Commands, Parse
 from voz.language.sentences.expression import Value
 from voz.language.sentences.number_words import wordings
-from voz.language.similarity.confusion import AlikePair
+from voz.language.similarity.confusion import SimilarPair
 
-NUMBER = "{number}"
+ANY_NUMBER = "{number}"
 """What stands for every number that is spoken: nobody can choose another word for one."""
 
 
-def distinct(pairs: Iterable[AlikePair], commands: Commands) -> list[AlikePair]:
+def distinct_pairs(pairs: Iterable[SimilarPair], commands: Commands) -> list[SimilarPair]:
     """Keep the most alike of the pairs that mix up the same meanings.
 
     Two numbers in the same slot are no difference, and what differs in nothing else is left out. So
@@ -28,9 +28,9 @@ def distinct(pairs: Iterable[AlikePair], commands: Commands) -> list[AlikePair]:
     Returns:
         The pairs that are left, the most alike first.
     """
-    kept: dict[frozenset[object], AlikePair] = {}
+    kept: dict[frozenset[object], SimilarPair] = {}
     parse = lru_cache(maxsize=None)(commands.parse)
-    for pair in sorted(pairs, key=lambda pair: -pair.alike):
+    for pair in sorted(pairs, key=lambda pair: -pair.similarity):
         first, second = parse(pair.first), parse(pair.second)
         differs = _difference(first, second) if first and second else frozenset()
         if differs and not any(known <= differs for known in kept):
@@ -52,7 +52,7 @@ def _difference(first: Parse, second: Parse) -> frozenset[object]:
 
 def _without_numbers(parse: Parse) -> Mapping[str, Value]:
     return {
-        name: NUMBER if _is_spoken_as_number(value, parse.text) else value
+        name: ANY_NUMBER if _is_spoken_as_number(value, parse.text) else value
         for name, value in parse.slots.items()
     }
 

@@ -10,28 +10,28 @@ from collections.abc import Mapping, Sequence
 from math import exp
 from random import Random
 
-from voz.language.acoustics.phone_distances import Distances
+from voz.language.acoustics.phone_distances import PhoneDistances
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.neighbors import Neighbor, nearest
-from voz.language.similarity.alike_report import differing, words_that_differ
-from voz.language.similarity.confusion import UNLIKE, AlikePair
+from voz.language.similarity.confusion import UNRELATED_LOSS, SimilarPair
+from voz.language.similarity.similarity_report import differing_sets, differing_words
 from voz.language.similarity.word_distances import WordDistances
 
-LOOKED_AT = 60
+SAMPLED_SENTENCES = 60
 """Sentences of a long list that are compared with their neighbors; it takes a second or two."""
 
-NEIGHBORS = 50
+NEIGHBORS_PER_SENTENCE = 50
 """Of each: most of them may be the same sentence with another number in it."""
 
-USUAL_FRAMES = 85.0
+COMMAND_FRAMES = 85.0
 """Of a command, 10 ms each: those that come with voz have so many on average."""
 
 
-def pairs_of_many(
+def similar_pairs_by_sampling(
     commands: Commands,
     pronunciations: Mapping[str, Sequence[str]],
-    distances: Distances | None = None,
-) -> list[AlikePair]:
+    distances: PhoneDistances | None = None,
+) -> list[SimilarPair]:
     """Find pairs that sound alike among very many sentences.
 
     Args:
@@ -45,12 +45,12 @@ def pairs_of_many(
     """
     spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
     sound = WordDistances(spellings, distances)
-    found: dict[frozenset[str], AlikePair] = {}
+    found: dict[frozenset[str], SimilarPair] = {}
     for sentence in _drawn(commands):
-        for near in nearest(commands.automaton, sentence.split(), sound, NEIGHBORS):
+        for near in nearest(commands.automaton, sentence.split(), sound, NEIGHBORS_PER_SENTENCE):
             pair = _pair(sentence, near, sound)
-            words = words_that_differ(pair)
-            if words not in found or pair.alike > found[words].alike:
+            words = differing_sets(pair)
+            if words not in found or pair.similarity > found[words].similarity:
                 found[words] = pair
     return list(found.values())
 
@@ -58,12 +58,12 @@ def pairs_of_many(
 def _drawn(commands: Commands) -> list[str]:
     """Draw sentences: of as many templates as possible one, then others."""
     every = range(len(commands.meanings))
-    labels = sorted(Random(0).sample(every, min(LOOKED_AT, len(every))))
+    labels = sorted(Random(0).sample(every, min(SAMPLED_SENTENCES, len(every))))
     each = [text for label in labels for text in commands.automaton.sentences_with_label(label, 1)]
-    return list(dict.fromkeys([*each, *commands.sample(LOOKED_AT)]))[:LOOKED_AT]
+    return list(dict.fromkeys([*each, *commands.sample(SAMPLED_SENTENCES)]))[:SAMPLED_SENTENCES]
 
 
-def _pair(sentence: str, near: Neighbor, sound: WordDistances) -> AlikePair:
-    one, other = differing(sentence, near.sentence)
-    alike = exp(-near.cost / USUAL_FRAMES / UNLIKE)
-    return AlikePair(sentence, near.sentence, alike, (sound.phones(one), sound.phones(other)))
+def _pair(sentence: str, near: Neighbor, sound: WordDistances) -> SimilarPair:
+    one, other = differing_words(sentence, near.sentence)
+    alike = exp(-near.cost / COMMAND_FRAMES / UNRELATED_LOSS)
+    return SimilarPair(sentence, near.sentence, alike, (sound.phones(one), sound.phones(other)))

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from voz.language.acoustics.phone_distances import Distances, read_distances
+from voz.language.acoustics.phone_distances import PhoneDistances, read_distances
 from voz.language.similarity.confusion import loss_between
 
-ALONE = 22.0
+GAP_COST = 22.0
 """Nats for each phone of a word that is too many or too few.
 
 Where it was said its eight frames or so are explained by its neighbors, where it was not three of
 theirs by it: on average so much, at about 4 nats for each.
 """
 
-MOST_SPELLINGS = 2
+MAX_PRONUNCIATIONS = 2
 """Ways to say a word that are compared."""
 
 
@@ -25,7 +25,7 @@ class WordDistances:
     def __init__(
         self,
         spellings: Mapping[str, Sequence[Sequence[str]]],
-        distances: Distances | None = None,
+        distances: PhoneDistances | None = None,
     ) -> None:
         """Take the phones of each word, in all the ways that it may be said.
 
@@ -35,7 +35,8 @@ class WordDistances:
         """
         self._distances = distances or read_distances()
         self._spellings = {
-            word: [tuple(way) for way in ways[:MOST_SPELLINGS]] for word, ways in spellings.items()
+            word: [tuple(way) for way in ways[:MAX_PRONUNCIATIONS]]
+            for word, ways in spellings.items()
         }
         self._phones = {word: frozenset(ways[0]) for word, ways in self._spellings.items()}
         self.substitution_cost = lru_cache(maxsize=100_000)(self._instead)
@@ -50,7 +51,7 @@ class WordDistances:
 
     def gap_cost(self, word: str) -> float:
         """What it costs to leave a word out, or to put it in."""
-        return ALONE * len(self._spellings[word][0])
+        return GAP_COST * len(self._spellings[word][0])
 
     def phones(self, words: str) -> str:
         """The phones of some words, as they are usually said."""

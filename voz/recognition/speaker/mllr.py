@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from voz.language.acoustics.acoustic_model import CEPSTRA, STREAMS, AcousticModel, Floats
+from voz.language.acoustics.acoustic_model import CEPSTRA, FEATURE_STREAMS, AcousticModel, Floats
 from voz.recognition.speaker.adaptation import Aligned, start_numbers
 
 PRIOR = 50
@@ -45,7 +45,7 @@ def fit_transforms(
         A transform for each stream.
     """
     transforms = []
-    for stream in range(STREAMS):
+    for stream in range(FEATURE_STREAMS):
         means, variances = model.means[:, stream], model.variances[:, stream]
         usual = _extended(means.reshape(-1, CEPSTRA))
         spread = PRIOR * usual.T @ usual / len(usual)
@@ -75,7 +75,7 @@ def is_transforms(text: str) -> bool:
     """Tell whether a text is what `as_text` writes."""
     found = text.split()
     one = 1 + CEPSTRA * (CEPSTRA + 2)
-    if found[:2] != ["1", str(STREAMS)] or len(found) != 2 + STREAMS * one:
+    if found[:2] != ["1", str(FEATURE_STREAMS)] or len(found) != 2 + FEATURE_STREAMS * one:
         return False
     sizes, numbers = found[2::one], [n for at in range(one - 1) for n in found[3 + at :: one]]
     return {*sizes} == {str(CEPSTRA)} and all(map(_NUMBER.fullmatch, numbers))

@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING
 
 from voz.errors import VozError
 from voz.extras import how_to_install
-from voz.language.acoustics.phone_distances import Distances
-from voz.language.similarity.alike_report import RISKY
-from voz.language.similarity.confusion import sound_alike
+from voz.language.acoustics.phone_distances import PhoneDistances
+from voz.language.similarity.confusion import find_similar
+from voz.language.similarity.similarity_report import WARNING_SIMILARITY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_PICTURED = 60
+MAX_PICTURED_COMMANDS = 60
 """More make a picture that nobody can read."""
 
 
-def draw(
+def draw_matrix(
     commands: Sequence[str],
     pronunciations: Mapping[str, Sequence[str]],
     path: Path,
-    distances: Distances | None = None,
+    distances: PhoneDistances | None = None,
 ) -> None:
     """Draw how alike all commands sound, as a matrix.
 
@@ -40,10 +40,10 @@ def draw(
     """
     if path.suffix.lower() not in (".png", ".svg"):
         raise VozError(f"{path}: is no name for a picture; end it with .png or .svg")
-    if len(commands) > MOST_PICTURED:
+    if len(commands) > MAX_PICTURED_COMMANDS:
         raise VozError(
             f"{len(commands)} commands are too many for a picture; give a list of at most "
-            f"{MOST_PICTURED}"
+            f"{MAX_PICTURED_COMMANDS}"
         )
     try:
         from matplotlib.figure import Figure
@@ -67,7 +67,7 @@ def _draw_matrix(figure: Figure, commands: Sequence[str], cells: list[list[float
     axes.set_yticks(places, commands)
     for row, column in permutations(places, 2):
         alike = cells[row][column]
-        color, weight = ("white", "bold") if alike >= RISKY else ("black", "normal")
+        color, weight = ("white", "bold") if alike >= WARNING_SIMILARITY else ("black", "normal")
         axes.text(
             column, row, f"{alike:.2f}", ha="center", va="center", fontsize=8,
             color=color, weight=weight,
@@ -78,8 +78,8 @@ def _draw_matrix(figure: Figure, commands: Sequence[str], cells: list[list[float
 def _matrix(
     commands: Sequence[str],
     pronunciations: Mapping[str, Sequence[str]],
-    distances: Distances | None,
+    distances: PhoneDistances | None,
 ) -> list[list[float]]:
-    pairs = sound_alike(commands, pronunciations, at_least=0.0, distances=distances)
-    alike = {frozenset((pair.first, pair.second)): pair.alike for pair in pairs}
+    pairs = find_similar(commands, pronunciations, at_least=0.0, distances=distances)
+    alike = {frozenset((pair.first, pair.second)): pair.similarity for pair in pairs}
     return [[alike.get(frozenset((row, column)), 1.0) for column in commands] for row in commands]

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import msgspec
 
-from voz.language.acoustics.phone_distances import Distances, read_distances
+from voz.language.acoustics.phone_distances import PhoneDistances, read_distances
 
 ENGLISH_NAMES = frozenset({"english", "en"})
 
-USUAL_MODEL = "en-us/en-us"
+ENGLISH_MODEL = "en-us/en-us"
 """Of the pocketsphinx package."""
 
 
-class Spoken(msgspec.Struct, frozen=True, dict=True):
+class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
     """A language that is spoken, as the language files keep it.
 
     Attributes:
@@ -44,7 +44,7 @@ class Spoken(msgspec.Struct, frozen=True, dict=True):
         return "en" if self.is_english else self.name
 
     @property
-    def is_usual(self) -> bool:
+    def uses_default_model(self) -> bool:
         """Whether nothing was configured."""
         return self.acoustic_model is None
 
@@ -54,9 +54,9 @@ class Spoken(msgspec.Struct, frozen=True, dict=True):
         return frozenset(self.frames)
 
     @cached_property
-    def distances(self) -> Distances:
+    def distances(self) -> PhoneDistances:
         """How far apart the phones are."""
-        return Distances(self.frames, self.apart)
+        return PhoneDistances(self.frames, self.apart)
 
     def folder(self, language: Path) -> Path:
         """Find the acoustic model.
@@ -67,12 +67,12 @@ class Spoken(msgspec.Struct, frozen=True, dict=True):
         if self.acoustic_model is None:
             import pocketsphinx  # 20 ms that who types commands need not wait for
 
-            return Path(pocketsphinx.get_model_path(USUAL_MODEL))
+            return Path(pocketsphinx.get_model_path(ENGLISH_MODEL))
         return language / self.acoustic_model
 
 
-def english() -> Spoken:
+def english() -> LanguageInfo:
     """English by the model that pocketsphinx brings, with distances that were measured."""
     known = read_distances()
     apart = {phone: dict(others) for phone, others in known.apart.items()}
-    return Spoken("English", None, "", dict(known.frames), apart)
+    return LanguageInfo("English", None, "", dict(known.frames), apart)

@@ -10,25 +10,30 @@ from recordings import ROOT
 
 from voz.errors import VozError
 from voz.language.build import build
-from voz.language.command_source import closest_commands, draw_alike
+from voz.language.command_source import draw_similarity, similar_commands
 from voz.language.pronunciation.lexicon import read_cmudict
-from voz.language.similarity.alike_report import how_often, reword, table, warnings
-from voz.language.similarity.confusion import AlikePair, sound_alike
+from voz.language.similarity.confusion import SimilarPair, find_similar
+from voz.language.similarity.similarity_report import (
+    command_to_reword,
+    rate_in_words,
+    similarity_table,
+    similarity_warnings,
+)
 
 COMMANDS = ROOT / "lm" / "comandos_voz.txt"
 
 
 @pytest.fixture(scope="module")
-def pairs() -> list[AlikePair]:
-    return closest_commands(COMMANDS)
+def pairs() -> list[SimilarPair]:
+    return similar_commands(COMMANDS)
 
 
-def pair(first: str, second: str, alike: float = 0.9) -> AlikePair:
-    return AlikePair(first, second, alike, ("R T", "P"))
+def pair(first: str, second: str, alike: float = 0.9) -> SimilarPair:
+    return SimilarPair(first, second, alike, ("R T", "P"))
 
 
 def test_a_warning_says_which_pair_how_alike_why_and_what_to_do():
-    assert warnings([pair("start speech", "stop speech")]) == (
+    assert similarity_warnings([pair("start speech", "stop speech")]) == (
         '"start speech" and "stop speech" sound alike '
         "(0.90: R T / P differ; 13 in 100 are mixed up in noise); "
         'use another word for one, best in "stop speech"',
@@ -37,43 +42,49 @@ def test_a_warning_says_which_pair_how_alike_why_and_what_to_do():
 
 def test_what_sounds_the_same_has_no_phones_that_differ():
     words = {"right": ["R AY T"], "write": ["R AY T"]}
-    (line,) = warnings(sound_alike(["right", "write"], words))
+    (line,) = similarity_warnings(find_similar(["right", "write"], words))
     assert "(1.00: no phone differs; 50 in 100 are" in line
 
 
 def test_pairs_that_are_hardly_alike_give_no_warning():
-    assert warnings([pair("go back", "stop", alike=0.7)]) == ()
+    assert similarity_warnings([pair("go back", "stop", alike=0.7)]) == ()
 
 
 def test_many_warnings_are_ten_lines_the_worst_first_and_all_if_wanted():
     pairs = [pair(f"go {n}", f"no {n}", 0.99 - n / 100) for n in range(20)]
-    lines = warnings(pairs)
+    lines = similarity_warnings(pairs)
     assert len(lines) == 10
-    assert lines[:9] == warnings(pairs[:9])
+    assert lines[:9] == similarity_warnings(pairs[:9])
     assert lines[9] == "11 more pairs sound alike; `voz build-lm --all` shows them"
-    every = warnings(pairs, every=True)
-    assert every == (*lines[:9], *warnings(pairs[9:19]), *warnings(pairs[19:]))
-    assert len(warnings(pairs[:10])) == 10
+    every = similarity_warnings(pairs, every=True)
+    assert every == (
+        *lines[:9],
+        *similarity_warnings(pairs[9:19]),
+        *similarity_warnings(pairs[19:]),
+    )
+    assert len(similarity_warnings(pairs[:10])) == 10
 
 
 def test_the_command_that_is_close_to_others_too_is_the_one_to_reword():
     pairs = [pair("arm up", "turn up"), pair("arm up", "arm off", 0.7)]
-    assert reword(pairs[0], pairs) == "arm up"
+    assert command_to_reword(pairs[0], pairs) == "arm up"
 
 
 def test_stop_is_never_the_one_to_reword():
     pairs = [pair("stomp", "stop"), pair("stop", "top"), pair("stop", "shop")]
-    assert [reword(p, pairs) for p in pairs] == ["stomp", "top", "shop"]
+    assert [command_to_reword(p, pairs) for p in pairs] == ["stomp", "top", "shop"]
 
 
-def test_the_table_shows_the_closest_pairs(pairs: list[AlikePair]):
-    head, first, *rest = table(pairs).splitlines()
+def test_the_table_shows_the_closest_pairs(pairs: list[SimilarPair]):
+    head, first, *rest = similarity_table(pairs).splitlines()
     assert head.split() == ["alike", "mixed", "up", "in", "noise", "commands", "what", "differs"]
-    how = how_often(pairs[0].alike)
-    assert first.split() == f"{pairs[0].alike:.2f} {how} start speech stop speech R T / P".split()
+    how = rate_in_words(pairs[0].similarity)
+    assert (
+        first.split() == f"{pairs[0].similarity:.2f} {how} start speech stop speech R T / P".split()
+    )
     assert len(rest) == 9
-    assert len(table(pairs * 2, every=True).splitlines()) == 1 + 2 * len(pairs)
-    assert table([]) == "no two commands sound alike"
+    assert len(similarity_table(pairs * 2, every=True).splitlines()) == 1 + 2 * len(pairs)
+    assert similarity_table([]) == "no two commands sound alike"
 
 
 def test_building_warns_of_alike_commands(tmp_path: Path):
@@ -96,10 +107,10 @@ def test_of_a_long_list_some_are_compared_with_their_neighbors(tmp_path: Path):
     usable = [word for word in words if word.isalpha()][:120]
     path = tmp_path / "list.txt"
     path.write_text("\n".join(f"go {one} {other}" for one in usable for other in usable[:3]))
-    pairs = closest_commands(path)
+    pairs = similar_commands(path)
     assert pairs
-    assert pairs == sorted(pairs, key=lambda pair: -pair.alike)
-    assert len(warnings(pairs)) <= 10
+    assert pairs == sorted(pairs, key=lambda pair: -pair.similarity)
+    assert len(similarity_warnings(pairs)) <= 10
 
 
 def test_what_means_the_same_may_sound_alike(tmp_path: Path):
@@ -112,7 +123,7 @@ def test_what_means_the_same_may_sound_alike(tmp_path: Path):
 
 @pytest.mark.parametrize(("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
 def test_the_picture_is_written(name: str, begin: bytes, tmp_path: Path):
-    draw_alike(COMMANDS, tmp_path / name)
+    draw_similarity(COMMANDS, tmp_path / name)
     assert (tmp_path / name).read_bytes().startswith(begin)
 
 
@@ -121,14 +132,14 @@ def test_without_matplotlib_the_message_says_how_to_install_it(
 ):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(VozError, match=r"pip install .*\[report\]"):
-        draw_alike(COMMANDS, tmp_path / "a.png")
+        draw_similarity(COMMANDS, tmp_path / "a.png")
 
 
 def test_a_picture_of_another_kind_is_refused(tmp_path: Path):
     with pytest.raises(VozError, match=r"end it with \.png or \.svg"):
-        draw_alike(COMMANDS, tmp_path / "a.jpg")
+        draw_similarity(COMMANDS, tmp_path / "a.jpg")
 
 
 def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
     with pytest.raises(VozError, match="cannot be written"):
-        draw_alike(COMMANDS, tmp_path / "none" / "a.png")
+        draw_similarity(COMMANDS, tmp_path / "none" / "a.png")

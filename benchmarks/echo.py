@@ -25,7 +25,7 @@ from voz.hearing.half_duplex import HalfDuplex
 from voz.language.generated.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
-from voz.speech.rendered import cached
+from voz.speech.speech_cache import cached_speech
 
 LOUDER = 10.0
 """The reply over the speaker, dB."""
@@ -102,7 +102,7 @@ def main() -> None:
     rng = np.random.default_rng(0)
     found: dict[str, list[bool]] = {}
     for number, clip in enumerate(clips):
-        reply = speech(cached(usual_commands().replies[number % 2], "kal_diphone"))
+        reply = speech(cached_speech(usual_commands().replies[number % 2], "kal_diphone"))
         played = np.concatenate([np.zeros(24000), reply, np.zeros(24000)])
         echo = np.convolve(played, room_response(rng))[: len(played)]
         echo = np.concatenate([np.zeros(round(LATE * SAMPLE_RATE)), echo])[: len(played)]

@@ -29,8 +29,8 @@ from pulseaudio import sound_server
 
 from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE
 from voz.config import usual_commands
+from voz.speech.reply_speaker import ReplySpeaker
 from voz.speech.sound_client import SoundClient
-from voz.speech.speaker import Speaker
 
 RECORD = "parecord --device=speaker.monitor --rate=16000 --channels=1 --format=s16le --raw"
 STARTS, REPLIES_SAID, STOPS = 5, 41, 40
@@ -74,7 +74,7 @@ class Recorder:
 def robot(wait: float, rounds: int) -> None:
     """Say replies; print when each was asked for."""
     replies = usual_commands().replies
-    with Speaker("kal_diphone", replies) as speaker:
+    with ReplySpeaker("kal_diphone", replies) as speaker:
         time.sleep(wait)
         for number in range(rounds):
             asked = time.monotonic()

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Partial, Utterance, Warning
-from voz.inbox import MOST_WAITING, End, Halt, Inbox, Message, Taken
+from voz.inbox import MAX_QUEUED_MESSAGES, End, Halt, Inbox, Message, TakenMessage
 
 
 def said(text: str, accepted: bool = True) -> Utterance:
@@ -23,7 +23,7 @@ ORDINARY = [said("go back"), said("stop", accepted=False), Partial(0, "go back",
 STOPPING = [said("stop"), said("stop speech"), Partial(0, "stop", 1), Halt(), End()]
 
 
-def all_of(inbox: Inbox) -> list[Taken]:
+def all_of(inbox: Inbox) -> list[TakenMessage]:
     taken = []
     while one := inbox.take(0):
         taken.append(one)
@@ -36,9 +36,9 @@ def test_what_stops_overtakes_what_waits_and_that_is_known_of_it(message: Messag
     for one in (said("go back"), message, said("go forward")):
         inbox.put(one)
     assert all_of(inbox) == [
-        Taken(message, False),
-        Taken(said("go back"), True),
-        Taken(said("go forward"), False),
+        TakenMessage(message, False),
+        TakenMessage(said("go back"), True),
+        TakenMessage(said("go forward"), False),
     ]
 
 
@@ -50,8 +50,8 @@ def test_each_message_is_taken_once_and_stops_first(messages: list[Message]) -> 
     taken = [one.message for one in all_of(inbox)]
     first = [message for message in messages if message in STOPPING]
     rest = [message for message in messages if message not in STOPPING]
-    kept = [m for n, m in enumerate(first) if n < MOST_WAITING or m == End()]
-    assert taken == kept + rest[:MOST_WAITING]
+    kept = [m for n, m in enumerate(first) if n < MAX_QUEUED_MESSAGES or m == End()]
+    assert taken == kept + rest[:MAX_QUEUED_MESSAGES]
     assert inbox.dropped == len(messages) - len(taken)
 
 
@@ -63,7 +63,9 @@ def test_what_was_said_before_a_stop_is_known_to_be_even_if_that_was_dropped(
     for message in messages:
         inbox.put(message)
     places = [n for n, message in enumerate(messages) if message in STOPPING]
-    usual = [n for n, message in enumerate(messages) if message not in STOPPING][:MOST_WAITING]
+    usual = [n for n, message in enumerate(messages) if message not in STOPPING][
+        :MAX_QUEUED_MESSAGES
+    ]
     taken = [one for one in all_of(inbox) if one.message not in STOPPING]
     assert [one.overtaken for one in taken] == [n < max(places, default=-1) for n in usual]
 
@@ -82,7 +84,7 @@ def test_a_flood_from_many_threads_is_cut_and_counted() -> None:
     threads = [threading.Thread(target=flood) for _ in range(4)]
     for thread in threads:
         thread.start()
-    taken: list[Taken] = []
+    taken: list[TakenMessage] = []
     while any(thread.is_alive() for thread in threads):
         if one := inbox.take(0.01):
             taken.append(one)
@@ -116,7 +118,7 @@ def test_signals_may_put_messages_in_the_midst_of_any_call() -> None:
     with alarms(handler):
         while put < 300:
             inbox.put(Warning(0, ""))
-            taken += isinstance(inbox.take(0.002), Taken)
+            taken += isinstance(inbox.take(0.002), TakenMessage)
     halts = [one for one in all_of(inbox) if one.message == Halt()]
     assert len(halts) < 300  # most were taken at once
     assert taken >= 300

@@ -13,7 +13,7 @@ from voz.machine import machine
 @pytest.fixture
 def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(of_machine, "CPUINFO", tmp_path / "cpuinfo")
-    monkeypatch.setattr(of_machine, "BOARD", tmp_path / "model")
+    monkeypatch.setattr(of_machine, "BOARD_MODEL", tmp_path / "model")
     return tmp_path
 
 

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from rich.console import Console
 
 from voz.audio.capture.sound_files import read_blocks
-from voz.events import later
+from voz.events import shift_time
 from voz.language.generated.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.run.controller import Controller
@@ -41,7 +41,7 @@ def main() -> None:
     for name in RECORDINGS:
         blocks = list(read_blocks(ROOT / "audio_fixtures" / name))
         for event in recognizer.events(blocks, "microphone"):
-            controller.hear(later(event, now))
+            controller.hear(shift_time(event, now))
             controller.send(now + event.t)
         now += sum(map(len, blocks)) / 16000
     terminal.print(display)

@@ -291,7 +291,7 @@ def explain(reason: Reason, between: tuple[str, str] | None) -> str:
     return reason.replace("_", " ")
 
 
-def why_not(utterance: Utterance) -> str:
+def explain_not_obeyed(utterance: Utterance) -> str:
     """Say in words why an utterance is not obeyed, and what else was meant perhaps."""
     if utterance.meant:
         return f'{explain("not_a_command", None)}; did you mean "{utterance.meant}"?'
@@ -300,7 +300,7 @@ def why_not(utterance: Utterance) -> str:
     return explain(utterance.reason or "not_a_command", utterance.between)
 
 
-def in_detail(score: float | None, next_best: str | None) -> str:
+def evidence_in_words(score: float | None, next_best: str | None) -> str:
     """Say in words how good the evidence for an utterance is; empty if nothing is known of it."""
     parts = [] if score is None else [f"score {score:.1f}"]
     if next_best:
@@ -308,7 +308,7 @@ def in_detail(score: float | None, next_best: str | None) -> str:
     return ", ".join(parts)
 
 
-def later(event: Utterance | Partial, seconds: float) -> Utterance | Partial:
+def shift_time(event: Utterance | Partial, seconds: float) -> Utterance | Partial:
     """Move what was heard in time.
 
     Args:

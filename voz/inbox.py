@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 
 from voz.events import Ended, Partial, Utterance, Warning
 
-MOST_WAITING = 64
+MAX_QUEUED_MESSAGES = 64
 """Messages that may wait besides those that stop: nobody says so much in the time of a beat."""
 
 
@@ -41,7 +41,7 @@ class End(NamedTuple):
 Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | Rehearsal | End
 
 
-class Taken(NamedTuple):
+class TakenMessage(NamedTuple):
     """A message, and whether one that stops the robot came after it but was taken before."""
 
     message: Message
@@ -77,13 +77,13 @@ class Inbox:
             waiting = self._urgent
         else:
             waiting = self._usual
-        if len(waiting) >= MOST_WAITING and not isinstance(message, Rehearsal | End):
+        if len(waiting) >= MAX_QUEUED_MESSAGES and not isinstance(message, Rehearsal | End):
             self.dropped += 1  # of those that stop, enough are on their way
             return
         waiting.append((number, message))
         self._tokens.put(None)
 
-    def take(self, timeout: float) -> Taken | None:
+    def take(self, timeout: float) -> TakenMessage | None:
         """Take what stops the robot, else the oldest message.
 
         Args:
@@ -97,9 +97,9 @@ class Inbox:
         except queue.Empty:
             return None
         if self._urgent:
-            return Taken(self._urgent.popleft()[1], False)
+            return TakenMessage(self._urgent.popleft()[1], False)
         number, message = self._usual.popleft()
-        return Taken(message, number < self._newest_stop)
+        return TakenMessage(message, number < self._newest_stop)
 
     def _stops(self, message: Message) -> bool:
         """Whether a message ends the motion or the run."""

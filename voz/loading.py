@@ -11,7 +11,7 @@ from voz.errors import CommandsError
 from voz.language.generated.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import Profile, load_profile
-from voz.records import check_is_a
+from voz.records import check_type
 from voz.settings import Recognition
 
 
@@ -38,7 +38,7 @@ def load(
     settings = Recognition() if settings is None else settings
     known = None
     if profile is not None:
-        check_is_a(str, profile, "profile")
+        check_type(str, profile, "profile")
         known = load_profile(profile)
     if commands is None or isinstance(commands, str | PathLike):
         folder = None if commands is None else Path(commands)

@@ -7,7 +7,7 @@ import platform
 from pathlib import Path
 
 CPUINFO = Path("/proc/cpuinfo")
-BOARD = Path("/proc/device-tree/model")
+BOARD_MODEL = Path("/proc/device-tree/model")
 """Small computers say here what they are, as `Raspberry Pi 5 Model B Rev 1.0`."""
 
 
@@ -17,8 +17,8 @@ def machine() -> str:
 
 
 def _processor() -> str:
-    if BOARD.exists():
-        return BOARD.read_text().rstrip("\0\n")
+    if BOARD_MODEL.exists():
+        return BOARD_MODEL.read_text().rstrip("\0\n")
     info = CPUINFO.read_text() if CPUINFO.exists() else ""
     models = [line.partition(": ")[2] for line in info.splitlines() if "model name" in line]
     return models[0] if models else platform.machine()

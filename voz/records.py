@@ -48,7 +48,7 @@ class CheckedRecord(msgspec.Struct, frozen=True):
                 force_setattr(self, name, value)
 
 
-def check_is_a(kind: type | tuple[type, ...], value: object, name: str) -> None:
+def check_type(kind: type | tuple[type, ...], value: object, name: str) -> None:
     """Refuse an argument of another type, in the words in which a record is refused.
 
     Args:

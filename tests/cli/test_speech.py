@@ -15,7 +15,7 @@ from loudspeaker import at_16_khz, best, is_silent, likeness, recording
 
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
-from voz.speech.builtin_sounds import BuiltinSound, synthesized
+from voz.speech.builtin_sounds import BuiltinSound, synthesize_sound
 
 NO_LOUDSPEAKER = "there is no loudspeaker; connect one"
 
@@ -58,7 +58,7 @@ def test_sound_lists_the_built_in_sounds(voz: Any) -> None:
 
 @pytest.mark.slow
 def test_a_built_in_sound_and_a_file_are_heard(pulse: dict[str, str], tmp_path: Path) -> None:
-    wave = synthesized(BuiltinSound.NEEDS_PLUGGING_BADLY)
+    wave = synthesize_sound(BuiltinSound.NEEDS_PLUGGING_BADLY)
     soundfile.write(tmp_path / "own.ogg", wave, PLAYBACK_RATE)
 
     with recording(pulse) as recorder:

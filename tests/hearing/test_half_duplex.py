@@ -8,7 +8,7 @@ from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Utterance
-from voz.hearing.half_duplex import AFTERWARDS, HalfDuplex
+from voz.hearing.half_duplex import REVERBERATION_SECONDS, HalfDuplex
 from voz.recognition.recognizer import Recognizer
 
 BLOCK = 480
@@ -83,7 +83,7 @@ def test_after_the_reply_all_is_heard_again(
     assert ignored == ["go forward"]
     assert [text for _, text in found][-1] == "turn left"
     assert "go forward" not in [text for _, text in found]
-    assert all(t > loudspeaker.busy_until() + AFTERWARDS for t, _ in found)
+    assert all(t > loudspeaker.busy_until() + REVERBERATION_SECONDS for t, _ in found)
 
 
 def test_stop_is_heard_while_the_robot_speaks(

@@ -16,7 +16,7 @@ from live_robot import speak
 from pulseaudio import running_server
 from recordings import GO_BACK
 
-from voz.hearing.sound_watch import SILENT
+from voz.hearing.sound_watch import ONLY_SILENCE
 
 Pulse = tuple[dict[str, str], "subprocess.Popen[bytes]"]
 
@@ -196,10 +196,10 @@ def test_a_muted_microphone_is_warned_of_once_and_is_lost_only_for_a_robot_that_
     mute = ["pactl", "set-source-mute", "mic.monitor"]
     subprocess.run([*mute, "1"], env=environment, check=True)
     with listening(environment) as listener:
-        listener.until(lambda _: bool(listener.warnings(SILENT)))
+        listener.until(lambda _: bool(listener.warnings(ONLY_SILENCE)))
         assert is_well(listener.ask("look"))
-        assert listener.ask("look moving")["trouble"] == SILENT
-        assert listener.ask("look")["trouble"] == SILENT  # it moved, and nobody could stop it
+        assert listener.ask("look moving")["trouble"] == ONLY_SILENCE
+        assert listener.ask("look")["trouble"] == ONLY_SILENCE  # it moved, and nobody could stop it
         subprocess.run([*mute, "0"], env=environment, check=True)
         listener.until(is_well)
-        assert len(listener.warnings(SILENT)) == 1
+        assert len(listener.warnings(ONLY_SILENCE)) == 1

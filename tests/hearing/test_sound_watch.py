@@ -7,11 +7,11 @@ import numpy as np
 from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
 from voz.events import Warning
 from voz.hearing.sound_watch import (
-    LOSS_TOLD_EVERY,
+    LOSS_WARNING_INTERVAL,
     MUTE_WARNING,
-    MUTED,
-    SILENT,
-    Silence,
+    MUTED_AFTER,
+    ONLY_SILENCE,
+    SilenceCheck,
     SoundWatch,
 )
 from voz.inbox import Inbox
@@ -29,12 +29,12 @@ def warnings(inbox: Inbox) -> list[str]:
 
 
 def test_silence_matters_from_a_motion_on_until_something_is_heard() -> None:
-    silence = Silence()
+    silence = SilenceCheck()
     looks = [  # whether it is silent, whether the robot moves, what is told
         (True, False, None),
         (False, True, None),
-        (True, True, SILENT),
-        (True, False, SILENT),  # nobody could have stopped it
+        (True, True, ONLY_SILENCE),
+        (True, False, ONLY_SILENCE),  # nobody could have stopped it
         (False, False, None),
         (True, False, None),
     ]
@@ -44,13 +44,13 @@ def test_silence_matters_from_a_motion_on_until_something_is_heard() -> None:
 def test_a_microphone_that_is_muted_is_told_once_until_something_is_heard() -> None:
     inbox = Inbox(["stop"])
     watch = SoundWatch(inbox, lambda: 0.0)
-    for _ in range(2 * int(MUTED)):
+    for _ in range(2 * int(MUTED_AFTER)):
         assert watch.look_at(SECOND, 0) == 0.0
-    assert watch.zeros == 2 * MUTED
+    assert watch.zeros == 2 * MUTED_AFTER
     assert warnings(inbox) == [MUTE_WARNING]
     assert watch.look_at(SECOND - 16384, 0) == 0.5
     assert watch.zeros == 0.0
-    for _ in range(int(MUTED)):
+    for _ in range(int(MUTED_AFTER)):
         watch.look_at(SECOND, 0)
     assert warnings(inbox) == [MUTE_WARNING]
 
@@ -61,7 +61,7 @@ def test_sound_that_is_lost_again_and_again_is_told_now_and_then() -> None:
     watch = SoundWatch(inbox, lambda: now)
     watch.look_at(SECOND + 1, 1)
     watch.look_at(SECOND + 1, 3)
-    now = LOSS_TOLD_EVERY
+    now = LOSS_WARNING_INTERVAL
     watch.look_at(SECOND + 1, 4)
     lost = [f"{blocks * MICROPHONE_BLOCK_SECONDS:.2f} s of sound were lost" for blocks in (1, 3)]
     assert [line.split(":")[0] for line in warnings(inbox)] == lost

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Event, Partial, Twist, Utterance, Warning
-from voz.inbox import MOST_WAITING, End, Halt, Inbox, Message, Rehearsal, Taken
+from voz.inbox import MAX_QUEUED_MESSAGES, End, Halt, Inbox, Message, Rehearsal, TakenMessage
 from voz.run.beat import LONGEST_GAP, beat, take
 from voz.run.controller import Controller
 from voz.run.watch import Watch
@@ -44,12 +44,12 @@ class Room:
     def now(self) -> float:
         return self._now
 
-    def take(self, until: float) -> Taken | None:
+    def take(self, until: float) -> TakenMessage | None:
         when, message = self._happens[0]
         if when < until or self._now > when:
             self._happens.pop(0)
             self._now = max(self._now, when)
-            return Taken(message, False)
+            return TakenMessage(message, False)
         self._now = max(self._now, until)
         return None
 
@@ -174,7 +174,7 @@ def test_warnings_are_passed_on() -> None:
 def test_a_rehearsal_comes_before_what_waits_and_is_never_dropped() -> None:
     inbox = Inbox({"stop"})
     inbox.put(heard("go forward"))
-    for _ in range(MOST_WAITING + 1):
+    for _ in range(MAX_QUEUED_MESSAGES + 1):
         inbox.put(Halt())
     inbox.put(Rehearsal(True))
     controller = Controller([], Safety(), listening=True)

@@ -15,7 +15,7 @@ from recordings import FIXTURES, GO_BACK
 
 from voz.errors import AudioError
 from voz.events import Event, Twist, Utterance, Warning
-from voz.inbox import Inbox, Taken
+from voz.inbox import Inbox, TakenMessage
 from voz.recognition.recognizer import Recognizer
 from voz.run import clocks
 from voz.run.clocks import elapsed
@@ -70,7 +70,7 @@ def steady(monkeypatch: pytest.MonkeyPatch) -> Iterator[SteadyTime]:
     os.sched_setaffinity(0, {min(processors)})  # of this thread, and of those that it starts
     with SteadyTime() as steady:
 
-        def take_steadily(inbox: Inbox, timeout: float) -> Taken | None:
+        def take_steadily(inbox: Inbox, timeout: float) -> TakenMessage | None:
             until = steady.now() + timeout
             while (taken := take(inbox, TICK)) is None and steady.now() < until:
                 pass

@@ -21,8 +21,8 @@ from voz.events import (
     Twist,
     Utterance,
     Warning,
+    explain_not_obeyed,
     to_json,
-    why_not,
 )
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer
@@ -191,4 +191,4 @@ def test_text_that_is_no_command_gets_the_nearest() -> None:
     commands = plain_commands(["go forward", "stop"])
     (heard,) = (e for e in lines_typed(["go forwards"], commands) if isinstance(e, Utterance))
     assert (heard.accepted, heard.command, heard.meant) == (False, None, "go forward")
-    assert why_not(heard) == 'not a command; did you mean "go forward"?'
+    assert explain_not_obeyed(heard) == 'not a command; did you mean "go forward"?'

@@ -9,7 +9,7 @@ import pytest
 
 from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
-from voz.speech.builtin_sounds import BuiltinSound, synthesized
+from voz.speech.builtin_sounds import BuiltinSound, synthesize_sound
 
 URGENT = {
     BuiltinSound.NEEDS_UNPLUGGING: BuiltinSound.NEEDS_UNPLUGGING_BADLY,
@@ -57,7 +57,7 @@ def test_each_has_a_name_for_the_command_line() -> None:
 
 @pytest.mark.parametrize("sound", BuiltinSound)
 def test_a_sound_can_follow_itself_without_a_click(sound: BuiltinSound) -> None:
-    wave = synthesized(sound)
+    wave = synthesize_sound(sound)
     assert 0.5 < len(wave) / PLAYBACK_RATE < 2
     assert 0.2 < np.abs(wave).max() <= 0.5
     # Its own steepest slope is less than that of a full wave at its highest frequency.
@@ -70,7 +70,7 @@ def test_a_sound_can_follow_itself_without_a_click(sound: BuiltinSound) -> None:
 
 
 def test_no_two_sound_alike() -> None:
-    for one, other in combinations(map(synthesized, BuiltinSound), 2):
+    for one, other in combinations(map(synthesize_sound, BuiltinSound), 2):
         size = 1 << (len(one) + len(other)).bit_length()
         spectra = np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size))
         alike = np.abs(np.fft.irfft(spectra)).max()
@@ -79,6 +79,6 @@ def test_no_two_sound_alike() -> None:
 
 @pytest.mark.parametrize("usual", URGENT)
 def test_what_is_needed_badly_is_quicker_and_brighter(usual: BuiltinSound) -> None:
-    calm, urgent = synthesized(usual), synthesized(URGENT[usual])
+    calm, urgent = synthesize_sound(usual), synthesize_sound(URGENT[usual])
     assert notes_per_second(urgent) > 1.5 * notes_per_second(calm)
     assert brightness(urgent) > 1.2 * brightness(calm)

@@ -9,7 +9,7 @@ import soundfile
 
 from voz.errors import SpeechError
 from voz.speech.festival import check_known, render, speakable
-from voz.speech.rendered import cached, is_cached
+from voz.speech.speech_cache import cached_speech, is_cached
 
 
 def test_a_text_keeps_the_letters_of_its_language(tmp_path: Path) -> None:
@@ -37,8 +37,8 @@ def test_a_voice_that_espeak_does_not_have_is_one_clear_line(tmp_path: Path) -> 
 
 def test_what_was_said_once_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    first = cached("ya no escucho", "espeak-ng:es")
-    assert cached("ya no  escucho", "espeak-ng:es") == first
+    first = cached_speech("ya no escucho", "espeak-ng:es")
+    assert cached_speech("ya no  escucho", "espeak-ng:es") == first
     assert is_cached("ya no escucho", "espeak-ng:es")
     assert not is_cached("ya no escucho", "espeak-ng:es-419")
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from voz.errors import SpeechError
 from voz.speech import festival
-from voz.speech.festival import VOICES, render, speakable, voices
-from voz.speech.rendered import cached
+from voz.speech.festival import VOICES, installed_voices, render, speakable
+from voz.speech.speech_cache import cached_speech
 
 REPLY = "bep bep. I am listening you"
 KAL = "kal_diphone"
@@ -68,7 +68,7 @@ CRASHING = [
     "é",
     "a\x00b\x07",
     "\ud800 lone surrogate",
-    "x" * festival.LONGEST_WORD,
+    "x" * festival.MAX_WORD_LENGTH,
 ]
 
 
@@ -136,7 +136,7 @@ def test_a_word_that_is_too_long_is_refused(tmp_path: Path) -> None:
 def test_an_unknown_voice_is_refused_with_those_installed(tmp_path: Path) -> None:
     message = refusal(REPLY, '") (system "touch trap', tmp_path / "out.wav")
     assert "is unknown; installed: " in message
-    assert all(voice in message for voice in voices())
+    assert all(voice in message for voice in installed_voices())
 
 
 def test_a_voice_that_is_not_installed_names_its_package(
@@ -155,7 +155,7 @@ def test_without_festival_the_message_says_how_to_install_it(tmp_path: Path) -> 
     line = "festival is not installed; install it with: sudo apt-get install festival "
     assert refusal(REPLY, KAL, tmp_path / "out.wav").startswith(line)
     with pytest.raises(SpeechError, match="festival is not installed"):
-        voices()
+        installed_voices()
 
 
 def test_a_festival_that_hangs_is_ended_with_its_children(
@@ -171,7 +171,7 @@ def test_a_festival_that_hangs_is_ended_with_its_children(
 def test_a_text_that_is_not_wanted_any_more_ends_festival(
     slow_festival: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
     cancelled = threading.Event()
     timer = threading.Timer(0.5, cancelled.set)
     timer.start()
@@ -205,5 +205,5 @@ def test_an_old_file_is_replaced_and_a_link_to_it_stays(tmp_path: Path) -> None:
 
 def test_nothing_is_left_in_the_temporary_folder(scratch: Path, tmp_path: Path) -> None:
     render(REPLY, KAL, tmp_path / "out.wav")
-    cached(REPLY, KAL)
+    cached_speech(REPLY, KAL)
     assert list(scratch.iterdir()) == []

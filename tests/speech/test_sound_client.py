@@ -23,9 +23,9 @@ from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import festival
-from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesized
-from voz.speech.rendered import cached, is_cached
-from voz.speech.sound_client import MOST_RENDERED, SoundClient
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
+from voz.speech.sound_client import MAX_RENDERERS, SoundClient
+from voz.speech.speech_cache import cached_speech, is_cached
 
 KAL, KED = "kal_diphone", "ked_diphone"
 TEXT = "go on"
@@ -74,7 +74,7 @@ def test_each_built_in_sound_is_heard(
     def alike() -> float:
         client.play(sound, blocking=True)
         loudspeaker.pass_by(0.2)
-        return likeness(at_16_khz(synthesized(sound)), loudspeaker.heard())
+        return likeness(at_16_khz(synthesize_sound(sound)), loudspeaker.heard())
 
     assert best(alike, 0.95) > 0.95
 
@@ -111,7 +111,7 @@ def test_playing_a_sound_again_begins_it_anew_and_does_not_double_it(client: Sou
     client.wait()
     time.sleep(0.1)
     samples, _ = client.mixer.recent(3)
-    once = np.abs(at_16_khz(synthesized(BuiltinSound.NEEDS_PLUGGING)))
+    once = np.abs(at_16_khz(synthesize_sound(BuiltinSound.NEEDS_PLUGGING)))
     assert np.abs(samples).max() < 1.2 * once.max()
     # Three attacks, one end: 0.2 s longer than one.
     sounding = np.flatnonzero(np.abs(samples) > 0.02)
@@ -206,7 +206,7 @@ def test_a_text_is_heard_without_the_silence_before_it(
         loudspeaker.pass_by(0.3)
         return likeness(at_16_khz(wave[PLAYBACK_RATE // 4 :]), loudspeaker.heard())
 
-    wave = read_sound(cached(TEXT, KAL), PLAYBACK_RATE)
+    wave = read_sound(cached_speech(TEXT, KAL), PLAYBACK_RATE)
     assert best(alike, 0.9) > 0.9
     assert list(scratch.iterdir()) == []  # and no file is left
 
@@ -221,8 +221,8 @@ def test_a_text_is_said_again_and_again_until_it_is_stopped(client: SoundClient)
 
 
 def test_stopping_a_text_stops_it_in_every_voice(client: SoundClient) -> None:
-    cached(TEXT, KAL)
-    cached(TEXT, KED)
+    cached_speech(TEXT, KAL)
+    cached_speech(TEXT, KED)
     client.repeat(TEXT)
     client.repeat(TEXT, voice=KED)
     client.stop_saying(TEXT)
@@ -270,11 +270,11 @@ def test_a_festival_that_hangs_keeps_nothing_else_back(
     file: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
     with monkeypatch.context() as usual:
         usual.setenv("PATH", os.environ["PATH"].split(":", 1)[1])
-        cached("known", KAL)
-    for number in range(MOST_RENDERED):
+        cached_speech("known", KAL)
+    for number in range(MAX_RENDERERS):
         client.say(f"text {number}")
     with pytest.raises(SpeechError, match="festival is busy"):
         client.say("one more")
@@ -305,7 +305,7 @@ def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(
 
 @pytest.mark.slow
 def test_sounds_as_objects(client: SoundClient, file: Path) -> None:
-    cached(TEXT, KAL)
+    cached_speech(TEXT, KAL)
     for sound in (
         client.builtin_sound(BuiltinSound.NEEDS_UNPLUGGING, 0.5),
         client.wave_sound(file, 0.5),

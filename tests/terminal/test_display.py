@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from voz.events import Partial, Reply, SelectedObject, Twist, Utterance, Warning
-from voz.terminal.display import SHOWN, Display
+from voz.terminal.display import MAX_LINES, Display
 
 
 def shown(display: Display, colors: bool = False) -> str:
@@ -117,12 +117,12 @@ def test_only_what_is_wrong_stands_out() -> None:
 def test_only_the_last_lines_stay_and_the_picture_does_not_grow() -> None:
     display = a_display()
     height = len(shown(display).splitlines())
-    for number in range(SHOWN + 3):
+    for number in range(MAX_LINES + 3):
         display.receive(Warning(number, f"warning {number}."))
     text = shown(display)
     assert "warning 2." not in text
     assert "warning 3." in text
-    assert f"warning {SHOWN + 2}." in text
+    assert f"warning {MAX_LINES + 2}." in text
     assert len(text.splitlines()) == height
 
 

@@ -19,7 +19,14 @@ from programs import wait_until
 from voz.inbox import Halt, Inbox
 from voz.language.sentences.command_set import plain_commands
 from voz.run.text_commands import TextCommands
-from voz.terminal.keyboard import BACKSPACE, ENTER, LONGEST_PAUSE, STOP_KEYS, Line, keys
+from voz.terminal.keyboard import (
+    BACKSPACE,
+    ENTER,
+    MAX_SPACE_DELAY,
+    STOP_KEYS,
+    TypedLine,
+    read_keyboard,
+)
 
 words = st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S")), min_size=1)
 any_keys = st.lists(st.one_of(st.characters(), st.sampled_from([*STOP_KEYS, *ENTER, *BACKSPACE])))
@@ -32,15 +39,15 @@ commands = st.sampled_from(SENTENCES)
 command_keys = st.lists(
     st.one_of(commands, st.sampled_from([*"goup ", "  ", "stop ", "\x1b", "\x1b[A", "\x7f", "\r"]))
 ).map("".join)
-pauses = st.sampled_from([0.0, 0.3, LONGEST_PAUSE, LONGEST_PAUSE + 0.1, 60.0])
+pauses = st.sampled_from([0.0, 0.3, MAX_SPACE_DELAY, MAX_SPACE_DELAY + 0.1, 60.0])
 
 
-def a_line() -> Line:
-    return Line(KNOWN.continues)
+def a_line() -> TypedLine:
+    return TypedLine(KNOWN.continues)
 
 
-def press(line: Line, keys: str, now: float = 1.0) -> list[str | Halt]:
-    return [done for key in keys if (done := line.press(key, now)) is not None]
+def press(line: TypedLine, read_keyboard: str, now: float = 1.0) -> list[str | Halt]:
+    return [done for key in read_keyboard if (done := line.press(key, now)) is not None]
 
 
 @given(words, words)
@@ -61,16 +68,16 @@ def test_a_command_that_is_typed_at_one_go_stops_nothing_but_by_its_own_stop(
 
 @given(command_keys, st.data())
 def test_each_space_stops_unless_it_goes_on_with_a_command_that_is_being_typed(
-    keys: str, data: st.DataObject
+    read_keyboard: str, data: st.DataObject
 ) -> None:
     line, now, last, before = a_line(), 0.0, 0.0, ""
-    for key in keys:
+    for key in read_keyboard:
         now += data.draw(pauses)
         text = line.text
         halted = line.press(key, now) == Halt()
         goes_on = (
             before != " "
-            and now - last <= LONGEST_PAUSE
+            and now - last <= MAX_SPACE_DELAY
             and any(sentence.startswith(f"{text} ") for sentence in SENTENCES)
             and text != "stop"
         )
@@ -83,18 +90,18 @@ def test_each_space_stops_unless_it_goes_on_with_a_command_that_is_being_typed(
 
 
 @given(any_keys)
-def test_escape_and_ctrl_z_stop_whatever_was_typed(keys: list[str]) -> None:
+def test_escape_and_ctrl_z_stop_whatever_was_typed(read_keyboard: list[str]) -> None:
     line = a_line()
-    press(line, "".join(keys))
+    press(line, "".join(read_keyboard))
     for key in ("\x1b", "\x1a"):
         assert line.press(key, 1.0) == Halt()
         assert line.text == ""
 
 
 @given(any_keys)
-def test_the_second_of_two_spaces_stops_whatever_was_typed(keys: list[str]) -> None:
+def test_the_second_of_two_spaces_stops_whatever_was_typed(read_keyboard: list[str]) -> None:
     line = a_line()
-    press(line, "".join(keys))
+    press(line, "".join(read_keyboard))
     line.press(" ", 1.0)
     before = line.text
     for _ in range(3):
@@ -105,7 +112,7 @@ def test_the_second_of_two_spaces_stops_whatever_was_typed(keys: list[str]) -> N
 def test_a_space_after_a_word_that_was_left_lying_stops_and_the_command_may_go_on() -> None:
     line = a_line()
     assert press(line, "speed", now=1.0) == []
-    assert press(line, " ", now=1.0 + LONGEST_PAUSE + 0.01) == [Halt()]
+    assert press(line, " ", now=1.0 + MAX_SPACE_DELAY + 0.01) == [Halt()]
     assert press(line, "up\r", now=9.0) == ["speed up"]
 
 
@@ -122,9 +129,9 @@ def test_an_arrow_key_stops_and_is_no_text_whole_or_split(text: str, arrow: str)
 
 
 @given(any_keys)
-def test_what_is_being_typed_can_always_be_printed(keys: list[str]) -> None:
+def test_what_is_being_typed_can_always_be_printed(read_keyboard: list[str]) -> None:
     line = a_line()
-    for key in keys:
+    for key in read_keyboard:
         line.press(key, 1.0)
         assert line.text.isprintable()
 
@@ -155,7 +162,7 @@ def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
             raise MemoryError
         lines.append(line)
 
-    with keys(lambda: stopped.append(True), typed, KNOWN.continues, told.append):
+    with read_keyboard(lambda: stopped.append(True), typed, KNOWN.continues, told.append):
         print("break", file=keyboard, flush=True)
         wait_until(lambda: told)
         print("go back", file=keyboard, flush=True)
@@ -175,7 +182,7 @@ def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
         assert left.wait(10)
         raise OSError("closed")
 
-    with keys(lambda: told.append("stop"), typed, KNOWN.continues, told.append):
+    with read_keyboard(lambda: told.append("stop"), typed, KNOWN.continues, told.append):
         print("go back", file=keyboard, flush=True)
         assert taking.wait(10)
     left.set()
@@ -188,7 +195,7 @@ def test_a_line_without_an_end_is_taken_at_the_end_of_the_input_and_not_at_that_
     ends: bool, taken: list[str], keyboard: TextIO, begun: Callable[[], list[Thread]]
 ) -> None:
     lines: list[str] = []
-    with keys(lambda: None, lines.append, KNOWN.continues, lines.append):
+    with read_keyboard(lambda: None, lines.append, KNOWN.continues, lines.append):
         print("go back\nstop", end="", file=keyboard, flush=True)
         wait_until(lambda: lines)
         if ends:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from voz.terminal.level_bar import WIDTH, level_bar, level_line
+from voz.terminal.level_bar import LEVEL_BAR_WIDTH, level_bar, level_line
 
 
 def tone(peak: float) -> np.ndarray:
@@ -16,7 +16,8 @@ def tone(peak: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("peak", "length"), [(0, 0), (20, 0), (32767, WIDTH - 1), (32767 / 10 ** (27 / 20), 15)]
+    ("peak", "length"),
+    [(0, 0), (20, 0), (32767, LEVEL_BAR_WIDTH - 1), (32767 / 10 ** (27 / 20), 15)],
 )
 def test_a_line_is_as_long_as_it_is_loud(peak: float, length: int) -> None:
     assert level_line(tone(peak)).count("#") == pytest.approx(length, abs=1)

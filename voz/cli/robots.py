@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from voz.robot.drawing.room_view import RoomView
     from voz.robot.simulator import SimulatedRobot
     from voz.run.session import OpenRobots
-    from voz.terminal.drawn import DrawnTerminal
+    from voz.terminal.live_terminal import LiveTerminal
 
 Troubles: TypeAlias = dict[str, Callable[[], str | None]]
 
@@ -47,7 +47,7 @@ class RobotPlan:
     clocked: bool
     watchdog: bool
     stream: TextIO
-    terminal: DrawnTerminal | None
+    terminal: LiveTerminal | None
     picture: Path | None = None
     animation: Path | None = None
     verbose: bool = False
@@ -166,7 +166,7 @@ def _drawn(
     view = RoomView(simulated, settings.simulator)
     try:
         if plan.terminal and plan.clocked and not plan.live:
-            with plan.terminal.drawn(lambda: view):
+            with plan.terminal.live(lambda: view):
                 yield view
         else:
             yield view

@@ -39,7 +39,7 @@ def _show_row(row: Row, detailed: bool) -> None:
 
 
 def _show_heard(row: UtteranceRow, detailed: bool) -> None:
-    from voz.events import explain, in_detail
+    from voz.events import evidence_in_words, explain
 
     accepted = "yes" if row.accepted else "no"
     explained = row.reason and explain(row.reason, row.between)
@@ -49,5 +49,5 @@ def _show_heard(row: UtteranceRow, detailed: bool) -> None:
         f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
         f"{text:32}  {row.file}"
     )
-    if detailed and (detail := in_detail(row.score, row.next_best)):
+    if detailed and (detail := evidence_in_words(row.score, row.next_best)):
         show(f"{'':35}{detail}")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from voz.run.offline import Source
     from voz.run.session import OpenRobots
     from voz.settings import Ros2
-    from voz.terminal.drawn import DrawnTerminal
+    from voz.terminal.live_terminal import LiveTerminal
 
 
 @with_options
@@ -244,15 +244,15 @@ def _other_recognizer(settings: Ros2) -> OtherRecognizer:
     )
 
 
-def _terminal(stream: TextIO) -> DrawnTerminal | None:
+def _terminal(stream: TextIO) -> LiveTerminal | None:
     """The terminal to draw on, if there is one to be seen."""
     if not stream.isatty():
         return None
     from rich.console import Console
 
-    from voz.terminal.drawn import DrawnTerminal
+    from voz.terminal.live_terminal import LiveTerminal
 
-    return DrawnTerminal(Console(file=stream))
+    return LiveTerminal(Console(file=stream))
 
 
 @contextmanager

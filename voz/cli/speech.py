@@ -36,7 +36,7 @@ def say(
     from voz.speech import festival
 
     if list_voices:
-        show(*festival.voices())
+        show(*festival.installed_voices())
         if which("espeak-ng"):
             show("espeak-ng:en, espeak-ng:es, ... (see `espeak-ng --voices`)")
     elif text is None:

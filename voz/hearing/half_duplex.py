@@ -11,21 +11,21 @@ from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
-from voz.events import Partial, Utterance, later
+from voz.events import Partial, Utterance, shift_time
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recognition.stream import Stream
 
-AFTERWARDS = 0.2
+REVERBERATION_SECONDS = 0.2
 """How long a room goes on giving back what was said, s."""
 
-WINDOW = 2 * SAMPLE_RATE
+ECHO_FIT_SAMPLES = 2 * SAMPLE_RATE
 """What the echo is estimated from."""
 
-STEP = int(0.24 * SAMPLE_RATE)
+CLEANED_SAMPLES = int(0.24 * SAMPLE_RATE)
 """How much is cleaned at a time: each time costs 30 ms of CPU."""
 
 
-class PlayedSound(Protocol):
+class Playback(Protocol):
     """What is known of the robot's own sound."""
 
     def busy_until(self) -> float:
@@ -46,7 +46,7 @@ class HalfDuplex:
     def __init__(
         self,
         recognizer: Recognizer,
-        loudspeaker: PlayedSound | None,
+        loudspeaker: Playback | None,
         never_missed: Collection[str],
         source: str = MICROPHONE,
     ) -> None:
@@ -64,7 +64,7 @@ class HalfDuplex:
         self._never_missed = never_missed
         self._usual = recognizer.stream(source)
         self._fed = 0  # samples of the stream
-        self._window: Samples = np.zeros(WINDOW, np.int16)  # the last that were heard
+        self._window: Samples = np.zeros(ECHO_FIT_SAMPLES, np.int16)  # the last that were heard
         self._pending = 0  # of them that are not cleaned yet
         self._guard: Stream | None = None  # listens while the loudspeaker sounds
         self._guarded_since = 0.0  # in the stream, s
@@ -93,51 +93,56 @@ class HalfDuplex:
             yield from self._usual.feed(block)
             return
         self._fed += len(block)
-        self._window = np.concatenate([self._window, block])[-WINDOW:]
-        sounds = arrived - len(block) / SAMPLE_RATE < self._loudspeaker.busy_until() + AFTERWARDS
+        self._window = np.concatenate([self._window, block])[-ECHO_FIT_SAMPLES:]
+        sounds = (
+            arrived - len(block) / SAMPLE_RATE
+            < self._loudspeaker.busy_until() + REVERBERATION_SECONDS
+        )
         if sounds or self._guard:
-            yield from self._heard_in_spite(self._loudspeaker, len(block), arrived)
+            yield from self._listen_over_playback(self._loudspeaker, len(block), arrived)
             block = np.zeros_like(block)
         if not sounds and self._guard:
-            yield from self._counting(self._guard.finish())
+            yield from self._filter_events(self._guard.finish())
             self._guard = None
         yield from self._usual.feed(block)
 
     def finish(self) -> Iterator[Utterance | Partial]:
         """End the stream; yields what was still open."""
         if self._guard:
-            yield from self._counting(self._guard.finish())
+            yield from self._filter_events(self._guard.finish())
             self._guard = None
         yield from self._usual.finish()
 
-    def _heard_in_spite(
-        self, loudspeaker: PlayedSound, samples: int, arrived: float
+    def _listen_over_playback(
+        self, loudspeaker: Playback, samples: int, arrived: float
     ) -> Iterator[Utterance | Partial]:
         if self._guard is None:
             self._guard = self._recognizer.stream(self._source)
             self._pending = 0
             self._guarded_since = (self._fed - samples - ECHO_EDGE) / SAMPLE_RATE
         self._pending += samples
-        if self._pending >= STEP:
+        if self._pending >= CLEANED_SAMPLES:
             cleaned = cancel_echo(self._window, self._played(loudspeaker, arrived))
-            end = WINDOW - ECHO_EDGE
-            yield from self._counting(self._guard.feed(cleaned[end - self._pending : end]))
+            end = ECHO_FIT_SAMPLES - ECHO_EDGE
+            yield from self._filter_events(self._guard.feed(cleaned[end - self._pending : end]))
             self._pending = 0
 
-    def _played(self, loudspeaker: PlayedSound, until: float) -> npt.NDArray[np.float32]:
+    def _played(self, loudspeaker: Playback, until: float) -> npt.NDArray[np.float32]:
         """What was given out, to the same moment as the window and from before it."""
-        length = WINDOW + MAX_ECHO_DELAY
+        length = ECHO_FIT_SAMPLES + MAX_ECHO_DELAY
         played, end = loudspeaker.recent((length + SAMPLE_RATE // 2) / SAMPLE_RATE)
         beyond = round((end - until) * SAMPLE_RATE)
         played = played[: len(played) - beyond] if beyond > 0 else np.pad(played, (0, -beyond))
         return played[-length:]
 
-    def _counting(self, events: Iterator[Utterance | Partial]) -> Iterator[Utterance | Partial]:
+    def _filter_events(
+        self, events: Iterator[Utterance | Partial]
+    ) -> Iterator[Utterance | Partial]:
         """What counts, and the commands that do not, marked so; the rest may be the robot's own."""
         for event in events:
             counts = event.text in self._never_missed or event.name in self._never_missed
             if isinstance(event, Utterance) and event.accepted:
                 event = event if counts else replace(event, ignored="robot_speaking")
-                yield later(event, self._guarded_since)
+                yield shift_time(event, self._guarded_since)
             elif isinstance(event, Partial) and counts:
-                yield later(event, self._guarded_since)
+                yield shift_time(event, self._guarded_since)

@@ -15,23 +15,23 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.microphone import open_microphone
 from voz.audio.recording_level import FULL_SCALE_DB, MIN_DBFS
 from voz.errors import AudioError, VozError
-from voz.events import Partial, Utterance, later
-from voz.hearing.half_duplex import HalfDuplex, PlayedSound
-from voz.hearing.sound_watch import MUTED_IN_MOTION, Silence, SoundWatch
+from voz.events import Partial, Utterance, shift_time
+from voz.hearing.half_duplex import HalfDuplex, Playback
+from voz.hearing.sound_watch import MUTED_AFTER_IN_MOTION, SilenceCheck, SoundWatch
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 
-NO_BLOCK = 0.35
+NO_SOUND_TIMEOUT = 0.35
 """Without a block for so long nothing is heard any more, s: with the beat, half a second."""
 
-TOO_LATE = 0.4
+MAX_LAG = 0.4
 """What is heard so late is as good as not heard, s: the longest command takes half of it."""
 
-RETRIES = (0.25, 0.5, 1.0, 2.0, 4.0)
+RETRY_DELAYS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Pauses before a lost microphone is opened again, s; the last one goes on."""
 
-CLOSING_TIME = 1.0
+MICROPHONE_CLOSE_TIMEOUT = 1.0
 """For the microphone to be closed, s; a sound server that hangs would never let go."""
 
 
@@ -61,10 +61,10 @@ class OpenMicrophone(Protocol):
         """Take a block; raises AudioError if it fails, and StopIteration at a stream's end."""
 
 
-Opening: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone]]
+MicrophoneOpener: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone]]
 
 
-class SoundFrom(NamedTuple):
+class SoundSource(NamedTuple):
     """Where sound is taken from.
 
     Attributes:
@@ -72,7 +72,7 @@ class SoundFrom(NamedTuple):
         source: what utterances say that they come from.
     """
 
-    open: Opening
+    open: MicrophoneOpener
     source: str = MICROPHONE
 
 
@@ -93,9 +93,9 @@ class SoundRecorder(Protocol):
         """What follows is another stream."""
 
 
-def sound_card(device: str | None) -> SoundFrom:
+def sound_card(device: str | None) -> SoundSource:
     """A microphone of this computer: its number or a part of its name; None is the default one."""
-    return SoundFrom(partial(open_microphone, device))
+    return SoundSource(partial(open_microphone, device))
 
 
 class Hearing:
@@ -114,10 +114,10 @@ class Hearing:
     def __init__(
         self,
         recognizer: Recognizer,
-        sound: SoundFrom,
+        sound: SoundSource,
         inbox: Inbox,
         clock: Callable[[], float],
-        loudspeaker: PlayedSound | None = None,
+        loudspeaker: Playback | None = None,
         never_missed: Collection[str] = (),
         recorder: SoundRecorder | None = None,
     ) -> None:
@@ -143,7 +143,7 @@ class Hearing:
         self._never_missed = never_missed
         self._recorder = recorder
         self._microphone: OpenMicrophone | None = None
-        self._silence = Silence()
+        self._silence = SilenceCheck()
         self._zeros = 0.0  # how long it gave nothing else, s
         self._problem: str | None = None
         self._failures = 0  # to listen, one after the other
@@ -163,7 +163,7 @@ class Hearing:
 
     def __exit__(self, *_: object) -> None:
         self._closing.set()
-        self._thread.join(CLOSING_TIME)
+        self._thread.join(MICROPHONE_CLOSE_TIMEOUT)
 
     @property
     def commands(self) -> Commands:
@@ -179,14 +179,14 @@ class Hearing:
         microphone, now = self._microphone, time.monotonic()
         if self._problem or microphone is None:
             return self._problem
-        if now - microphone.alive > NO_BLOCK:
+        if now - microphone.alive > NO_SOUND_TIMEOUT:
             return "no sound comes from the microphone"
         busy_since = self._busy_since
-        if busy_since is not None and now - busy_since > TOO_LATE:
+        if busy_since is not None and now - busy_since > MAX_LAG:
             return "the computer is too slow to follow"
         if not self._thread.is_alive():
-            return "nobody listens to the microphone any more"
-        return self._silence.trouble(self._zeros >= MUTED_IN_MOTION, moving)
+            return "the microphone thread died"
+        return self._silence.trouble(self._zeros >= MUTED_AFTER_IN_MOTION, moving)
 
     def _work(self) -> None:
         while not self._closing.is_set():
@@ -202,7 +202,7 @@ class Hearing:
             if self._recorder:
                 self._recorder.end_stream()
             self._opened.set()
-            self._closing.wait(RETRIES[min(self._failures, len(RETRIES) - 1)])
+            self._closing.wait(RETRY_DELAYS[min(self._failures, len(RETRY_DELAYS) - 1)])
             self._failures += 1
 
     def _begin(self, microphone: OpenMicrophone) -> None:
@@ -232,35 +232,35 @@ class Hearing:
             self._zeros = watch.zeros
             if self._recorder:
                 self._recorder.feed(block)
-            self._tell(ears.feed(block, microphone.arrived), self._begun(microphone, fed))
+            self._send(ears.feed(block, microphone.arrived), self._stream_start(microphone, fed))
             self.deaf = ears.deaf
             self.background = ears.background - FULL_SCALE_DB
             self._problem, self._failures = None, 0
-            if time.monotonic() - microphone.arrived < NO_BLOCK:  # else more of it waits
+            if time.monotonic() - microphone.arrived < NO_SOUND_TIMEOUT:  # else more of it waits
                 self._busy_since = None
             if self._recognizer.commands is not commands:
                 break
         if microphone.whole:
-            self._tell(ears.finish(), self._begun(microphone, fed))
+            self._send(ears.finish(), self._stream_start(microphone, fed))
         self._busy_since, self._zeros = None, 0.0
         if self._recorder:
             self._recorder.end_stream()
 
-    def _begun(self, microphone: OpenMicrophone, fed: int) -> float:
+    def _stream_start(self, microphone: OpenMicrophone, fed: int) -> float:
         """Tell when the stream began, by the clock of the run, s."""
         return self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
 
-    def _tell(self, events: Iterator[Utterance | Partial], begun: float) -> None:
+    def _send(self, events: Iterator[Utterance | Partial], begun: float) -> None:
         for event in events:
-            told = self._now(event, begun)
+            told = self._in_run_time(event, begun)
             self._inbox.put(told)
             if self._recorder and isinstance(told, Utterance):
                 self._recorder.mark(told, begun)
 
-    def _now(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
+    def _in_run_time(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
         """Give what was heard the times of the run."""
         now = self._clock()
-        moved = replace(later(event, begun), t=round(now, 3))
+        moved = replace(shift_time(event, begun), t=round(now, 3))
         if isinstance(event, Utterance) and event.latency is not None:
             spoken_until = begun + event.t - event.latency
             return replace(moved, latency=round(now - spoken_until, 3))

@@ -11,21 +11,21 @@ from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
 from voz.events import Warning
 from voz.inbox import Inbox
 
-MUTED = 5.0
+MUTED_AFTER = 5.0
 """A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
 
-MUTED_IN_MOTION = 0.35
+MUTED_AFTER_IN_MOTION = 0.35
 """The same while the robot moves, s: with the beat, half a second. Nobody could stop it."""
 
-LOSS_TOLD_EVERY = 5.0
+LOSS_WARNING_INTERVAL = 5.0
 """Of sound that is lost block after block a user wants to read a line now and then, s."""
 
-SILENT = "the microphone gives only silence"
+ONLY_SILENCE = "the microphone gives only silence"
 
-MUTE_WARNING = f"{SILENT}: is it muted? `voz devices --test` tells"
+MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` tells"
 
 
-class Silence:
+class SilenceCheck:
     """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Silence:
             moving: whether the robot moves.
         """
         self._matters = silent and (moving or self._matters)
-        return SILENT if self._matters else None
+        return ONLY_SILENCE if self._matters else None
 
 
 class SoundWatch:
@@ -59,20 +59,20 @@ class SoundWatch:
         self._inbox = inbox
         self._clock = clock
         self._blocks_lost = 0
-        self._loss_told = -LOSS_TOLD_EVERY  # when
+        self._loss_told = -LOSS_WARNING_INTERVAL  # when
         self.zeros = 0.0
 
     def look_at(self, block: Samples, blocks_lost: int) -> float:
         """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
         now = self._clock()
-        if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_TOLD_EVERY:
+        if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_WARNING_INTERVAL:
             seconds = (blocks_lost - self._blocks_lost) * MICROPHONE_BLOCK_SECONDS
             self._blocks_lost, self._loss_told = blocks_lost, now
             self._warn(f"{seconds:.2f} s of sound were lost: the computer is too slow")
         peak = float(np.abs(block).max(initial=0)) / 32768
         before = self.zeros
         self.zeros = 0.0 if peak else before + len(block) / SAMPLE_RATE
-        if before < MUTED <= self.zeros:
+        if before < MUTED_AFTER <= self.zeros:
             self._warn(MUTE_WARNING)
         return peak
 

@@ -26,7 +26,7 @@ from voz.recognition.listener import Listener
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
-from voz.records import check_is_a
+from voz.records import check_type
 from voz.settings import Recognition
 
 MICROPHONE = "microphone"
@@ -87,7 +87,7 @@ class Recognizer:
             ConfigError: the model of the confidence that the settings name cannot be used, or the
                 profile was made with another acoustic model, or the settings are something else.
         """
-        check_is_a(Recognition, settings, "settings")
+        check_type(Recognition, settings, "settings")
         self.files = language
         self._settings = settings
         self._profile = profile or Profile()

@@ -56,13 +56,13 @@ class Stream:
         for sound in self._segmenter.feed(block):
             yield from self._take(sound)
 
-    def begin_at(self, at: int, before: Samples) -> None:
-        """Begin in the midst of a stream where nothing is said; see `Segmenter.begin_at`."""
-        self._segmenter.begin_at(at, before)
+    def warm_up(self, at: int, before: Samples) -> None:
+        """Begin in the midst of a stream where nothing is said; see `Segmenter.warm_up`."""
+        self._segmenter.warm_up(at, before)
 
-    def at_rest(self) -> bytes | None:
+    def resting_state(self) -> bytes | None:
         """Tell all that what follows hangs on; None while something is said, or just after it."""
-        return self._segmenter.at_rest() if self._waiting is None else None
+        return self._segmenter.resting_state() if self._waiting is None else None
 
     def finish(self) -> Iterator[Utterance | Partial]:
         """End the stream; yields what was still open."""
@@ -130,7 +130,7 @@ class Stream:
         # What is too long for any command has not been asked about; it is hardly noise.
         is_speech = not heard.values or heard.trust > 0
         if utterance.accepted:
-            self._segmenter.told()
+            self._segmenter.mark_command()
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
         self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it

@@ -17,8 +17,8 @@ from voz.events import (
     Twist,
     Utterance,
     Warning,
-    in_detail,
-    why_not,
+    evidence_in_words,
+    explain_not_obeyed,
 )
 from voz.printable import printable
 from voz.robot.base import Robot
@@ -47,7 +47,7 @@ class ConsoleRobot(Robot):
             self._velocity = velocity
         told = in_words(event)
         if self._verbose and isinstance(event, Utterance):
-            detail = in_detail(event.score, event.next_best)
+            detail = evidence_in_words(event.score, event.next_best)
             told = f"{told} [{detail}]" if detail else told
         # In one piece: a signal ends the run between two calls, and zero velocity still follows.
         self._stream.write(f"{event.t:7.1f} s  {printable(told)}\n")
@@ -89,8 +89,8 @@ def _heard(event: Utterance) -> str:
     if event.obeyed or undecided:
         return f'heard    "{event.text}" ({event.confidence:.2f})'
     if event.text:
-        return f'ignored  "{event.text}" ({event.confidence:.2f}), {why_not(event)}'
-    return f"ignored  something, {why_not(event)}"
+        return f'ignored  "{event.text}" ({event.confidence:.2f}), {explain_not_obeyed(event)}'
+    return f"ignored  something, {explain_not_obeyed(event)}"
 
 
 def motion_in_words(linear: float, angular: float) -> str:

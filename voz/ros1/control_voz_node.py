@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from voz.control.table import CommandTable
-from voz.hearing.sound_watch import SILENT, Silence
+from voz.hearing.sound_watch import ONLY_SILENCE, SilenceCheck
 from voz.inbox import Inbox
 from voz.language.generated.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
@@ -49,7 +49,7 @@ class RemoteEars:
 
         self.commands = commands
         self._texts = TextCommands(lambda: commands, inbox, clock)
-        self._silence = Silence()
+        self._silence = SilenceCheck()
         self._problem = ""
         self._told: float | None = None  # on the monotonic clock, s
         self._words = Subscriber(topic, String, self._hear, tcp_nodelay=True)
@@ -65,8 +65,8 @@ class RemoteEars:
             return f"no recognizer publishes on {self.source}"
         if self._told is not None and time.monotonic() - self._told > STALE:
             return "the recognizer does not answer"
-        silent = self._silence.trouble(self._problem == SILENT, moving)
-        return silent or (self._problem if self._problem != SILENT else None) or None
+        silent = self._silence.trouble(self._problem == ONLY_SILENCE, moving)
+        return silent or (self._problem if self._problem != ONLY_SILENCE else None) or None
 
     def _hear(self, message: Any) -> None:
         self._texts.take(message.data, self.source)

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 from voz.errors import VozError
 from voz.events import Event, Receiver, Utterance, Warning, to_json
 from voz.hearing.microphone_thread import Hearing
-from voz.hearing.sound_watch import SILENT
+from voz.hearing.sound_watch import ONLY_SILENCE
 from voz.inbox import End, Halt, Inbox, Rehearsal
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import logged
@@ -108,7 +108,7 @@ def _report(event: Event, output: Any, refused: Any, log: Receiver) -> None:
 def _tell(before: str, now: str, publisher: Any, log: Receiver, t: float) -> str:
     """Tell what is wrong, or that all is well; the log is told only when that changes."""
     publisher.publish(now)
-    if now != before and SILENT not in (now, before):  # that matters only to who drives
+    if now != before and ONLY_SILENCE not in (now, before):  # that matters only to who drives
         log(Warning(t, now or "listening again", good=not now))
     return now
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from voz.events import Partial, Utterance
-from voz.inbox import End, Halt, Rehearsal, Taken
+from voz.inbox import End, Halt, Rehearsal, TakenMessage
 from voz.run.clocks import Clock
 from voz.run.controller import Controller
 
@@ -67,7 +67,7 @@ def beat(
                 controller.send(now)
 
 
-def take(controller: Controller, taken: Taken, now: float) -> None:
+def take(controller: Controller, taken: TakenMessage, now: float) -> None:
     """Let what was heard or typed take effect; the time is that of the run, s."""
     message = taken.message
     if isinstance(message, Utterance | Partial):

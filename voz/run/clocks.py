@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Protocol, TypeAlias
 
 from voz.events import Partial, Utterance, Warning
-from voz.inbox import End, Inbox, Taken
+from voz.inbox import End, Inbox, TakenMessage
 
 Item: TypeAlias = Utterance | Partial | Warning | float
 """What a recording or a text gives, by its own time: an event, or that time has come so far, s."""
@@ -31,7 +31,7 @@ class Clock(Protocol):
     def now(self) -> float:
         """What time it is, s."""
 
-    def take(self, until: float) -> Taken | None:
+    def take(self, until: float) -> TakenMessage | None:
         """Take what arrives.
 
         Args:
@@ -57,7 +57,7 @@ class WallClock:
         """What time it is, s; to a tenth of a millisecond, as it is written into events."""
         return round(elapsed() - self._begun, 4)
 
-    def take(self, until: float) -> Taken | None:
+    def take(self, until: float) -> TakenMessage | None:
         """Take a message when it comes, if that is before the next beat."""
         left = until - (elapsed() - self._begun)
         return self._inbox.take(left) if left > 0 else None
@@ -86,7 +86,7 @@ class PacedClock:
         """What time it is, s; it does not go on until the beat does."""
         return min(elapsed() - self._begun, self._due + LATE)
 
-    def take(self, until: float) -> Taken | None:
+    def take(self, until: float) -> TakenMessage | None:
         """Take a message when it comes, if that is before the next beat."""
         self._due = until
         left = self._begun + until - elapsed()
@@ -114,7 +114,7 @@ class RecordedClock:
         """When the next beat is, s."""
         return self._now
 
-    def take(self, until: float) -> Taken | None:
+    def take(self, until: float) -> TakenMessage | None:
         """Take the next item, if its time is not after the next beat."""
         self._now = until
         while True:
@@ -125,9 +125,9 @@ class RecordedClock:
                 return None
             self._item = None
             if item is None:
-                return Taken(End(), False)
+                return TakenMessage(End(), False)
             if not isinstance(item, float):
-                return Taken(item, False)
+                return TakenMessage(item, False)
 
     def held_up(self, seconds: float) -> None:
         """Nothing holds up this time."""

@@ -14,7 +14,7 @@ from voz.control.state_machine import GivenCommand, State, Transition, at_rest, 
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
-from voz.records import check_is_a, is_number
+from voz.records import check_type, is_number
 from voz.settings import Safety
 
 
@@ -49,9 +49,9 @@ class Controller:
         Raises:
             ConfigError: an argument is something else.
         """
-        check_is_a(Safety, safety, "safety")
-        check_is_a(bool, listening, "listening")
-        check_is_a((CommandTable, type(None)), table, "table")
+        check_type(Safety, safety, "safety")
+        check_type(bool, listening, "listening")
+        check_type((CommandTable, type(None)), table, "table")
         self._receivers = receivers
         self._safety = safety
         self.table = table or usual_commands()

@@ -10,8 +10,8 @@ from typing import Protocol, TypeAlias
 
 from voz.config import Config
 from voz.events import Event
-from voz.hearing.half_duplex import PlayedSound
-from voz.hearing.microphone_thread import Hearing, SoundFrom, SoundRecorder, sound_card
+from voz.hearing.half_duplex import Playback
+from voz.hearing.microphone_thread import Hearing, SoundRecorder, SoundSource, sound_card
 from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run.clocks import Clock, WallClock
@@ -28,8 +28,8 @@ from voz.run.session import (
 )
 from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display
-from voz.terminal.drawn import DrawnTerminal
-from voz.terminal.keyboard import keys, somebody_types
+from voz.terminal.keyboard import can_read_input, read_keyboard
+from voz.terminal.live_terminal import LiveTerminal
 
 PAGE = "the operator's page"
 
@@ -46,10 +46,10 @@ class Page(Protocol):
     """A page that shows the run and drives in it, too."""
 
     @property
-    def sound(self) -> SoundFrom | None:
+    def sound(self) -> SoundSource | None:
         """Its browser as a microphone; None if the robot's own is listened to."""
 
-    def beside(self, own: PlayedSound | None) -> PlayedSound:
+    def beside(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""
 
     def receive(self, event: Event) -> None:
@@ -77,7 +77,7 @@ class RunParts:
 
     controller: Controller
     hearing: Hearing
-    mixer: PlayedSound | None
+    mixer: Playback | None
     recognizer: Recognizer
     settings: Config
     recorder: SoundRecorder | None
@@ -99,7 +99,7 @@ class LiveOptions:
 
     device: str | None = None
     listening: bool = False
-    terminal: DrawnTerminal | None = None
+    terminal: LiveTerminal | None = None
     announce: Callable[[str], None] = lambda _: None
     record: Callable[[Callable[[str], None]], AbstractContextManager[SoundRecorder]] | None = None
     other_recognizer: OtherRecognizer | None = None
@@ -144,7 +144,7 @@ def run_live(
             Hearing(recognizer, sound, inbox, clock.now, playback, never_missed, recorder)
         )
         enter(renewing(recognizer, table, warn))
-        line = enter(keys(partial(_stop, inbox, clock), texts.take, texts.continues, warn))
+        line = enter(read_keyboard(partial(_stop, inbox, clock), texts.take, texts.continues, warn))
         if options.other_recognizer:
             enter(options.other_recognizer(texts.take, partial(_stop_unheard, inbox, clock)))
         start = enter(starting_programs(table, inbox, clock, robots.show))
@@ -190,14 +190,14 @@ def _showing(
         yield
         return
     session.receivers.append(display.receive)
-    with options.terminal.drawn(display.__rich__):
+    with options.terminal.live(display.__rich__):
         yield
 
 
 def _ready(microphone: str, options: LiveOptions) -> str:
     """Say that it listens, to whom, and what to do first."""
     sources = [f"the microphone {microphone}"]
-    sources += ["typed commands"] if somebody_types() else []
+    sources += ["typed commands"] if can_read_input() else []
     sources += ["another recognizer"] if options.other_recognizer else []
     first = "" if options.listening else '; say "start speech" first'
     return f"listening to {' and '.join(sources)}{first}"

@@ -20,7 +20,7 @@ from voz.run.session import (
     starting_programs,
     warner,
 )
-from voz.speech.speaker import Speaker
+from voz.speech.reply_speaker import ReplySpeaker
 
 Source: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
 """What drives the robot, made from what returns the time of the run, s."""
@@ -68,7 +68,7 @@ def run_paced(source: Source, settings: Config, listening: bool, opening: Openin
             session.run_in_real_time(inbox)
 
 
-def _warn_of(problems: list[str], speaker: Speaker | None, session: Session) -> None:
+def _warn_of(problems: list[str], speaker: ReplySpeaker | None, session: Session) -> None:
     """Report what a speaker could not say: only at the end, as threads are not on time."""
     if speaker:
         speaker.close()

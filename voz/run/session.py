@@ -28,7 +28,7 @@ from voz.run.controller import Controller
 from voz.run.programs import Programs
 from voz.run.watch import Flood, Trouble, Watch
 from voz.settings import Speech
-from voz.speech.speaker import Speaker
+from voz.speech.reply_speaker import ReplySpeaker
 
 if TYPE_CHECKING:
     from voz.robot.drawing.room_view import RoomView
@@ -153,7 +153,7 @@ class Session:
 @contextmanager
 def speaking(
     settings: Speech, replies: Sequence[str], warn: Callable[[str], None]
-) -> Iterator[Speaker | None]:
+) -> Iterator[ReplySpeaker | None]:
     """Open who says the replies, for a `with` block; None if the robot is to be silent.
 
     Args:
@@ -164,11 +164,11 @@ def speaking(
     if not settings.enabled:
         yield None
         return
-    with Speaker(settings.voice, replies, warn) as speaker:
+    with ReplySpeaker(settings.voice, replies, warn) as speaker:
         yield speaker
 
 
-def replies_to(speaker: Speaker | None) -> list[Receiver]:
+def replies_to(speaker: ReplySpeaker | None) -> list[Receiver]:
     """Return what lets a speaker say the replies and play the sounds; nothing if there is none."""
 
     def receive(event: Event) -> None:

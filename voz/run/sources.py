@@ -13,7 +13,7 @@ from typing import NamedTuple
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError
-from voz.events import Utterance, Warning, later
+from voz.events import Utterance, Warning, shift_time
 from voz.files import shown_path
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
@@ -87,7 +87,7 @@ def recordings_played(
         begin = heard / SAMPLE_RATE
         try:
             for event in recognizer.events(counted(read_blocks(path)), shown_path(path)):
-                yield later(event, begin)
+                yield shift_time(event, begin)
         except AudioError as error:
             unreadable.append(str(error))
             yield Warning(beats_before(heard / SAMPLE_RATE) / BEATS_PER_SECOND, str(error))

@@ -19,10 +19,10 @@ from voz.errors import SpeechError
 ALL = -1
 """The number that stands for all sounds where something is stopped."""
 
-LEVEL = 0.5
+AMPLITUDE = 0.5
 """Amplitude: loud enough beside a voice, and two at once need not be turned down."""
 
-ATTACK = 0.008
+ATTACK_SECONDS = 0.008
 """Seconds in which a note swells: shorter would click."""
 
 
@@ -56,30 +56,30 @@ class _Note(NamedTuple):
 
 
 C, E, G, HIGH_C = 523.25, 659.26, 783.99, 1046.5
-PAUSE = _Note(0.0, 0.5, 0.0)
-SHORT_PAUSE = _Note(0.0, 0.15, 0.0)
+LONG_REST = _Note(0.0, 0.5, 0.0)
+SHORT_REST = _Note(0.0, 0.15, 0.0)
 
 MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
     # A lorry's: one tone, again and again.
     BuiltinSound.BACKINGUP: [_Note(950.0, 0.35, 0.3), _Note(0.0, 0.35, 0.0)],
     # Power is there: it goes up.
-    BuiltinSound.NEEDS_UNPLUGGING: [_Note(C, 0.2, 0.2), _Note(G, 0.4, 0.2), PAUSE],
+    BuiltinSound.NEEDS_UNPLUGGING: [_Note(C, 0.2, 0.2), _Note(G, 0.4, 0.2), LONG_REST],
     # Power goes out: it goes down.
-    BuiltinSound.NEEDS_PLUGGING: [_Note(E, 0.25, 0.2), _Note(C, 0.5, 0.2), PAUSE],
+    BuiltinSound.NEEDS_PLUGGING: [_Note(E, 0.25, 0.2), _Note(C, 0.5, 0.2), LONG_REST],
     # The same, higher, brighter, and three times in a hurry.
     BuiltinSound.NEEDS_UNPLUGGING_BADLY: [
         *(3 * [_Note(G, 0.08, 0.8), _Note(HIGH_C, 0.13, 0.8)]),
-        SHORT_PAUSE,
+        SHORT_REST,
     ],
     BuiltinSound.NEEDS_PLUGGING_BADLY: [
         *(3 * [_Note(HIGH_C, 0.1, 0.8), _Note(E, 0.16, 0.8)]),
-        SHORT_PAUSE,
+        SHORT_REST,
     ],
 }
 
 
 @functools.cache
-def synthesized(sound: BuiltinSound) -> Wave:
+def synthesize_sound(sound: BuiltinSound) -> Wave:
     """Make the samples of a sound, at `PLAYBACK_RATE`; it begins and ends with silence."""
     return np.concatenate([_tone(note) for note in MELODIES[sound]])
 
@@ -92,7 +92,9 @@ def _tone(note: _Note) -> Wave:
         strength * np.sin(2 * np.pi * k * note.frequency * time)
         for k, strength in enumerate(harmonics, 1)
     )
-    swell = np.minimum(1, time / ATTACK) * np.minimum(1, (note.seconds - time) / ATTACK)
+    swell = np.minimum(1, time / ATTACK_SECONDS) * np.minimum(
+        1, (note.seconds - time) / ATTACK_SECONDS
+    )
     dying = np.exp(-time / (0.4 + note.brightness))
-    tone: Wave = (LEVEL / sum(harmonics) * wave * swell * dying).astype(np.float32)
+    tone: Wave = (AMPLITUDE / sum(harmonics) * wave * swell * dying).astype(np.float32)
     return tone

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from voz.errors import SpeechError
 
-PREFIX = "espeak-ng:"
+ESPEAK_PREFIX = "espeak-ng:"
 """Before the name of a voice, as in `espeak-ng:es`."""
 
 _VOICE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,30}(\+[A-Za-z0-9_-]{1,20})?")
@@ -20,16 +20,16 @@ _VOICE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,30}(\+[A-Za-z0-9_-]{1,20})?")
 
 def is_espeak(voice: str) -> bool:
     """Tell whether a voice is one of espeak-ng's, by its name."""
-    return voice.startswith(PREFIX)
+    return voice.startswith(ESPEAK_PREFIX)
 
 
-def check_voice(voice: str) -> None:
+def check_espeak_voice(voice: str) -> None:
     """Raise SpeechError if a name cannot be that of a voice; only espeak-ng knows which it has."""
-    if not _VOICE.fullmatch(voice.removeprefix(PREFIX)):
+    if not _VOICE.fullmatch(voice.removeprefix(ESPEAK_PREFIX)):
         raise SpeechError(f"voice {voice!a} is unknown; see `espeak-ng --voices`")
 
 
-def command(voice: str, wav: str) -> Sequence[str]:
+def espeak_command(voice: str, wav: str) -> Sequence[str]:
     """What speaks the text on its standard input into a WAV file.
 
     Raises:
@@ -40,9 +40,9 @@ def command(voice: str, wav: str) -> Sequence[str]:
         raise SpeechError(
             "espeak-ng is not installed; install it with: sudo apt-get install espeak-ng"
         )
-    return [path, "-v", voice.removeprefix(PREFIX), "-w", wav, "--stdin"]
+    return [path, "-v", voice.removeprefix(ESPEAK_PREFIX), "-w", wav, "--stdin"]
 
 
-def failure(voice: str) -> SpeechError:
+def no_voice_error(voice: str) -> SpeechError:
     """Say that there is no sound."""
     return SpeechError(f"voice {voice!a}: espeak-ng has no such voice; see `espeak-ng --voices`")

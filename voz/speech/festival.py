@@ -24,8 +24,14 @@ from pathlib import Path
 
 from voz.errors import SpeechError
 from voz.files import atomic_write
-from voz.records import check_is_a
-from voz.speech.espeak import PREFIX, check_voice, command, failure, is_espeak
+from voz.records import check_type
+from voz.speech.espeak import (
+    ESPEAK_PREFIX,
+    check_espeak_voice,
+    espeak_command,
+    is_espeak,
+    no_voice_error,
+)
 
 VOICES = {
     "kal_diphone": "festvox-kallpc16k",
@@ -34,32 +40,32 @@ VOICES = {
 }
 """The voices that can be asked for, each with the Debian package that brings it."""
 
-LONGEST_TEXT = 1000
+MAX_TEXT_LENGTH = 1000
 """Characters; more than a minute of speech, which nobody waits for from a robot."""
 
-LONGEST_WORD = 100
+MAX_WORD_LENGTH = 100
 """Characters; festival crashes on words of some thousands, and a long web address has fewer."""
 
-TIME_LIMIT = 30.0
+FESTIVAL_TIMEOUT = 30.0
 """Seconds; ten times what the longest text takes the slowest voice on a desktop computer."""
 
-LOOK = 0.05
+CANCEL_CHECK_INTERVAL = 0.05
 """How often is looked whether festival's work is still wanted, s."""
 
-TYPOGRAPHY = str.maketrans("‘’“”‐–—", "''\"\"---")  # noqa: RUF001
+PLAIN_PUNCTUATION = str.maketrans("‘’“”‐–—", "''\"\"---")  # noqa: RUF001
 """Marks that Unicode does not decompose, but that have a plain form everyone knows."""
 
 SPEAKABLE = re.compile(r"[A-Za-z0-9#$%&*+=@]")
 """Festival says something for each of these, and crashes on a phrase without any."""
 
-LETTERS_TOO = re.compile(r"[^\W_]|[#$%&*+=@]")
+SPEAKABLE_BY_ESPEAK = re.compile(r"[^\W_]|[#$%&*+=@]")
 """The same for espeak-ng, which reads the letters of any language."""
 
-WAV_HEADER = 44
+WAV_HEADER_BYTES = 44
 """Bytes before the first sample."""
 
 
-def voices() -> list[str]:
+def installed_voices() -> list[str]:
     """Ask festival which of the known voices are installed.
 
     Returns:
@@ -88,13 +94,13 @@ def speakable(text: str, voice: str = "") -> str:
         SpeechError: nothing is left, or too much.
         ConfigError: it is no text.
     """
-    check_is_a(str, text, "text")
+    check_type(str, text, "text")
     if is_espeak(voice):
-        composed = unicodedata.normalize("NFC", text.translate(TYPOGRAPHY))
+        composed = unicodedata.normalize("NFC", text.translate(PLAIN_PUNCTUATION))
         words = "".join(char if char.isprintable() else " " for char in composed).split()
-        words = [word for word in words if LETTERS_TOO.search(word)]
+        words = [word for word in words if SPEAKABLE_BY_ESPEAK.search(word)]
     else:
-        decomposed = unicodedata.normalize("NFKD", text.translate(TYPOGRAPHY))
+        decomposed = unicodedata.normalize("NFKD", text.translate(PLAIN_PUNCTUATION))
         folded = "".join(char for char in decomposed if not unicodedata.combining(char))
         # Blank lines end a phrase, so they go the way of all that is not printable ASCII.
         words = re.sub(r"[^!-~]+", " ", folded).split()
@@ -102,15 +108,15 @@ def speakable(text: str, voice: str = "") -> str:
     plain = " ".join(words)
     if not plain:
         raise SpeechError(f"{reprlib.repr(text)} has nothing to speak; give letters or digits")
-    if len(plain) > LONGEST_TEXT:
+    if len(plain) > MAX_TEXT_LENGTH:
         raise SpeechError(
-            f"the text is too long: {len(plain)} characters; give at most {LONGEST_TEXT}"
+            f"the text is too long: {len(plain)} characters; give at most {MAX_TEXT_LENGTH}"
         )
     longest = max(words, key=len)
-    if len(longest) > LONGEST_WORD:
+    if len(longest) > MAX_WORD_LENGTH:
         raise SpeechError(
             f"{reprlib.repr(longest)} is too long for a word: {len(longest)} characters; "
-            f"give at most {LONGEST_WORD}"
+            f"give at most {MAX_WORD_LENGTH}"
         )
     return plain
 
@@ -134,7 +140,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
         if out.exists() and not out.is_file():
             raise SpeechError(f"{out}: is no regular file; name a file to write")
         with atomic_write(out, "wb") as file, tempfile.TemporaryDirectory(prefix="voz-") as folder:
-            file.write(spoken(plain, voice, Path(folder), cancelled).read_bytes())
+            file.write(synthesize_speech(plain, voice, Path(folder), cancelled).read_bytes())
     except OSError as error:
         raise SpeechError(
             f"{out}: cannot be written ({error.strerror}); name a file in a folder that exists "
@@ -144,30 +150,32 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
 
 def check_known(voice: str) -> None:
     """Raise SpeechError if a voice is none of `VOICES`, nor may be one of espeak-ng's."""
-    check_is_a(str, voice, "voice")
+    check_type(str, voice, "voice")
     if is_espeak(voice):
-        check_voice(voice)
+        check_espeak_voice(voice)
     elif voice not in VOICES:
-        installed = ", ".join(voices()) or "none"
+        installed = ", ".join(installed_voices()) or "none"
         raise SpeechError(
             f"voice {reprlib.repr(voice)} is unknown; installed: {installed}; those of espeak-ng "
-            f"are called as in {PREFIX}es"
+            f"are called as in {ESPEAK_PREFIX}es"
         )
 
 
-def spoken(plain: str, voice: str, folder: Path, cancelled: threading.Event | None) -> Path:
+def synthesize_speech(
+    plain: str, voice: str, folder: Path, cancelled: threading.Event | None
+) -> Path:
     """Let festival speak in an empty folder, where the core dump of a crash may be left, too."""
     wav = folder / "speech.wav"
     if is_espeak(voice):
-        _run(command(voice, wav.name), plain, folder, cancelled)
+        _run(espeak_command(voice, wav.name), plain, folder, cancelled)
         if not _is_whole_wav(wav):
-            raise failure(voice)
+            raise no_voice_error(voice)
         return wav
     text2wave = _program("text2wave")
     festival = [text2wave, "-o", wav.name, "-otype", "riff", "-eval", f"(voice_{voice})"]
     _run(festival, plain, folder, cancelled)
     if not _is_whole_wav(wav):
-        raise _failure(plain, voice)
+        raise _failure_reason(plain, voice)
     return wav
 
 
@@ -215,24 +223,24 @@ def _output(
     process: subprocess.Popen[bytes], text: bytes, cancelled: threading.Event | None
 ) -> bytes:
     """Wait for what a program prints; raises SpeechError if it is not wanted or takes too long."""
-    deadline = time.monotonic() + TIME_LIMIT
+    deadline = time.monotonic() + FESTIVAL_TIMEOUT
     unsent: bytes | None = text
     while not (cancelled and cancelled.is_set()):
         try:
-            return process.communicate(unsent, timeout=LOOK)[0]
+            return process.communicate(unsent, timeout=CANCEL_CHECK_INTERVAL)[0]
         except subprocess.TimeoutExpired:
             unsent = None
         if time.monotonic() > deadline:
             raise SpeechError(
-                f"festival took longer than {TIME_LIMIT:g} s and was ended; "
+                f"festival took longer than {FESTIVAL_TIMEOUT:g} s and was ended; "
                 "give a shorter text or another voice"
             )
     raise SpeechError("festival was ended, as its text is not to be said any more")
 
 
-def _failure(plain: str, voice: str) -> SpeechError:
+def _failure_reason(plain: str, voice: str) -> SpeechError:
     """Find out why there is no sound: festival ends with 0 when the voice is not there."""
-    if voice not in voices():
+    if voice not in installed_voices():
         return SpeechError(
             f"voice {voice!r} is not installed; install it with: "
             f"sudo apt-get install {VOICES[voice]}"
@@ -244,9 +252,9 @@ def _is_whole_wav(path: Path) -> bool:
     """Whether a file is a WAV with sound in it, and as long as its header says."""
     try:
         with path.open("rb") as file:
-            header = file.read(WAV_HEADER)
+            header = file.read(WAV_HEADER_BYTES)
             size = os.fstat(file.fileno()).st_size
     except OSError:
         return False
     promised = int.from_bytes(header[4:8], "little") + 8
-    return header.startswith(b"RIFF") and size == promised and size > WAV_HEADER
+    return header.startswith(b"RIFF") and size == promised and size > WAV_HEADER_BYTES

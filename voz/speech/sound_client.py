@@ -18,19 +18,19 @@ from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.playing_sound import PLAYBACK_RATE, trim_leading_silence
 from voz.errors import AudioError, SpeechError, VozError
-from voz.records import check_is_a
-from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesized
-from voz.speech.espeak import PREFIX
+from voz.records import check_type
+from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
+from voz.speech.espeak import ESPEAK_PREFIX
 from voz.speech.festival import check_known, speakable
-from voz.speech.orders import Key, Order, Orders
-from voz.speech.rendered import cached, is_cached
+from voz.speech.requested_sounds import RequestedSound, RequestedSounds, SoundKey
+from voz.speech.speech_cache import cached_speech, is_cached
 
 _log = logging.getLogger("voz")
 
-MOST_RENDERED = 4
+MAX_RENDERERS = 4
 """Texts that festival works on at once; what is asked for beyond that is left out."""
 
-CLOSING = 1.0
+RENDERER_TIMEOUT = 1.0
 """Seconds for festival to be ended."""
 
 
@@ -74,8 +74,8 @@ class SoundClient:
         blocking: bool = False,
         warn: Callable[[str], None] = _log.warning,
     ) -> None:
-        check_is_a(str, voice, "voice")
-        check_is_a(bool, blocking, "blocking")
+        check_type(str, voice, "voice")
+        check_type(bool, blocking, "blocking")
         self._voice = voice
         self._blocking = blocking
         self._warn = warn
@@ -84,7 +84,7 @@ class SoundClient:
         self._closed = threading.Event()
         self._renderers: list[threading.Thread] = []
         self.mixer = Mixer(self._tell)
-        self._orders = Orders(self.mixer)
+        self._orders = RequestedSounds(self.mixer)
 
     def play(self, sound: int, volume: float = 1.0, blocking: bool | None = None) -> None:
         """Play a built-in sound once.
@@ -160,7 +160,7 @@ class SoundClient:
 
     def stop_saying(self, text: str) -> None:
         """End a text, whoever says it."""
-        for voice in ("", PREFIX):
+        for voice in ("", ESPEAK_PREFIX):
             with suppress(SpeechError):  # nothing that such a voice could have said
                 self._orders.stop(("voice", speakable(text, voice)))
 
@@ -207,7 +207,7 @@ class SoundClient:
         self._orders.close()
         self._closed.set()
         for thread in self._renderers:
-            thread.join(CLOSING)
+            thread.join(RENDERER_TIMEOUT)
         self.mixer.close()
 
     def __enter__(self) -> SoundClient:
@@ -220,26 +220,30 @@ class SoundClient:
         finally:
             self.close()
 
-    def _play_builtin(self, sound: int, volume: float, repeats: bool) -> Order:
+    def _play_builtin(self, sound: int, volume: float, repeats: bool) -> RequestedSound:
         known = BuiltinSound(sound)
         order = self._orders.place(("builtin", known.name), volume, repeats)
-        self._orders.begin(order, synthesized(known))
+        self._orders.begin(order, synthesize_sound(known))
         return order
 
-    def _play_wave(self, sound: str | os.PathLike[str], volume: float, repeats: bool) -> Order:
+    def _play_wave(
+        self, sound: str | os.PathLike[str], volume: float, repeats: bool
+    ) -> RequestedSound:
         key = _key_of(sound)
         wave = read_sound(Path(sound), PLAYBACK_RATE)
         order = self._orders.place(key, volume, repeats)
         self._orders.begin(order, wave)
         return order
 
-    def _say(self, text: str, voice: str, volume: float, repeats: bool, tell: bool) -> Order:
+    def _say(
+        self, text: str, voice: str, volume: float, repeats: bool, tell: bool
+    ) -> RequestedSound:
         voice = voice or self._voice
         check_known(voice)
         plain = speakable(text, voice)
         at_once = is_cached(plain, voice)
         self._renderers = [thread for thread in self._renderers if thread.is_alive()]
-        if not at_once and len(self._renderers) >= MOST_RENDERED:
+        if not at_once and len(self._renderers) >= MAX_RENDERERS:
             raise SpeechError("festival is busy with other texts; say it again later")
         order = self._orders.place(("voice", plain, voice), volume, repeats)
         render = partial(self._render, order, plain, voice, tell)
@@ -251,9 +255,9 @@ class SoundClient:
             thread.start()
         return order
 
-    def _render(self, order: Order, plain: str, voice: str, tell: bool) -> None:
+    def _render(self, order: RequestedSound, plain: str, voice: str, tell: bool) -> None:
         try:
-            wave = read_sound(cached(plain, voice, self._closed), PLAYBACK_RATE)
+            wave = read_sound(cached_speech(plain, voice, self._closed), PLAYBACK_RATE)
         except VozError as error:
             if self._orders.fail(order, error) and tell and str(error) not in self._told:
                 self._told.add(str(error))
@@ -261,7 +265,7 @@ class SoundClient:
         else:
             self._orders.begin(order, trim_leading_silence(wave))
 
-    def _wait_for(self, order: Order, blocking: bool | None) -> None:
+    def _wait_for(self, order: RequestedSound, blocking: bool | None) -> None:
         if self._blocks(blocking):
             self._orders.wait(order)
 
@@ -273,7 +277,7 @@ class SoundClient:
             self._warn(problem)
 
 
-def _key_of(sound: str | os.PathLike[str]) -> Key:
+def _key_of(sound: str | os.PathLike[str]) -> SoundKey:
     """By what a sound file is known; raises AudioError if it is not named by a path."""
     try:
         return "wave", str(Path(sound).resolve())

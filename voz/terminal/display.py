@@ -13,29 +13,29 @@ from rich.table import Table
 from rich.text import Text
 
 from voz.audio.recording_level import MIN_SNR
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, why_not
+from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, explain_not_obeyed
 from voz.printable import printable
 from voz.robot.console import motion_in_words
 
-SHOWN = 6
+MAX_LINES = 6
 """Utterances and warnings that stay in sight."""
 
-BAR = 30
+BAR_WIDTH = 30
 """Characters of the level bar."""
 
-FLOOR = -60.0
+BAR_MIN_DBFS = -60.0
 """The level at which the bar is empty, dBFS: a quiet room."""
 
-LOUD = -3.0
+CLIPPING_DBFS = -3.0
 """Above it a microphone is about to clip, dBFS."""
 
-WIDTH = 76
+PANEL_WIDTH = 76
 """Of the panel, in characters."""
 
-BESIDE = 40
+MIN_SIDE_WIDTH = 40
 """Characters that something beside it needs; with less it goes below."""
 
-HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
+KEYS_HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
 
 TYPING_HELP = "Esc or two spaces stop the robot, Enter obeys the line, Ctrl-C ends"
 """While a command is typed: the space between its words does not stop."""
@@ -83,7 +83,7 @@ class Display:
         self._typing = typing
         self._note = note
         self._extra = extra
-        self._lines: deque[Text] = deque(maxlen=SHOWN)
+        self._lines: deque[Text] = deque(maxlen=MAX_LINES)
         self._velocity = (0.0, 0.0)
         self._selected: int | None = None
         self._reply = ""
@@ -100,31 +100,31 @@ class Display:
         elif isinstance(event, Utterance | Warning):
             if isinstance(event, Utterance) and event.above is not None:
                 self._above = event.above
-            self._lines.append(_line(event))
+            self._lines.append(_event_text(event))
 
     def __rich__(self) -> RenderableType:
-        return Together(self._panel(), self._extra) if self._extra else self._panel()
+        return PanelWithExtra(self._panel(), self._extra) if self._extra else self._panel()
 
     def _panel(self) -> Panel:
         table = Table.grid(padding=(0, 2))
         table.add_column(style="dim", justify="right")
         table.add_column()
-        table.add_row("microphone", _level(self._sound.peak))
+        table.add_row("microphone", _level_text(self._sound.peak))
         table.add_row("", Text(printable(self._device), "dim", no_wrap=True))
-        table.add_row("room", _room(self._sound.background, self._above))
+        table.add_row("room", _room_text(self._sound.background, self._above))
         table.add_row("robot", Text(motion_in_words(*self._velocity), "bold"))
         if self._selected is not None:
             table.add_row("arm", f"object {self._selected}" if self._selected < 100 else "folded")
         table.add_row("says", self._reply)
-        for number in range(SHOWN):
+        for number in range(MAX_LINES):
             label = "heard" if number == 0 else ""
             table.add_row(label, self._lines[number] if number < len(self._lines) else "")
         typing = self._typing()
         table.add_row("type", Text(typing + "▏"))
         if note := self._note():
             table.add_row("", Text(note, "yellow"))
-        keys = Text(TYPING_HELP if typing else HELP, "dim")
-        return Panel(Group(table), title=self._title(), subtitle=keys, width=WIDTH)
+        keys = Text(TYPING_HELP if typing else KEYS_HELP, "dim")
+        return Panel(Group(table), title=self._title(), subtitle=keys, width=PANEL_WIDTH)
 
     def _title(self) -> Text:
         if self._sound.deaf:
@@ -134,7 +134,7 @@ class Display:
         return Text(' say "start speech" ')
 
 
-class Together:
+class PanelWithExtra:
     """A panel and something else: beside it in a wide terminal, below it in others."""
 
     def __init__(self, panel: Panel, other: RenderableType) -> None:
@@ -142,7 +142,7 @@ class Together:
         self._other = other
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        if options.max_width < WIDTH + BESIDE:
+        if options.max_width < PANEL_WIDTH + MIN_SIDE_WIDTH:
             yield self._panel
             used = len(console.render_lines(self._panel, options))
             yield from console.render(
@@ -154,15 +154,15 @@ class Together:
         yield both
 
 
-def _level(peak: float) -> Text:
-    decibels = max(FLOOR, 20 * math.log10(peak)) if peak > 0 else FLOOR
-    full = round(BAR * (1 - decibels / FLOOR))
-    colour = "red" if decibels > LOUD else "green"
-    shown = f"{decibels:4.0f} dB" if decibels > FLOOR else "  silent"
-    return Text.assemble(("█" * full, colour), ("·" * (BAR - full), "dim"), f" {shown}")
+def _level_text(peak: float) -> Text:
+    decibels = max(BAR_MIN_DBFS, 20 * math.log10(peak)) if peak > 0 else BAR_MIN_DBFS
+    full = round(BAR_WIDTH * (1 - decibels / BAR_MIN_DBFS))
+    colour = "red" if decibels > CLIPPING_DBFS else "green"
+    shown = f"{decibels:4.0f} dB" if decibels > BAR_MIN_DBFS else "  silent"
+    return Text.assemble(("█" * full, colour), ("·" * (BAR_WIDTH - full), "dim"), f" {shown}")
 
 
-def _room(background: float, above: float | None) -> Text:
+def _room_text(background: float, above: float | None) -> Text:
     """How loud the room is, and how far the last speech stood out of it."""
     level = Text(f"{background:4.0f} dB")
     if above is not None:
@@ -171,7 +171,7 @@ def _room(background: float, above: float | None) -> Text:
     return level
 
 
-def _line(event: Utterance | Warning) -> Text:
+def _event_text(event: Utterance | Warning) -> Text:
     if isinstance(event, Warning):
         return Text(printable(event.text), "green" if event.good else "yellow")
     text = printable(event.text)
@@ -179,6 +179,6 @@ def _line(event: Utterance | Warning) -> Text:
         late = f"  {event.latency:.2f} s" if event.latency is not None else ""
         return Text.assemble((text, "bold"), (f"  {event.confidence:.0%}{late}", "dim"))
     if event.accepted:
-        return Text(f"{text}  {why_not(event)}", "dim")
+        return Text(f"{text}  {explain_not_obeyed(event)}", "dim")
     perhaps = f'perhaps "{text}" {event.confidence:.0%}, ' if text else ""
-    return Text(f"({perhaps}{why_not(event)})", "dim")
+    return Text(f"({perhaps}{explain_not_obeyed(event)})", "dim")

@@ -21,32 +21,32 @@ ESCAPE = "\x1b"
 SPACE = " "
 
 STOP_KEYS = (SPACE, ESCAPE, "\x1a")
-"""Space, Escape and Ctrl-Z. A space that goes on with a command does not stop, see `Line`."""
+"""Space, Escape and Ctrl-Z. A space that goes on with a command does not stop, see `TypedLine`."""
 
-LONGEST_PAUSE = 2.0
+MAX_SPACE_DELAY = 2.0
 """Between a word and the space that goes on with it, s: who types a command is quicker, and who
 comes back to a line that was left unfinished presses the space bar to stop the robot."""
 
-SEQUENCE = "[O"
-"""What follows the Escape of an arrow key and the like; then comes what is none of `PARAMETERS`."""
+ESCAPE_SEQUENCE_STARTS = "[O"
+"""What follows the Escape of an arrow key; it ends with a character not in `ESCAPE_PARAMETERS`."""
 
-PARAMETERS = "0123456789;"
+ESCAPE_PARAMETERS = "0123456789;"
 
 BACKSPACE = ("\x7f", "\b")
 ENTER = ("\r", "\n")
 
-LONGEST = 200
+MAX_LINE_LENGTH = 200
 """Characters of a line that are kept; a command has fewer."""
 
-LOOK = 0.1
+END_CHECK_INTERVAL = 0.1
 """How often the end is looked for, s."""
 
-PIPE = 65536
+PIPE_BYTES = 65536
 """Bytes that a pipe of Linux holds (pipe(7)): read all at once, for a `stop` may be the last of
 them, and after each call other threads have their turn."""
 
 
-class Line:
+class TypedLine:
     """A line that is being typed, key by key: pure.
 
     A space between two words of a command is a space, if the word before it was typed just now. Any
@@ -88,7 +88,7 @@ class Line:
             return line
         if character in BACKSPACE:
             self.text, self._typed_at = self.text[:-1], now
-        elif character.isprintable() and len(self.text) < LONGEST:
+        elif character.isprintable() and len(self.text) < MAX_LINE_LENGTH:
             self.text, self._typed_at = self.text + character, now
         return None
 
@@ -98,27 +98,29 @@ class Line:
         if not text or text.endswith(SPACE):
             return Halt()
         self.text += SPACE
-        just_now = now - self._typed_at <= LONGEST_PAUSE
-        return None if just_now and len(text) < LONGEST and self._continues(text) else Halt()
+        just_now = now - self._typed_at <= MAX_SPACE_DELAY
+        return (
+            None if just_now and len(text) < MAX_LINE_LENGTH and self._continues(text) else Halt()
+        )
 
     def _belongs_to_a_key(self, character: str) -> bool:
         """Whether a character is no text: an arrow key sends Escape, a bracket and a letter."""
-        if self._key == ESCAPE and character in SEQUENCE:
+        if self._key == ESCAPE and character in ESCAPE_SEQUENCE_STARTS:
             self._key += character
             return True
         belongs = len(self._key) > 1
-        if not belongs or character not in PARAMETERS:
+        if not belongs or character not in ESCAPE_PARAMETERS:
             self._key = ""
         return belongs
 
 
 @contextlib.contextmanager
-def keys(
+def read_keyboard(
     stop: Callable[[], None],
     typed: Callable[[str], None],
     continues: Callable[[str], bool],
     warn: Callable[[str], None],
-) -> Iterator[Line]:
+) -> Iterator[TypedLine]:
     """Read the keyboard for the length of a `with` block, on a thread of its own.
 
     Args:
@@ -130,9 +132,9 @@ def keys(
     Yields:
         The line that is being typed, for whoever shows it.
     """
-    line = Line(continues)
+    line = TypedLine(continues)
     stream = sys.stdin
-    if not somebody_types():
+    if not can_read_input():
         yield line
         return
     ended = threading.Event()
@@ -152,7 +154,7 @@ def keys(
                     return
                 stop()
                 warn(f"what was typed may be lost ({error!r}): the robot stops")
-                ended.wait(LOOK)
+                ended.wait(END_CHECK_INTERVAL)
 
     thread = threading.Thread(target=read, name="voz-keyboard", daemon=True)
     with _key_by_key(stream):
@@ -163,7 +165,7 @@ def keys(
             ended.set()
 
 
-def somebody_types() -> bool:
+def can_read_input() -> bool:
     """Whether standard input is there to be read; a program in the background may not."""
     stream = sys.stdin
     if stream is None or stream.closed or _in_background(stream):
@@ -175,10 +177,10 @@ def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
     """What is typed, as it comes. A byte that is no text is no reason to stop reading."""
     decoder = codecs.getincrementaldecoder("utf-8")("replace")
     while not ended.is_set():
-        if not select.select([descriptor], [], [], LOOK)[0]:
+        if not select.select([descriptor], [], [], END_CHECK_INTERVAL)[0]:
             continue
         try:
-            data = os.read(descriptor, PIPE)
+            data = os.read(descriptor, PIPE_BYTES)
         except OSError:
             return  # the terminal is gone
         if not data:
@@ -187,7 +189,7 @@ def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
 
 
 def _keys_into(
-    line: Line, stop: Callable[[], None], typed: Callable[[str], None]
+    line: TypedLine, stop: Callable[[], None], typed: Callable[[str], None]
 ) -> Callable[[str], None]:
     def take(text: str) -> None:
         now = time.monotonic()
@@ -207,9 +209,9 @@ def _lines_into(typed: Callable[[str], None]) -> Callable[[str], None]:
     def take(text: str) -> None:
         nonlocal begun
         *lines, begun = (begun + text).split("\n")
-        begun = begun[:LONGEST]  # what is longer is no command, and may have no end
+        begun = begun[:MAX_LINE_LENGTH]  # what is longer is no command, and may have no end
         for line in lines:
-            typed(line[:LONGEST])
+            typed(line[:MAX_LINE_LENGTH])
 
     return take
 

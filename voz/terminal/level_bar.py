@@ -11,10 +11,10 @@ from rich.progress import BarColumn, Progress, TextColumn
 from voz.audio import Samples
 from voz.audio.recording_level import dbfs
 
-QUIETEST = -60.0
+LEVEL_BAR_START = -60.0
 """The left end, dBFS; the right one is 0, the loudest that there is."""
 
-WIDTH = 30
+LEVEL_BAR_WIDTH = 30
 
 
 @contextmanager
@@ -28,14 +28,14 @@ def level_bar(console: Console, indent: str = "") -> Iterator[Callable[[Samples]
     Yields:
         A function that takes the blocks of the microphone, and shows how loud each is.
     """
-    columns = TextColumn(indent + "{task.description}"), BarColumn(WIDTH)
+    columns = TextColumn(indent + "{task.description}"), BarColumn(LEVEL_BAR_WIDTH)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as p:
-        bar = p.add_task("level", total=-QUIETEST)
-        yield lambda block: p.update(bar, completed=max(0.0, dbfs(block) - QUIETEST))
+        bar = p.add_task("level", total=-LEVEL_BAR_START)
+        yield lambda block: p.update(bar, completed=max(0.0, dbfs(block) - LEVEL_BAR_START))
 
 
 def level_line(samples: Samples) -> str:
     """Write a level as a bar that stands, for where none can move."""
     level = dbfs(samples)
-    length = round(WIDTH * max(0.0, level - QUIETEST) / -QUIETEST)
+    length = round(LEVEL_BAR_WIDTH * max(0.0, level - LEVEL_BAR_START) / -LEVEL_BAR_START)
     return f"level {level:5.0f} dBFS  {'#' * length}".rstrip()

@@ -68,4 +68,4 @@ def test_what_is_long_ago_is_forgotten() -> None:
     for number in range(SILENCE_FRAMES):
         for each in (old, new):
             each.follow((20.0 + number % 7, 10.0), False)
-    assert old.remembered() == new.remembered()
+    assert old.state() == new.state()

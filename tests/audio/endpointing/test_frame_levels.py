@@ -41,7 +41,7 @@ def by_definition(sound: npt.NDArray[np.int16]) -> list[tuple[float, ...]]:
 
 
 def test_they_are_what_the_definition_says() -> None:
-    assert np.array(LevelMeter().of(SOUND)) == pytest.approx(np.array(by_definition(SOUND)))
+    assert np.array(LevelMeter().measure(SOUND)) == pytest.approx(np.array(by_definition(SOUND)))
 
 
 @settings(max_examples=30)
@@ -53,7 +53,7 @@ def test_they_are_the_same_in_whatever_pieces(sizes: list[int], at_once: int) ->
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frame_levels, "BATCH_FRAMES", at_once)
         for size in [*sizes, COUNT]:
-            found += pieces.of(rest[: size * FRAME])
+            found += pieces.measure(rest[: size * FRAME])
             rest = rest[size * FRAME :]
-    assert found == whole.of(SOUND)
-    assert pieces.remembered() == whole.remembered()
+    assert found == whole.measure(SOUND)
+    assert pieces.state() == whole.state()

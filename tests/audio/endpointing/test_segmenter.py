@@ -308,6 +308,6 @@ def test_what_stands_out_of_talk_that_goes_on_and_is_as_loud_is_told(session: Re
     assert any(segment.amid for segment in found)
     segmenter = Segmenter()
     list(segmenter.feed(talk))
-    segmenter.told()
+    segmenter.mark_command()
     after = [*segmenter.feed(np.concatenate([louder, murmur(1)])), *segmenter.finish()]
     assert not any(isinstance(s, Segment) and s.amid and s.start > 14.3 for s in after)

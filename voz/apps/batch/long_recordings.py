@@ -140,8 +140,8 @@ def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: s
         blocks = read_blocks(path, max(0, part.start - WARM_UP_FRAMES) * FRAME)
         if part.start:
             run_in, blocks = _first(blocks, min(part.start, WARM_UP_FRAMES) * FRAME)
-            stream.begin_at(part.start * FRAME, run_in)
-            before = _mark(stream.at_rest())
+            stream.warm_up(part.start * FRAME, run_in)
+            before = _mark(stream.resting_state())
         for block in _until(blocks, part):
             heard += len(block)
             rows += [utterance_row(e, file) for e in stream.feed(block) if isinstance(e, Utterance)]
@@ -149,7 +149,7 @@ def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: s
         failure: tuple[Row, ...] = (ErrorRow(file, str(error)),)
     else:
         failure = ()
-    after = _mark(stream.at_rest())
+    after = _mark(stream.resting_state())
     if part.end is None:
         rows += [utterance_row(e, file) for e in stream.finish() if isinstance(e, Utterance)]
     cpu = time.process_time() - begun

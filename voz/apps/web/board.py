@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from voz.events import Event, Partial, SelectedObject, Twist, Utterance, why_not
+from voz.events import Event, Partial, SelectedObject, Twist, Utterance, explain_not_obeyed
 
 REMEMBERED = 30
 """Utterances, replies and warnings that a page shows which is opened later."""
@@ -40,7 +40,7 @@ class Board:
         record: Record = msgspec.to_builtins(event)
         if isinstance(event, Utterance):
             record["needed"] = self._needed(event.text)
-            record["why"] = None if event.obeyed else why_not(event)
+            record["why"] = None if event.obeyed else explain_not_obeyed(event)
         if not isinstance(event, Twist | Partial | SelectedObject):
             self._remembered.append(record)
         return record

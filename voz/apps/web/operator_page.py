@@ -24,8 +24,8 @@ from voz.apps.web.sounding import Sounding
 from voz.apps.web.tuning import TuningApi
 from voz.apps.web.wheel import Wheel
 from voz.events import Event
-from voz.hearing.half_duplex import PlayedSound
-from voz.hearing.microphone_thread import Hearing, SoundFrom
+from voz.hearing.half_duplex import Playback
+from voz.hearing.microphone_thread import Hearing, SoundSource
 from voz.inbox import Halt, Inbox, Rehearsal
 from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock
@@ -73,11 +73,11 @@ class OperatorPage:
         self._wheel = Wheel()
 
     @property
-    def sound(self) -> SoundFrom | None:
+    def sound(self) -> SoundSource | None:
         """The browser as a microphone; None if the robot's own is listened to."""
-        return SoundFrom(partial(opened, self._microphone), BROWSER) if self._microphone else None
+        return SoundSource(partial(opened, self._microphone), BROWSER) if self._microphone else None
 
-    def beside(self, own: PlayedSound | None) -> PlayedSound:
+    def beside(self, own: Playback | None) -> Playback:
         """What a microphone hears that nobody says: what the robot says, and what pages play."""
         return self._sounding.beside(own)
 

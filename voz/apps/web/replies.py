@@ -7,7 +7,7 @@ import threading
 
 from voz.errors import SpeechError
 from voz.files import read_bytes
-from voz.speech.rendered import cached
+from voz.speech.speech_cache import cached_speech
 
 PATIENCE = 5.0
 """For a reply to be rendered, s."""
@@ -26,7 +26,9 @@ async def spoken(text: str, voice: str) -> bytes:
     cancelled = threading.Event()
 
     def rendered() -> bytes:
-        return read_bytes(cached(text, voice, cancelled), SpeechError, "let it be said again")
+        return read_bytes(
+            cached_speech(text, voice, cancelled), SpeechError, "let it be said again"
+        )
 
     try:
         return await asyncio.wait_for(asyncio.to_thread(rendered), PATIENCE)

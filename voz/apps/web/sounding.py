@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE
-from voz.hearing.half_duplex import PlayedSound
+from voz.hearing.half_duplex import Playback
 
 LONGEST = 30.0
 """A page plays nothing longer, s: no recording is."""
@@ -24,10 +24,10 @@ class Sounding:
     """
 
     def __init__(self) -> None:
-        self._own: PlayedSound | None = None
+        self._own: Playback | None = None
         self._until = 0.0  # on the monotonic clock, s
 
-    def beside(self, own: PlayedSound | None) -> PlayedSound:
+    def beside(self, own: Playback | None) -> Playback:
         """Tell of the robot's own sound, too."""
         self._own = own
         return self

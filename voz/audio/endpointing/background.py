@@ -71,7 +71,7 @@ class _SortedLevels:
         for band, value in zip(self._bands, level, strict=True):
             del band[bisect_left(band, value)]
 
-    def below(self, share: float) -> BandLevels:
+    def quantile(self, share: float) -> BandLevels:
         """The level in each band that so much of them is below."""
         low, high = self._bands
         place = int(share * (len(low) - 1))
@@ -97,9 +97,9 @@ class Background:
             The levels of the background with it.
         """
         self._add(level, voice)
-        low, high = self._recent.below(BACKGROUND_QUANTILE)
+        low, high = self._recent.quantile(BACKGROUND_QUANTILE)
         if len(self._silent) >= MIN_SILENT_SHARE * min(len(self._levels), SILENCE_FRAMES):
-            least_low, least_high = self._silent.below(SILENCE_QUANTILE)
+            least_low, least_high = self._silent.quantile(SILENCE_QUANTILE)
             low = least_low if low - least_low > MIN_SILENCE_DEPTH else low
             high = least_high if high - least_high > MIN_SILENCE_DEPTH else high
         self._level_now = low
@@ -116,7 +116,7 @@ class Background:
         voices = self._voices[-SILENCE_FRAMES:]
         return sum(voices) / len(voices)
 
-    def remembered(self) -> bytes:
+    def state(self) -> bytes:
         """All that what follows hangs on."""
         levels = array("d", (band for lv in self._levels[-SILENCE_FRAMES:] for band in lv))
         return levels.tobytes() + bytes(self._voices[-SILENCE_FRAMES:])
@@ -132,7 +132,7 @@ class Background:
         """Take the levels of a noise that has just begun for the background."""
         self._fill(level, True, SILENCE_FRAMES)
 
-    def risen_from(self, by: float, steady_within: float) -> SteadyNoise | None:
+    def risen_above(self, by: float, steady_within: float) -> SteadyNoise | None:
         """Tell how loud a sound is that goes on, if something rose out of it just now.
 
         Args:
@@ -148,7 +148,7 @@ class Background:
         lows = [low for low, _ in before]
         if max(lows) - min(lows) >= steady_within:
             return None
-        steady = _SortedLevels(before).below(BACKGROUND_QUANTILE)
+        steady = _SortedLevels(before).quantile(BACKGROUND_QUANTILE)
         if min(low for low, _ in now) <= steady[0] + by:
             return None
         return SteadyNoise(steady, (max(lows), max(high for _, high in before)))

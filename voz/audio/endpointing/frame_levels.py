@@ -46,7 +46,7 @@ class LevelMeter:
         )  # what the next spectrum begins in
         self._energies: Floats = np.empty((0, len(BAND_EDGES) - 1))
 
-    def of(self, sound: Samples) -> list[BandLevels]:
+    def measure(self, sound: Samples) -> list[BandLevels]:
         """Measure the next frames of the stream.
 
         Args:
@@ -56,13 +56,13 @@ class LevelMeter:
         first = some if len(self._energies) else FRAME  # which alone has fewer spectra than usual
         begins = [0, *range(first, len(sound), some)]
         pieces = (sound[at:end] for at, end in zip_longest(begins, begins[1:]))
-        return [level for piece in pieces for level in self._some(piece)]
+        return [level for piece in pieces for level in self._measure_batch(piece)]
 
-    def remembered(self) -> bytes:
+    def state(self) -> bytes:
         """All that what follows hangs on."""
         return self._before.tobytes() + self._energies.tobytes()
 
-    def _some(self, sound: Samples) -> list[BandLevels]:
+    def _measure_batch(self, sound: Samples) -> list[BandLevels]:
         count = len(sound) // FRAME
         if not count:
             return []

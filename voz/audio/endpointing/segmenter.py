@@ -111,9 +111,9 @@ class Segmenter:
         self._kept_from = 0  # where that begins in the stream, in samples
         self._heard = 0  # samples that the VAD has seen
         self._open: OpenSegment | None = None  # the segment that goes on
-        self._told = 0  # up to here all was for the robot
+        self._command_until = 0  # up to here all was for the robot
         self._last_end = 0
-        self._quiet_told = True  # about the silence after the last segment
+        self._quiet_reported = True  # about the silence after the last segment
 
     def feed(self, block: Samples) -> Iterator[Sound]:
         """Take the next samples of the stream.
@@ -130,7 +130,7 @@ class Segmenter:
             yield from self._progress(frame, level)
         self._forget()
 
-    def begin_at(self, at: int, before: Samples) -> None:
+    def warm_up(self, at: int, before: Samples) -> None:
         """Begin in the midst of a stream where nothing is said, as if all before had been heard.
 
         Args:
@@ -143,13 +143,13 @@ class Segmenter:
         self._kept, self._kept_from, self._heard = before, at - len(before), at
         self._forget()
 
-    def at_rest(self) -> bytes | None:
+    def resting_state(self) -> bytes | None:
         """Tell all that what follows hangs on; None if that is a segment under way or just over."""
-        since = self._heard - max(self._last_end, self._told)
-        if self._open or not self._quiet_told or since < TALK_WINDOW:
+        since = self._heard - max(self._last_end, self._command_until)
+        if self._open or not self._quiet_reported or since < TALK_WINDOW:
             return None
         stood = bytes([*self._stood, self._standing])
-        followed = self._loudness.remembered() + self._background.remembered()
+        followed = self._loudness.state() + self._background.state()
         return stood + followed + self._kept[-MIN_KEPT_SAMPLES:].tobytes()
 
     def finish(self) -> Iterator[Sound]:
@@ -170,9 +170,9 @@ class Segmenter:
         """The level of the room, dB over one unit of the 16 bits."""
         return self._background.level
 
-    def told(self) -> None:
+    def mark_command(self) -> None:
         """Learn that what was heard so far was for the robot, and no talk of others."""
-        self._told = self._heard
+        self._command_until = self._heard
 
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
@@ -181,7 +181,7 @@ class Segmenter:
         """The next frames of the stream, as the VAD takes them, and how loud they are."""
         whole = sound[: len(sound) // FRAME * FRAME]
         frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
-        return zip(frames, self._loudness.of(whole), strict=True)
+        return zip(frames, self._loudness.measure(whole), strict=True)
 
     def _progress(self, frame: bytes, level: BandLevels) -> Iterator[Sound]:
         """Follow the stream by a frame."""
@@ -213,7 +213,7 @@ class Segmenter:
     def _start_above(self, background: BandLevels, frames: int) -> None:
         """Begin a segment so many frames ago."""
         begin = self._heard - frames * FRAME - SEGMENT_MARGIN
-        since = min(TALK_WINDOW, self._heard - self._told) // FRAME
+        since = min(TALK_WINDOW, self._heard - self._command_until) // FRAME
         self._open = OpenSegment(
             start=max(self._last_end, begin),
             least=background[0] + CONTINUE_ABOVE,
@@ -255,10 +255,10 @@ class Segmenter:
         """The levels of a noise that began the segment, if something rises out of it now."""
         if self._heard - now.start < (STEADY_FRAMES + RISE_FRAMES) * FRAME + SEGMENT_MARGIN:
             return None
-        steady = self._background.risen_from(BEGIN_ABOVE, MAX_STEADY_RANGE)
+        steady = self._background.risen_above(BEGIN_ABOVE, MAX_STEADY_RANGE)
         if steady is not None:
             return steady
-        noise = self._background.risen_from(BEGIN_ABOVE, MAX_NOISE_RANGE)
+        noise = self._background.risen_above(BEGIN_ABOVE, MAX_NOISE_RANGE)
         return None if noise is None or self._voice_before() > MAX_NOISE_PROBABILITY else noise
 
     def _voice_before(self) -> float:
@@ -269,8 +269,8 @@ class Segmenter:
         )
 
     def _quiet(self) -> Iterator[Quiet]:
-        if not self._quiet_told:
-            self._quiet_told = True
+        if not self._quiet_reported:
+            self._quiet_reported = True
             yield Quiet(self._heard / SAMPLE_RATE)
 
     def _over(self, now: OpenSegment, end: int | None = None) -> Segment:
@@ -283,7 +283,7 @@ class Segmenter:
     def _end(self, at: int) -> None:
         self._last_end = at
         self._open = None
-        self._quiet_told = False
+        self._quiet_reported = False
 
     def _segment(self, now: OpenSegment, end: int) -> Segment:
         return now.segment(end, self._heard, self._kept, self._kept_from)

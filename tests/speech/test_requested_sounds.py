@@ -11,7 +11,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, rule
 
 from voz.audio.playback.mixer import Mixer
 from voz.errors import SpeechError
-from voz.speech.orders import Key, Order, Orders
+from voz.speech.requested_sounds import RequestedSound, RequestedSounds, SoundKey
 
 WAVE = np.full(48_000, 0.1, np.float32)
 kinds = st.sampled_from(["builtin", "wave", "voice"])
@@ -29,12 +29,12 @@ class OrdersInAnyOrder(RuleBasedStateMachine):
         super().__init__()
         self.mixer = Mixer(lambda _: None)
         self.mixer._loudspeaker.wake = lambda: None  # there is none
-        self.orders = Orders(self.mixer)
-        self.state: dict[Order, str] = {}
-        self.current: dict[Key, Order] = {}
+        self.orders = RequestedSounds(self.mixer)
+        self.state: dict[RequestedSound, str] = {}
+        self.current: dict[SoundKey, RequestedSound] = {}
 
     @rule(target=orders_placed, key=keys, repeats=st.booleans())
-    def place(self, key: Key, repeats: bool) -> Order:
+    def place(self, key: SoundKey, repeats: bool) -> RequestedSound:
         self.model_stop(key)
         order = self.orders.place(key, 1.0, repeats)
         self.current[key] = order
@@ -42,13 +42,13 @@ class OrdersInAnyOrder(RuleBasedStateMachine):
         return order
 
     @rule(order=orders_placed)
-    def begin(self, order: Order) -> None:
+    def begin(self, order: RequestedSound) -> None:
         self.orders.begin(order, WAVE)
         if self.state[order] == "waiting":
             self.state[order] = "heard"
 
     @rule(order=orders_placed)
-    def fail(self, order: Order) -> None:
+    def fail(self, order: RequestedSound) -> None:
         error = SpeechError("no")
         assert self.orders.fail(order, error) is (self.state[order] == "waiting")
         if self.state[order] == "waiting":
@@ -56,11 +56,11 @@ class OrdersInAnyOrder(RuleBasedStateMachine):
             assert order.error is error
 
     @rule(beginning=keys | st.tuples(kinds) | st.just(()))
-    def stop(self, beginning: Key) -> None:
+    def stop(self, beginning: SoundKey) -> None:
         self.orders.stop(beginning)
         self.model_stop(beginning)
 
-    def model_stop(self, beginning: Key) -> None:
+    def model_stop(self, beginning: SoundKey) -> None:
         for key, order in self.current.items():
             if key[: len(beginning)] == beginning:
                 self.state[order] = "over"
@@ -92,6 +92,6 @@ TestOrdersInAnyOrder = OrdersInAnyOrder.TestCase
 @given(st.floats() | st.integers() | st.none() | st.text(max_size=3))
 def test_a_volume_is_from_0_to_1_whatever_is_asked_for(volume: Any) -> None:
     try:
-        assert 0 <= Order(volume, False).volume <= 1
+        assert 0 <= RequestedSound(volume, False).volume <= 1
     except SpeechError:
         assert not isinstance(volume, int | float)

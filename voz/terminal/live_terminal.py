@@ -12,14 +12,14 @@ from rich.console import Console, RenderableType
 from rich.file_proxy import FileProxy
 from rich.live import Live
 
-REDRAWN = 5
+REFRESHES_PER_SECOND = 5
 """Times a second that it is drawn anew; more costs a small computer too much."""
 
-MOST_WAITING = 100
+MAX_WAITING_TEXTS = 100
 """Texts that are printed at once: more do not fit on a terminal, and nobody reads that fast."""
 
 
-class DrawnTerminal(io.TextIOBase):
+class LiveTerminal(io.TextIOBase):
     """A text stream to a terminal; writing never waits.
 
     What is written is printed by the thread that draws: of two threads each would take what the
@@ -33,7 +33,7 @@ class DrawnTerminal(io.TextIOBase):
         """Prepare to draw on a terminal."""
         self.console = console
         self._lines = FileProxy(console, console.file)
-        self._waiting: deque[str] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[str] = deque(maxlen=MAX_WAITING_TEXTS)
         self._written = 0  # texts since the last print
         self._lock = threading.Lock()
 
@@ -59,7 +59,7 @@ class DrawnTerminal(io.TextIOBase):
             self._lines.write((f"... {left_out} more\n" if left_out else "") + "".join(texts))
 
     @contextmanager
-    def drawn(self, picture: Callable[[], RenderableType]) -> Iterator[None]:
+    def live(self, picture: Callable[[], RenderableType]) -> Iterator[None]:
         """Draw something anew, again and again, for the length of a `with` block.
 
         Args:
@@ -70,10 +70,12 @@ class DrawnTerminal(io.TextIOBase):
             self.print_waiting()
             return picture()
 
-        live = Live(console=self.console, get_renderable=look, refresh_per_second=REDRAWN)
-        live.start()
+        drawing = Live(
+            console=self.console, get_renderable=look, refresh_per_second=REFRESHES_PER_SECOND
+        )
+        drawing.start()
         try:
             yield
         finally:
             with suppress(OSError):  # the terminal was closed, which is why it ends
-                live.stop()
+                drawing.stop()

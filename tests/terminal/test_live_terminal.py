@@ -9,15 +9,15 @@ from live_terminal import rows
 from rich.console import Console
 from rich.panel import Panel
 
-from voz.terminal.drawn import MOST_WAITING, DrawnTerminal
+from voz.terminal.live_terminal import MAX_WAITING_TEXTS, LiveTerminal
 
 
 def printed(*texts: str) -> list[str]:
     """What stands above a panel in the end."""
     file = io.StringIO()
     terminal = Console(file=file, width=60, force_terminal=True, color_system="standard")
-    drawn = DrawnTerminal(terminal)
-    with drawn.drawn(lambda: Panel("the panel")):
+    drawn = LiveTerminal(terminal)
+    with drawn.live(lambda: Panel("the panel")):
         for text in texts:
             drawn.write(text)
     seen = rows(file.getvalue())
@@ -39,9 +39,9 @@ def test_what_would_move_the_panel_is_left_out(text: str) -> None:
 
 
 def test_of_too_many_the_last_are_printed_and_the_others_counted() -> None:
-    lines = printed(*[f"line {number}\n" for number in range(50 * MOST_WAITING)])
+    lines = printed(*[f"line {number}\n" for number in range(50 * MAX_WAITING_TEXTS)])
     shown = [line for line in lines if line.startswith("line")]
     counted = [int(line.split()[1]) for line in lines if line.startswith("... ")]
-    assert len(shown) + sum(counted) == 50 * MOST_WAITING
-    assert len(shown) < len(counted) * MOST_WAITING + 1
-    assert shown[-1] == f"line {50 * MOST_WAITING - 1}"
+    assert len(shown) + sum(counted) == 50 * MAX_WAITING_TEXTS
+    assert len(shown) < len(counted) * MAX_WAITING_TEXTS + 1
+    assert shown[-1] == f"line {50 * MAX_WAITING_TEXTS - 1}"

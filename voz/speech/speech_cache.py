@@ -13,16 +13,16 @@ import threading
 from pathlib import Path
 
 from voz.errors import SpeechError
-from voz.speech.festival import check_known, speakable, spoken
+from voz.speech.festival import check_known, speakable, synthesize_speech
 
 CACHE_FORMAT = 1
 """To be raised when the same text and voice shall give other files than before."""
 
-_GIVEN: set[tuple[str, str]] = set()
-"""Text and voice of what `cached` has given in this process."""
+_KNOWN_TEXTS: set[tuple[str, str]] = set()
+"""Text and voice of what `cached_speech` has given in this process."""
 
 
-def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
+def cached_speech(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
     """Give a WAV file of a text, rendered the first time and kept in the user's cache folder.
 
     Args:
@@ -42,44 +42,44 @@ def cached(text: str, voice: str, cancelled: threading.Event | None = None) -> P
     folder = _cache_folder()
     key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
     try:
-        wav = _found(folder, key) or _added(folder, key, plain, voice, cancelled)
+        wav = _find_in(folder, key) or _render_into(folder, key, plain, voice, cancelled)
     except OSError as error:
         raise SpeechError(f"{folder}: cannot be used ({error.strerror}); remove it") from error
-    _GIVEN.add((plain, voice))
+    _KNOWN_TEXTS.add((plain, voice))
     return wav
 
 
 def is_cached(text: str, voice: str) -> bool:
-    """Whether `cached` has given a file before; asks no disk, which might not answer.
+    """Whether `cached_speech` has given a file before; asks no disk, which might not answer.
 
     Raises:
         SpeechError: there is no text.
     """
-    return (speakable(text, voice), voice) in _GIVEN
+    return (speakable(text, voice), voice) in _KNOWN_TEXTS
 
 
-def _added(
+def _render_into(
     folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
 ) -> Path:
     """Render a file into the cache, under a name that says what is in it."""
     # Beside its place, so that the finished file can be moved there at once.
     with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
-        wav = spoken(plain, voice, Path(work), cancelled)
-        target = folder / f"{key}-{_own_digest(wav)}.wav"
+        wav = synthesize_speech(plain, voice, Path(work), cancelled)
+        target = folder / f"{key}-{_digest_of_own(wav)}.wav"
         wav.replace(target)  # a link too, and not what it points to
     return target
 
 
-def _found(folder: Path, key: str) -> Path | None:
+def _find_in(folder: Path, key: str) -> Path | None:
     """Find a file in the cache; what only looks like it is removed."""
     for path in folder.glob(f"{key}-*.wav"):
-        if path.name == f"{key}-{_own_digest(path)}.wav":
+        if path.name == f"{key}-{_digest_of_own(path)}.wav":
             return path
         path.unlink(missing_ok=True)
     return None
 
 
-def _own_digest(path: Path) -> str | None:
+def _digest_of_own(path: Path) -> str | None:
     """Sum up a file; None if it is no regular one of this user, but a link or a pipe."""
     try:
         # A link is not opened, and whoever writes into a pipe is not waited for.

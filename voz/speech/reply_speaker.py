@@ -13,22 +13,22 @@ from typing import NamedTuple
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.errors import VozError
-from voz.speech.rendered import cached, is_cached
 from voz.speech.sound_client import SoundClient
+from voz.speech.speech_cache import cached_speech, is_cached
 
 _log = logging.getLogger("voz")
 
-LONGEST_QUEUE = 8
+MAX_QUEUED_REPLIES = 8
 """Replies that may wait; what is said later than that no longer belongs to what was done."""
 
-CLOSING_TIME = 5.0
+LAST_REPLIES_TIMEOUT = 5.0
 """Seconds; enough for two replies of the robot's to be heard to their end."""
 
-STOPPING_TIME = 1.0
+SPEAKER_STOP_TIMEOUT = 1.0
 """Seconds for the threads to end once all is silent."""
 
 
-class _Text(NamedTuple):
+class _QueuedReply(NamedTuple):
     """What is to be said, and whether that has been rendered just now; or a sound."""
 
     text: str
@@ -36,7 +36,7 @@ class _Text(NamedTuple):
     is_sound: bool = False
 
 
-class Speaker:
+class ReplySpeaker:
     """Says replies one after the other, on threads of its own.
 
     One thread lets festival render what was never said before, the other lets be heard what is
@@ -67,7 +67,7 @@ class Speaker:
         self._prepared = prepared
         self._warn = warn
         self._unrendered: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._to_say: queue.SimpleQueue[_Text | None] = queue.SimpleQueue()
+        self._to_say: queue.SimpleQueue[_QueuedReply | None] = queue.SimpleQueue()
         self._warned: set[str] = set()
         self._closing = threading.Event()
         self._stopped = threading.Event()
@@ -86,7 +86,7 @@ class Speaker:
         Args:
             text: what to say. After `close` nothing is said.
         """
-        self._queue(_Text(text))
+        self._queue(_QueuedReply(text))
 
     def play(self, sound: str) -> None:
         """Queue a sound among the replies and return at once.
@@ -94,17 +94,17 @@ class Speaker:
         Args:
             sound: the title of a built-in sound, or a file.
         """
-        self._queue(_Text(sound, is_sound=True))
+        self._queue(_QueuedReply(sound, is_sound=True))
 
-    def _queue(self, text: _Text) -> None:
+    def _queue(self, text: _QueuedReply) -> None:
         if self._closing.is_set():
             return
-        if self._to_say.qsize() >= LONGEST_QUEUE:
+        if self._to_say.qsize() >= MAX_QUEUED_REPLIES:
             with contextlib.suppress(queue.Empty):  # the thread was faster: there is room
                 self._to_say.get_nowait()
         self._to_say.put(text)
 
-    def close(self, timeout: float = CLOSING_TIME) -> None:
+    def close(self, timeout: float = LAST_REPLIES_TIMEOUT) -> None:
         """Say what is queued, then end; what is not said in time is left out.
 
         Args:
@@ -119,13 +119,13 @@ class Speaker:
         finally:  # also when Ctrl-C ends the waiting
             self._stopped.set()
             self.client.close()
-            self._join(time.monotonic() + STOPPING_TIME)
+            self._join(time.monotonic() + SPEAKER_STOP_TIMEOUT)
 
-    def __enter__(self) -> Speaker:
+    def __enter__(self) -> ReplySpeaker:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self.close(CLOSING_TIME if kind is None else 0)
+        self.close(LAST_REPLIES_TIMEOUT if kind is None else 0)
 
     def _join(self, deadline: float) -> None:
         for thread in self._threads:
@@ -135,11 +135,11 @@ class Speaker:
         for reply in self._prepared:
             with contextlib.suppress(VozError):  # which is told when the reply is said
                 # Read too: the first time, that takes a library.
-                read_sound(cached(reply, self._voice, self._closing), PLAYBACK_RATE)
+                read_sound(cached_speech(reply, self._voice, self._closing), PLAYBACK_RATE)
         while (text := self._unrendered.get()) is not None:
             try:
-                cached(text, self._voice, self._stopped)
-                self._to_say.put(_Text(text, is_rendered=True))
+                cached_speech(text, self._voice, self._stopped)
+                self._to_say.put(_QueuedReply(text, is_rendered=True))
             except VozError as error:
                 if not self._stopped.is_set():
                     self._tell(error)
@@ -153,7 +153,7 @@ class Speaker:
             if not last:
                 self._unrendered.put(None)  # what is still rendered comes before its answer
 
-    def _take(self, text: _Text) -> None:
+    def _take(self, text: _QueuedReply) -> None:
         try:
             # Looked at here, not in `say`: a disk may hang, and a robot is not to wait for it.
             if text.is_sound:

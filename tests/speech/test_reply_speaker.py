@@ -20,8 +20,8 @@ from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.config import usual_commands
 from voz.speech import festival
-from voz.speech.rendered import cached, is_cached
-from voz.speech.speaker import LONGEST_QUEUE, Speaker
+from voz.speech.reply_speaker import MAX_QUEUED_REPLIES, ReplySpeaker
+from voz.speech.speech_cache import cached_speech, is_cached
 
 REPLIES = usual_commands().replies
 KAL = "kal_diphone"
@@ -41,7 +41,7 @@ class Gate:
             "voz.speech.sound_client.SoundClient.close", lambda _: self.closed.set()
         )
         monkeypatch.setattr("voz.audio.playback.mixer.Mixer.prepare", lambda _: None)
-        monkeypatch.setattr("voz.speech.speaker.is_cached", lambda text, voice: True)
+        monkeypatch.setattr("voz.speech.reply_speaker.is_cached", lambda text, voice: True)
 
     def say(self, text: str) -> None:
         while not self.opened.wait(0.01) and not self.closed.is_set():
@@ -57,7 +57,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> Gate:
 
 def place_in(samples: np.ndarray, text: str) -> float:
     """Where in what was heard a text is, s; it must be there."""
-    wave = at_16_khz(read_sound(cached(text, KAL), PLAYBACK_RATE))
+    wave = at_16_khz(read_sound(cached_speech(text, KAL), PLAYBACK_RATE))
     loud = np.flatnonzero(np.abs(wave) > 0.02)
     shift, alike = place_of(wave[loud[0] : loud[-1]], samples)
     assert alike > 0.95
@@ -67,18 +67,18 @@ def place_in(samples: np.ndarray, text: str) -> float:
 @pytest.mark.slow
 def test_replies_are_heard_one_after_the_other_before_it_closes(loudspeaker: Recorder) -> None:
     warned: list[str] = []
-    with Speaker(KAL, warn=warned.append) as speaker:
+    with ReplySpeaker(KAL, warn=warned.append) as speaker:
         speaker.say("one")
         speaker.say("twelve")
     samples, _ = speaker.mixer.recent(5)
-    one = cached("one", KAL)
+    one = cached_speech("one", KAL)
     assert place_in(samples, "twelve") - place_in(samples, "one") > 0.3
     assert np.abs(samples).max() < 1.05 * np.abs(read_sound(one, PLAYBACK_RATE)).max() + 0.5
     assert warned == []
 
 
 def test_say_does_not_wait_for_the_sound(gate: Gate) -> None:
-    speaker = Speaker(KAL)
+    speaker = ReplySpeaker(KAL)
     speaker.say("one")
     assert gate.said == []
     gate.opened.set()
@@ -88,7 +88,7 @@ def test_say_does_not_wait_for_the_sound(gate: Gate) -> None:
 
 def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
     warned: list[str] = []
-    speaker = Speaker(KAL, REPLIES, warned.append)
+    speaker = ReplySpeaker(KAL, REPLIES, warned.append)
     deadline = time.monotonic() + 20
     while not all(is_cached(reply, KAL) for reply in REPLIES):
         assert time.monotonic() < deadline
@@ -100,9 +100,9 @@ def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
 def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
     slow_festival: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
+    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
     warned: list[str] = []
-    speaker = Speaker(KAL, REPLIES, warned.append)
+    speaker = ReplySpeaker(KAL, REPLIES, warned.append)
     deadline = time.monotonic() + 20
     while not slow_festival.exists():
         assert time.monotonic() < deadline
@@ -118,10 +118,10 @@ def test_closing_does_not_wait_for_replies_that_nobody_needs_any_more(
 def test_missing_festival_is_told_once_and_the_rest_goes_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    cached("known", KAL)
+    cached_speech("known", KAL)
     monkeypatch.setenv("PATH", "")
     warned: list[str] = []
-    with Speaker(KAL, REPLIES, warned.append) as speaker:
+    with ReplySpeaker(KAL, REPLIES, warned.append) as speaker:
         for text in ("one", "two", "known"):
             speaker.say(text)
     (warning,) = warned
@@ -133,10 +133,10 @@ def test_missing_festival_is_told_once_and_the_rest_goes_on(
 def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
     monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    cached("known", KAL)
+    cached_speech("known", KAL)
     child = request.getfixturevalue("slow_festival")
-    monkeypatch.setattr(festival, "TIME_LIMIT", 60.0)
-    speaker = Speaker(KAL)
+    monkeypatch.setattr(festival, "FESTIVAL_TIMEOUT", 60.0)
+    speaker = ReplySpeaker(KAL)
     speaker.say("not known")
     speaker.say("known")
     deadline = time.monotonic() + 20
@@ -150,9 +150,9 @@ def test_a_festival_that_hangs_keeps_back_no_reply_that_is_ready(
 
 
 def test_a_text_without_sound_is_told(gate: Gate, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("voz.speech.speaker.is_cached", is_cached)
+    monkeypatch.setattr("voz.speech.reply_speaker.is_cached", is_cached)
     warned: list[str] = []
-    with Speaker(KAL, warn=warned.append) as speaker:
+    with ReplySpeaker(KAL, warn=warned.append) as speaker:
         speaker.say("...")
     (warning,) = warned
     assert "nothing to speak" in warning
@@ -162,7 +162,7 @@ def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
     alsa = tmp_path / "alsa.conf"
     alsa.write_text("pcm.default { type hw card 99 }")
     script = (
-        "from voz.speech.speaker import Speaker\n"
+        "from voz.speech.reply_speaker import Speaker\n"
         "with Speaker('kal_diphone', warn=print) as speaker:\n"
         "    speaker.say('one'); speaker.say('two')\n"
     )
@@ -178,19 +178,19 @@ def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
 
 
 def test_the_oldest_replies_are_left_out_when_too_many_wait(gate: Gate) -> None:
-    texts = [f"number {n}" for n in range(LONGEST_QUEUE + 4)]
-    with Speaker(KAL) as speaker:
+    texts = [f"number {n}" for n in range(MAX_QUEUED_REPLIES + 4)]
+    with ReplySpeaker(KAL) as speaker:
         for text in texts:
             speaker.say(text)
         gate.opened.set()
-    assert gate.said[-LONGEST_QUEUE:] == texts[-LONGEST_QUEUE:]
-    assert len(gate.said) <= LONGEST_QUEUE + 1
+    assert gate.said[-MAX_QUEUED_REPLIES:] == texts[-MAX_QUEUED_REPLIES:]
+    assert len(gate.said) <= MAX_QUEUED_REPLIES + 1
 
 
 def test_closing_leaves_out_what_is_not_said_in_time(
     gate: Gate, begun: Callable[[], list[threading.Thread]]
 ) -> None:
-    speaker = Speaker(KAL)
+    speaker = ReplySpeaker(KAL)
     speaker.say("one")
     speaker.say("two")
     speaker.close(timeout=0.1)
@@ -201,7 +201,7 @@ def test_closing_leaves_out_what_is_not_said_in_time(
 def test_after_closing_nothing_is_said(gate: Gate) -> None:
     gate.opened.set()
     warned: list[str] = []
-    speaker = Speaker(KAL, warn=warned.append)
+    speaker = ReplySpeaker(KAL, warn=warned.append)
     speaker.close()
     speaker.close()
     speaker.say("one")
@@ -217,7 +217,7 @@ def test_other_sounds_are_heard_beside_the_replies() -> None:
             assert time.monotonic() < deadline
             time.sleep(0.02)
 
-    with Speaker(KAL) as speaker:
+    with ReplySpeaker(KAL) as speaker:
         speaker.client.start(1, 0.3)
         level(lambda: bool(speaker.mixer.recent(0.5)[0].any()))
         speaker.say("one")

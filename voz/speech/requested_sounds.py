@@ -10,11 +10,11 @@ from voz.audio.playback.playing_sound import PlayingSound, Wave
 from voz.errors import SpeechError, VozError
 from voz.records import is_number
 
-Key: TypeAlias = tuple[str, ...]
+SoundKey: TypeAlias = tuple[str, ...]
 """The kind of a sound, then what it is: its name, its path, or its text and voice."""
 
 
-class Order:
+class RequestedSound:
     """One sound that was asked for, and its way to the loudspeaker once it has begun.
 
     Args:
@@ -40,7 +40,7 @@ class Order:
         return self.decided.is_set() and (self.source is None or self.source.over)
 
 
-class Orders:
+class RequestedSounds:
     """All that is to be heard, one of each key; may be used from several threads.
 
     Args:
@@ -50,12 +50,12 @@ class Orders:
     def __init__(self, mixer: Mixer) -> None:
         self._mixer = mixer
         self._lock = threading.Lock()
-        self._orders: dict[Key, Order] = {}
+        self._orders: dict[SoundKey, RequestedSound] = {}
         self._closed = False
 
-    def place(self, key: Key, volume: float, repeats: bool) -> Order:
+    def place(self, key: SoundKey, volume: float, repeats: bool) -> RequestedSound:
         """Take note of a sound that is to begin, in the place of what has the same key."""
-        order = Order(volume, repeats)
+        order = RequestedSound(volume, repeats)
         self.stop(key)
         with self._lock:
             if self._closed:
@@ -64,14 +64,14 @@ class Orders:
             self._orders[key] = order
         return order
 
-    def begin(self, order: Order, wave: Wave) -> None:
+    def begin(self, order: RequestedSound, wave: Wave) -> None:
         """Let a sound be heard, unless it was stopped meanwhile."""
         with self._lock:
             if not order.decided.is_set():
                 order.source = self._mixer.play(wave, order.volume, order.repeats)
                 order.decided.set()
 
-    def fail(self, order: Order, error: VozError) -> bool:
+    def fail(self, order: RequestedSound, error: VozError) -> bool:
         """Give a sound up; False if it was stopped meanwhile, so that nobody cares."""
         with self._lock:
             if order.decided.is_set():
@@ -80,7 +80,7 @@ class Orders:
             order.decided.set()
             return True
 
-    def stop(self, beginning: Key = ()) -> None:
+    def stop(self, beginning: SoundKey = ()) -> None:
         """End all whose keys begin so."""
         with self._lock:
             for key, order in self._orders.items():
@@ -89,7 +89,7 @@ class Orders:
                     if order.source:
                         self._mixer.stop(order.source)
 
-    def wait(self, order: Order) -> None:
+    def wait(self, order: RequestedSound) -> None:
         """Wait until a sound has ended, and raise what kept it from being heard."""
         order.decided.wait()
         if order.source:
@@ -97,7 +97,7 @@ class Orders:
         if order.error:
             raise order.error
 
-    def heard_once(self) -> list[Order]:
+    def heard_once(self) -> list[RequestedSound]:
         """Give what ends by itself."""
         with self._lock:
             return [order for order in self._orders.values() if not order.repeats]

@@ -23,7 +23,7 @@ from make_reference import API, SAMPLES
 from recordings import ROOT
 
 import voz
-from voz.cli.app import UsageError, app
+from voz.cli.subcommands import UsageError, app
 from voz.config import Config, load_config
 from voz.events import Event, to_json
 

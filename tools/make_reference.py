@@ -86,7 +86,7 @@ def pages() -> dict[str, str]:
 
 def command_line() -> str:
     """Let typer describe all subcommands."""
-    asked = [sys.executable, "-m", "typer", "voz.cli.app", "utils", "docs", "--name", "voz"]
+    asked = [sys.executable, "-m", "typer", "voz.cli.subcommands", "utils", "docs", "--name", "voz"]
     done = subprocess.run(
         [*asked, "--title", "Command line"], cwd=ROOT, capture_output=True, text=True, check=True
     )

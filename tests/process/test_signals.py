@@ -187,7 +187,7 @@ def signaled_at_import(
         "voz.process.standard_streams",
         "inspect",
         "typer",
-        "voz.cli.run",
+        "voz.cli.run_command",
         "msgspec",
         "numpy",
         "pocketsphinx",

@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     open_streams()
     code = 0
     try:
-        from voz.cli.app import call
+        from voz.cli.subcommands import call
 
         code = call(arguments)
     except BaseException:

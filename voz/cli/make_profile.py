@@ -1,4 +1,4 @@
-"""What `voz calibrate` does and shows; its options are in `calibrate.py`."""
+"""What `voz calibrate` does and shows; see `calibrate_command.py`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from voz.apps.recordings.enrollment import (
 )
 from voz.apps.recordings.manifest_text import MANIFEST_NAME
 from voz.audio.capture.microphone import open_microphone
-from voz.cli.terminal import show, warn
+from voz.cli.text_io import show, warn
 from voz.errors import ConfigError
 from voz.language.generated.language_files import LanguageFiles, read_sentences
 from voz.recognition.recognizer import Recognizer

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from voz.cli.terminal import tell, warn
+from voz.cli.text_io import tell, warn
 from voz.config import Config, load_config, overridden
 from voz.files import check_not_read
 from voz.settings import SpokenLanguage
@@ -93,17 +93,20 @@ class Common:
         return language
 
     def check_written(
-        self, written: Iterable[str | Path | None], read: Iterable[str | Path | None]
+        self,
+        settings: Config,
+        written: Iterable[str | Path | None],
+        read: Iterable[str | Path | None],
     ) -> None:
         """Refuse to write what is read: the files given, the settings, the language files.
 
         Args:
+            settings: as they were read.
             written: what will be written anew; None is left out.
             read: what the subcommand reads besides those that all have.
         """
         from voz.language.generated.language_files import FILE_STEM, find_language
 
-        settings = self.settings()
         language = find_language(settings.lm).folder.glob(f"{FILE_STEM}.*")
         named = (self._file, settings.recognition.confidence, settings.recognition.network)
         check_not_read(filter(None, written), filter(None, (*read, *named, *language)))

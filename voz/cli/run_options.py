@@ -116,7 +116,7 @@ class Running(Recognizing):
         return not (self.recordings or self.text or self.replay)
 
     def check(self) -> None:
-        """Refuse options that exclude each other, and results that would replace what is read."""
+        """Refuse options that exclude each other."""
         if sum(map(bool, (self.recordings, self.text, self.replay))) > 1:
             raise ConfigError(
                 "say what to obey: either --wav FILE... or --text FILE or --replay BAG"
@@ -129,7 +129,11 @@ class Running(Recognizing):
             raise ConfigError("--listen-ros is for live runs: leave out --wav, --text and --replay")
         if (self.https or self.web_host != LOCAL) and not self.web:
             raise ConfigError("--web-host and --https are for the operator page: add --web")
+
+    def check_outputs(self, settings: Config) -> None:
+        """Refuse results that would replace what is read."""
         self.check_written(
+            settings,
             [self.events, self.picture, self.animation, self.bag],
             [*self.recordings, self.text, self.replay, self._profile()],
         )

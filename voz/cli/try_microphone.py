@@ -1,4 +1,4 @@
-"""What `voz devices --test` does and shows; its options are in `devices.py`."""
+"""What `voz devices --test` does and shows; see `devices_command.py`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.input_devices import Device
 from voz.audio.capture.microphone import open_microphone
 from voz.audio.recording_level import RecordingLevel, find_faults, measure_level, obeyed_of_100
-from voz.cli.terminal import show as show_line
+from voz.cli.text_io import show as show_line
 from voz.terminal.level_bar import level_bar, level_line
 
 SECONDS = 3

@@ -21,7 +21,7 @@ from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
-from voz.run.commands import begins_listening
+from voz.run.command_check import begins_listening
 from voz.run.queued import Queued
 from voz.run.session import Ears, OpenRobots, Session, starting_programs
 

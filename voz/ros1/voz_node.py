@@ -12,7 +12,7 @@ from voz.ros1.node_program import run_node
 from voz.ros1.node_replies import replies
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
-from voz.run.commands import check_list
+from voz.run.command_check import check_list
 from voz.run.session import warner
 
 

@@ -11,7 +11,7 @@ from voz.control.table import CommandTable
 from voz.language.generated.language_files import LanguageFiles, list_name
 from voz.recognition.recognizer import Recognizer
 from voz.robot.user_errors import reason
-from voz.run.commands import check_list
+from voz.run.command_check import check_list
 
 LOOK = 1.0
 """From one look at the files to the next, s."""

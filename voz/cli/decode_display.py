@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from voz.cli.terminal import put, show
+from voz.cli.text_io import put, show
 
 if TYPE_CHECKING:
     from voz.apps.batch.outcomes import Row, UtteranceRow

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import Common, DeviceOption, with_options
-from voz.cli.terminal import show
+from voz.cli.text_io import show
 
 
 @with_options

@@ -1,32 +1,24 @@
-"""`voz eval` and `voz fit-confidence`: recordings whose texts are known."""
+"""`voz eval`: scores recordings whose texts are known."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from datetime import datetime
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from voz.cli.evaluation_options import Evaluating, JobsOption
-from voz.cli.evaluation_out import put
+from voz.cli.eval_options import RECOGNIZING, Evaluating, ManifestsArgument
+from voz.cli.eval_output import put
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import LmOption, OverwriteOption, with_options
-from voz.cli.terminal import show, tell, with_bar
-from voz.files import check_new, check_not_read, check_writable
+from voz.cli.options import with_options
+from voz.cli.text_io import tell, with_bar
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.engines import EngineChoice
     from voz.apps.evaluation.operating_points import OperatingPoint
     from voz.apps.evaluation.recognize import Task
     from voz.apps.evaluation.results import Result
-
-ManifestsArgument = Annotated[
-    list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
-]
-RECOGNIZING = "Recognizing"
-"""What the bar says while it goes on."""
 
 
 @with_options
@@ -63,7 +55,7 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     compare = options.compare
     others = report.read_results(compare, in_noise=bool(ratios)) if compare else None
     clips = read_manifests(manifests, streams=True)
-    options.check([*manifests, *(clip.path for clip in clips), *noises])
+    options.check(settings, [*manifests, *(clip.path for clip in clips), *noises])
     tasks = tasks_for(clips, noises, ratios, options.reverb)
     recognized = _recognized(tasks, choice, options.jobs)
     results = [result for _, result in recognized]
@@ -73,53 +65,6 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     evaluation = report.evaluate(results, asked, others, points, made)
     put(evaluation, [task for task, _ in recognized], options)
     _tell_errors(results)
-
-
-def fit_confidence(
-    manifests: ManifestsArgument,
-    out: Annotated[Path, typer.Option(metavar="FILE.json", help="Where to write the models.")],
-    jobs: JobsOption = None,
-    lm: LmOption = None,
-    overwrite: OverwriteOption = False,
-) -> None:
-    """Make the models of the confidence anew from recordings whose texts are known.
-
-    One is for pocketsphinx alone, one for both ears. Prints what would be accepted by both, judged
-    by models that never heard the speaker. There must be half an hour of talk among the
-    recordings, to tell how often it sounds like a command. `confidence = "FILE.json"` in the table
-    [recognition] of a voz.toml makes voz judge by them.
-
-    Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
-    """
-    from voz.apps.evaluation import fit_confidence as fitting
-    from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
-    from voz.apps.evaluation.recognize import tasks_for
-    from voz.apps.recordings.manifest import read_manifests
-    from voz.recognition.confidence_model import save_models
-    from voz.recognition.thresholds import threshold_for
-
-    clips = read_manifests(manifests, streams=True)
-    check_writable(out)
-    check_not_read([out], [*manifests, *(clip.path for clip in clips)])
-    check_new(out, overwrite)
-    check_talk(clips)
-    recordings = len(tasks_for(clips, [], [], room=False))
-    found = list(with_bar(collect_examples(clips, lm, jobs), RECOGNIZING, recordings))
-    examples = [example for of_recording in found for example in of_recording.examples]
-    alone = [example for of_recording in found for example in of_recording.alone]
-    fitted_on = [describe_set(clips, name) for name in sorted({c.set for c in clips})]
-    hours = sum(of_recording.talk for of_recording in found) / 3600
-    commands = [clip for of_recording in found for clip in of_recording.commands]
-    models, likely = fitting.fit_models(examples, alone, fitted_on, hours, commands)
-    threshold = threshold_for(models.two_ears, models.two_ears.usual_alarms)
-    show(
-        f"accepted from {threshold:.3f} on, of how many; set, kind, condition, whether it is right"
-    )
-    counts = fitting.acceptance(examples, likely, threshold)
-    for name, (share, number) in counts.items():
-        show(f"{share:8.3f} {number:5}  {name}")
-    save_models(models, out)
-    show(f"written: {out}")
 
 
 def _recognized(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeAlias
 
-from voz.cli.terminal import tell, warn
+from voz.cli.text_io import tell, warn
 from voz.control.bounded_motion import Place
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning

@@ -1,4 +1,4 @@
-"""`voz decode` and `voz merge`: what is said in recordings."""
+"""`voz decode`: what is said in recordings."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from voz.cli.decode_display import writer
 from voz.cli.decode_options import Decoding
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.options import OverwriteOption, with_options
-from voz.cli.rows import writer
-from voz.cli.terminal import LONGEST_LINE, tell
+from voz.cli.options import with_options
+from voz.cli.text_io import LONGEST_LINE
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
     from voz.apps.batch.tasks import SimulationOptions
+    from voz.config import Config
     from voz.language.generated.language_files import LanguageFiles
 
 MEGABYTE = 1_000_000
@@ -54,37 +55,16 @@ def decode(
     language = options.language(settings)
     with quiet_libraries():
         if "-" in paths and (options.rate is not None or _is_sound()):
-            failed = _decode_pipe(options, language, paths)
+            failed = _decode_pipe(options, settings, language, paths)
         else:
-            failed = _decode_files(options, language, paths)
+            failed = _decode_files(options, settings, language, paths)
     if failed:
         raise typer.Exit(SOME_UNREADABLE)
 
 
-def merge(
-    shards: Annotated[
-        list[str], typer.Argument(metavar="SHARD...", help="The outputs of all shards.")
-    ],
-    out: Annotated[str, typer.Option(metavar="FILE", help="Where the whole goes.")],
-    overwrite: OverwriteOption = False,
-) -> None:
-    """Put the outputs of `voz decode --shard` together, in the order of the input.
-
-    The whole is the same file that one run would have made.
-
-    Example: voz merge heard-*.jsonl --out heard.jsonl
-    """
-    from voz.apps.batch.locations import check_output, parse_location
-    from voz.apps.batch.merging import merge as merge_shards
-    from voz.files import check_not_read
-
-    check_not_read([out], shards)
-    check_output(parse_location(out), overwrite)
-    count = merge_shards([parse_location(shard) for shard in shards], parse_location(out))
-    tell(f"written: {out}, {count:,} recordings")
-
-
-def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
+def _decode_pipe(
+    options: Decoding, settings: Config, language: LanguageFiles, paths: Sequence[str]
+) -> bool:
     """Decode the sound that comes on standard input, and show it as it comes."""
     from voz.apps.batch.decoding import decode_blocks
     from voz.apps.batch.outcomes import SilentRow
@@ -95,7 +75,7 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
     if len(paths) > 1 or options.out:
         raise ConfigError("-: sound from a pipe is decoded alone, to standard output")
     known = load_profile(options.profile) if options.profile else None
-    recognizer = Recognizer(language, options.settings().recognition, known)
+    recognizer = Recognizer(language, settings.recognition, known)
     write = writer(options)
     outcome = decode_blocks(recognizer, piped_blocks(_stdin(), options.rate), "-", write)
     if isinstance(outcome.rows[0], SilentRow):
@@ -103,25 +83,28 @@ def _decode_pipe(options: Decoding, language: LanguageFiles, paths: Sequence[str
     return outcome.failed
 
 
-def _decode_files(options: Decoding, language: LanguageFiles, paths: Sequence[str]) -> bool:
+def _decode_files(
+    options: Decoding, settings: Config, language: LanguageFiles, paths: Sequence[str]
+) -> bool:
     """Decode recordings on all cores; tells whether some could not be read."""
     from voz.apps.batch.inputs import find_inputs
-    from voz.apps.batch.locations import parse_location
     from voz.apps.batch.remote import shown_name
-    from voz.cli.decode_out import keep
+    from voz.cli.decode_output import keep
 
     inputs = find_inputs(paths, options.glob, _listed())
     if options.drive and not (options.resumes or options.overwrite):
         from voz.apps.batch.simulated_run import check_no_events
 
         check_no_events(options.drive, map(shown_name, inputs.names))
-    header, many = _how(options, language)
+    header, many = _how(options, settings, language)
     if options.out:
-        return keep(options, parse_location(options.out), header, inputs, many)
+        return keep(options, settings, header, inputs, many)
     return _show_all(options, inputs, many)
 
 
-def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, BatchDecoder]:
+def _how(
+    options: Decoding, settings: Config, language: LanguageFiles
+) -> tuple[Header, BatchDecoder]:
     """What the results hang on, and who decodes."""
     from msgspec.structs import replace
 
@@ -130,14 +113,13 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, BatchDecod
     from voz.apps.batch.tasks import WorkerSetup
     from voz.recognition.speaker.profiles import load_profile
 
-    settings = options.settings().recognition
     known = load_profile(options.profile) if options.profile else None
-    header = header_for(language, settings, known)
+    header = header_for(language, settings.recognition, known)
     memory = options.memory_limit * MEGABYTE
     folder = str(language.folder.resolve())
-    setup = WorkerSetup(folder, settings, options.profile, memory, header.fingerprint)
+    setup = WorkerSetup(folder, settings.recognition, options.profile, memory, header.fingerprint)
     if options.drive:
-        simulation_options = _driving(options, language, options.drive)
+        simulation_options = _driving(options.drive, settings, language, options.listening)
         setup = replace(setup, driving=simulation_options)
         rules = digest_of([simulation_options.settings.decode(), str(simulation_options.listening)])
         header = replace(header, drive=rules)
@@ -145,15 +127,17 @@ def _how(options: Decoding, language: LanguageFiles) -> tuple[Header, BatchDecod
     return header, BatchDecoder(setup, options.jobs, options.time_limit, careful, options.dask)
 
 
-def _driving(options: Decoding, language: LanguageFiles, folder: Path) -> SimulationOptions:
+def _driving(
+    folder: Path, settings: Config, language: LanguageFiles, listening: bool
+) -> SimulationOptions:
     """By which rules recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.simulated_run import simulation_options
     from voz.language.generated.language_files import list_name, read_commands
-    from voz.run.commands import begins_listening, check_list
+    from voz.run.command_check import begins_listening, check_list
 
-    settings, commands = options.settings(), read_commands(language)
+    commands = read_commands(language)
     check_list(commands, settings.table, list_name(language))
-    listening = options.listening or not begins_listening(commands, settings.table)
+    listening = listening or not begins_listening(commands, settings.table)
     return simulation_options(folder, settings, listening)
 
 
@@ -161,7 +145,7 @@ def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
     """Decode recordings and show them in order."""
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.output import in_input_order
-    from voz.cli.progress import progress
+    from voz.cli.decode_progress import progress
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
     write = writer(options)

@@ -14,7 +14,7 @@ from calls import in_process
 from recordings import GO_BACK
 
 from voz import __version__
-from voz.cli.app import app
+from voz.cli.subcommands import app
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
-"""`voz say` and `voz sound`: speak a text, play a sound."""
+"""`voz say`: speaks a text."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.options import finite
-from voz.cli.terminal import show, tell, warn
+from voz.cli.text_io import show, tell, warn
 from voz.errors import AudioError, SpeechError
 
 if TYPE_CHECKING:
@@ -45,52 +43,12 @@ def say(
         festival.render(text, voice, out)
         tell(f"written: {out}, said by {voice}")
     else:
-        with _sounding() as client:
+        with sound_client() as client:
             client.say(text, voice, blocking=True)
 
 
-def sound(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME|FILE", help="A built-in sound, or a file.")
-    ] = None,
-    repeat: Annotated[
-        bool, typer.Option("--repeat", help="Play it again and again, until Ctrl-C.")
-    ] = False,
-    volume: Annotated[
-        float, typer.Option(metavar="X", min=0.0, max=1.0, callback=finite, help="How loud.")
-    ] = 1.0,
-    list_sounds: Annotated[
-        bool, typer.Option("--list", help="Show the names of the built-in sounds.")
-    ] = False,
-) -> None:
-    """Play a built-in sound or a WAV, FLAC or OGG file.
-
-    Example: voz sound backing-up --volume 0.5
-    """
-    from voz.speech.builtin_sounds import BuiltinSound
-
-    builtin = {each.title: each for each in BuiltinSound}
-    if list_sounds:
-        show(*builtin)
-        return
-    if name is None:
-        raise AudioError("there is nothing to play; give a file or a name from `voz sound --list`")
-    if name not in builtin and not Path(name).exists():
-        raise AudioError(f"{name}: is no file and no built-in sound; see `voz sound --list`")
-    with _sounding(patient=repeat) as client:
-        played = (
-            client.builtin_sound(builtin[name], volume)
-            if name in builtin
-            else client.wave_sound(name, volume)
-        )
-        if repeat:
-            played.repeat()
-            threading.Event().wait()
-        played.play(blocking=True)
-
-
 @contextmanager
-def _sounding(patient: bool = False) -> Iterator[SoundClient]:
+def sound_client(patient: bool = False) -> Iterator[SoundClient]:
     """Give a client. If there is no loudspeaker that is an error, unless one is waited for."""
     from voz.process.standard_streams import quiet_libraries
     from voz.speech.sound_client import SoundClient

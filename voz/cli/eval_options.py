@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import OverwriteOption, Recognizing
+from voz.config import Config
 from voz.files import check_new, check_writable, shown_path
 from voz.printable import printable
 from voz.settings import Recognition
@@ -21,6 +22,12 @@ JobsOption = Annotated[
     int | None,
     typer.Option(metavar="N", min=1, max=MOST_JOBS, help="Processes; else one for each core."),
 ]
+
+ManifestsArgument = Annotated[
+    list[Path], typer.Argument(metavar="MANIFEST...", help="Lists of recordings, TSV.")
+]
+RECOGNIZING = "Recognizing"
+"""What the bar says while it goes on."""
 
 
 @dataclass
@@ -60,15 +67,16 @@ class Evaluating(Recognizing):
     jobs: JobsOption = None
     overwrite: OverwriteOption = False
 
-    def check(self, heard: Sequence[Path]) -> None:
+    def check(self, settings: Config, heard: Sequence[Path]) -> None:
         """Refuse results that would replace what is read, or cannot be written.
 
         Args:
+            settings: as they were read.
             heard: the manifests and all recordings.
         """
         # What is compared with may be replaced by what is new, but not by a page.
-        self.check_written([self.as_json, self.html], heard)
-        self.check_written([self.html], [self.compare])
+        self.check_written(settings, [self.as_json, self.html], heard)
+        self.check_written(settings, [self.html], [self.compare])
         for name in (self.as_json, self.html):
             if name and name != "-":
                 check_writable(Path(name))

@@ -10,8 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from voz.apps.batch.summary import Totals, results_for_clips
-from voz.cli.progress import progress
-from voz.cli.terminal import tell
+from voz.cli.decode_progress import progress
+from voz.cli.text_io import tell
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.locations import Location
     from voz.apps.batch.outcomes import Outcome
     from voz.cli.decode_options import Decoding
+    from voz.config import Config
 
 
 @dataclass
@@ -58,13 +59,13 @@ class Account:
 
 
 def keep(
-    options: Decoding, output: Location, header: Header, inputs: Inputs, many: BatchDecoder
+    options: Decoding, settings: Config, header: Header, inputs: Inputs, many: BatchDecoder
 ) -> bool:
-    """Decode recordings into a file, and tell what it came to.
+    """Decode recordings into `--out`, and report what it came to.
 
     Args:
-        options: how it goes on from another run, and which shard it is.
-        output: the file, or the object elsewhere.
+        options: where to, how it goes on from another run, and which shard it is.
+        settings: as they were read.
         header: what the results hang on.
         inputs: the recordings.
         many: who decodes.
@@ -80,11 +81,14 @@ def keep(
     from voz.apps.batch.output import ResumeOptions, decode_to_output
     from voz.apps.batch.remote import shown_name
 
-    names = inputs.names
+    assert options.out
+    output, names = parse_location(options.out), inputs.names
     if options.shard:
         header = replace(header, shard=options.shard, inputs=digest_of(names))
         names = shard_of(names, options.shard)
-    options.check_written([output], [name for name in names if parse_location(name) == output])
+    options.check_written(
+        settings, [output], [name for name in names if parse_location(name) == output]
+    )
     check_output(output, options.resumes or options.overwrite, "go on with it by --resume, ")
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
     with progress() as bar, _telling_how_to_go_on(output):

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from voz.cli.terminal import show, tell, write_text
+from voz.cli.text_io import show, tell, write_text
 from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.plots import Plot
     from voz.apps.evaluation.recognize import Task
     from voz.apps.evaluation.report import Evaluation
-    from voz.cli.evaluation_options import Evaluating
+    from voz.cli.eval_options import Evaluating
 
 
 def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:

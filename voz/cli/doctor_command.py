@@ -10,7 +10,7 @@ import typer
 
 from voz.cli.exit_codes import NOT_WELL
 from voz.cli.options import Common, DeviceOption, with_options
-from voz.cli.terminal import put, show
+from voz.cli.text_io import put, show
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:

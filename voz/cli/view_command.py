@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.operator_page import check_installed
 from voz.cli.run_options import LOCAL, WebPortOption
-from voz.cli.terminal import tell
+from voz.cli.run_page import check_installed
+from voz.cli.text_io import tell
 
 
 def view(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from voz.cli.options import DeviceOption
-from voz.cli.terminal import show
+from voz.cli.text_io import show
 
 if TYPE_CHECKING:
     from voz.audio.capture.input_devices import Device

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.help import CommandGroup
-from voz.cli.terminal import show
+from voz.cli.text_io import show
 
 languages = typer.Typer(
     cls=CommandGroup,

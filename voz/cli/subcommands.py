@@ -12,21 +12,25 @@ from typing import Annotated, Any
 import typer
 
 from voz import __version__
-from voz.cli.calibrate import calibrate
-from voz.cli.devices import devices
-from voz.cli.doctor import doctor
-from voz.cli.evaluation import evaluate, fit_confidence
+from voz.cli.build_lm_command import build_lm
+from voz.cli.calibrate_command import calibrate
+from voz.cli.decode_command import decode
+from voz.cli.devices_command import devices
+from voz.cli.doctor_command import doctor
+from voz.cli.eval_command import evaluate
 from voz.cli.exit_codes import WRONG_CALL
+from voz.cli.fit_confidence_command import fit_confidence
 from voz.cli.help import CommandGroup
-from voz.cli.language import build_lm, parse
-from voz.cli.languages import languages
-from voz.cli.recordings import decode, merge
-from voz.cli.run import run
-from voz.cli.serve import serve
-from voz.cli.service import service
-from voz.cli.speech import say, sound
-from voz.cli.terminal import show, tell, writing_results
-from voz.cli.view import view
+from voz.cli.language_command import languages
+from voz.cli.merge_command import merge
+from voz.cli.parse_command import parse
+from voz.cli.run_command import run
+from voz.cli.say_command import say
+from voz.cli.serve_command import serve
+from voz.cli.service_command import service
+from voz.cli.sound_command import sound
+from voz.cli.text_io import show, tell, writing_results
+from voz.cli.view_command import view
 from voz.errors import CommandsError, RobotMistake, VozError
 from voz.process.signals import SIGNAL_EXIT_CODE
 

@@ -8,16 +8,16 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO, TypeAlias
 
 import typer
 
 from voz.cli.exit_codes import SOME_UNREADABLE
-from voz.cli.operator_page import chosen_microphone, page_of, page_site
 from voz.cli.options import with_options
-from voz.cli.robots import CONSOLE, SIMULATOR, RobotPlan, robots_of
 from voz.cli.run_options import Running
-from voz.cli.terminal import open_text, tell, warn
+from voz.cli.run_page import chosen_microphone, page_of, page_site
+from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, robots_of
+from voz.cli.text_io import open_text, tell, warn
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from voz.run.session import OpenRobots
     from voz.settings import Ros2
     from voz.terminal.live_terminal import LiveTerminal
+
+    RecognizerAt: TypeAlias = Callable[[str], AbstractContextManager[Recognizer]]
+    """Loads the recognizer, by the place where it hears: a microphone, or recordings."""
 
 
 @with_options
@@ -49,6 +52,7 @@ def run(options: Running) -> None:
 
     options.check()
     settings = options.settings()
+    options.check_outputs(settings)
     unreadable: list[str] = []
     with ExitStack() as parts:
         parts.enter_context(quiet_libraries())
@@ -60,18 +64,19 @@ def run(options: Running) -> None:
         options.listening = _listening(options, settings, commands, list_name(language))
         _tell_what_does_nothing(commands, settings, plan)
         _tell_what_is_never_said(commands, settings)
+        recognizer_at = partial(_recognizer, options, settings, language)
         if options.live:
-            _run_live(options, settings, plan, language, parts)
+            _run_live(options, settings, plan, recognizer_at, parts)
             return
-        played = _played(options, settings, language, commands, parts, unreadable)
-        _run_by_files(options, settings, plan, played)
+        source = _source(options, commands, recognizer_at, parts, unreadable)
+        _run_by_files(options, settings, plan, source)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
 
 
 def _listening(options: Running, settings: Config, commands: Commands, where: str) -> bool:
     """Whether commands are obeyed from the start; refuses a list that drives and cannot stop."""
-    from voz.run.commands import begins_listening, check_list
+    from voz.run.command_check import begins_listening, check_list
 
     check_list(commands, settings.table, where)
     if options.listening or begins_listening(commands, settings.table):
@@ -82,7 +87,7 @@ def _listening(options: Running, settings: Config, commands: Commands, where: st
 
 def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPlan) -> None:
     """Tell which commands have no line in the table; robots of others may act by themselves."""
-    from voz.run.commands import idle
+    from voz.run.command_check import idle
 
     names = idle(commands, settings.table)
     if not names or not {CONSOLE, SIMULATOR}.issuperset(plan.names):
@@ -92,7 +97,7 @@ def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPla
 
 def _tell_what_is_never_said(commands: Commands, settings: Config) -> None:
     """Report which commands of the user's own settings are not in the list of what may be said."""
-    from voz.run.commands import never_said, with_its_accents
+    from voz.run.command_check import never_said, with_its_accents
 
     own = (settings.commands, *settings.states.values())
     missed = [
@@ -145,7 +150,11 @@ def _plan(options: Running, settings: Config) -> RobotPlan:
 
 
 def _run_live(
-    options: Running, settings: Config, plan: RobotPlan, language: LanguageFiles, parts: ExitStack
+    options: Running,
+    settings: Config,
+    plan: RobotPlan,
+    recognizer_at: RecognizerAt,
+    parts: ExitStack,
 ) -> None:
     """Drive by the microphone until a signal ends the program."""
     from voz.inbox import Inbox
@@ -153,8 +162,7 @@ def _run_live(
 
     microphone = chosen_microphone(options)
     site = parts.enter_context(page_site(options)) if options.web else None
-    place = microphone or "browser"
-    recognizer = parts.enter_context(_recognizer(options, settings, language, place))
+    recognizer = parts.enter_context(recognizer_at(microphone or "browser"))
     inbox = Inbox(settings.table.halts)
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
     live = LiveOptions(
@@ -169,28 +177,27 @@ def _run_live(
     run_live(settings, recognizer, inbox, robots, live)
 
 
-def _run_by_files(options: Running, settings: Config, plan: RobotPlan, played: Source) -> None:
+def _run_by_files(options: Running, settings: Config, plan: RobotPlan, source: Source) -> None:
     """Drive by recordings, a text or a bag."""
     from voz.run.offline import run_paced, run_unpaced
 
-    play = run_paced if plan.clocked else run_unpaced
-    play(
-        played,
+    run_source = run_paced if plan.clocked else run_unpaced
+    run_source(
+        source,
         settings,
         options.listening,
         lambda tell: _receivers(options, settings, plan, tell),
     )
 
 
-def _played(
+def _source(
     options: Running,
-    settings: Config,
-    language: LanguageFiles,
     commands: Commands,
+    recognizer_at: RecognizerAt,
     parts: ExitStack,
     unreadable: list[str],
 ) -> Source:
-    """Open what drives the robot, before anything moves; notes what recordings cannot be read."""
+    """Open what drives the robot, before anything moves; `unreadable` gets a line for each file."""
     from voz.run import sources
 
     if options.text:
@@ -201,7 +208,7 @@ def _played(
 
         bag, sayings = options.replay, read_sayings(options.replay)
         return lambda _: sources.bag_replayed(bag, sayings, commands)
-    recognizer = parts.enter_context(_recognizer(options, settings, language, "recordings"))
+    recognizer = parts.enter_context(recognizer_at("recordings"))
     return lambda _: sources.recordings_played(options.recordings, recognizer, unreadable)
 
 

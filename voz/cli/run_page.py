@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from voz.cli.run_options import Running
-from voz.cli.terminal import tell
+from voz.cli.text_io import tell
 from voz.errors import AudioError, ConfigError
 from voz.files import data_folder
 

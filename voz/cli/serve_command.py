@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import ProfileOption, Recognizing, with_options
-from voz.cli.terminal import tell
+from voz.cli.text_io import tell
 from voz.errors import ConfigError
 
 

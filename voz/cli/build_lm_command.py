@@ -1,4 +1,4 @@
-"""`voz build-lm` and `voz parse`: from commands to what the decoder reads, and what they mean."""
+"""`voz build-lm`: from a list of commands to what the decoder reads."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.build_options import Building
+from voz.cli.build_lm_options import Building
 from voz.cli.exit_codes import STALE, WRONG_CALL
-from voz.cli.options import HERE, Common, with_options
-from voz.cli.terminal import put, show, tell, warn
+from voz.cli.options import HERE, with_options
+from voz.cli.text_io import show, tell, warn
 
 if TYPE_CHECKING:
     from voz.config import Config
@@ -44,7 +44,7 @@ def build_lm(
     from voz.config import Config, load_config
     from voz.language import build
     from voz.language.command_source import read_list
-    from voz.run.commands import check_list
+    from voz.run.command_check import check_list
 
     settings = load_config(HERE) if HERE.is_file() else Config()
     source = read_list(commands, _spoken(settings))
@@ -131,35 +131,3 @@ def _show_costs(source: CommandSource) -> None:
     show(*("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows))
     if len(costs) > MOST_TOLD:
         show(f"and {len(costs) - MOST_TOLD} more")
-
-
-@with_options
-def parse(
-    options: Common,
-    texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="What would be said.")],
-    as_json: Annotated[bool, typer.Option("--json", help="One line of JSON for each.")] = False,
-) -> None:
-    """Show what sentences mean: their command and slots, or which command is nearest.
-
-    Example: voz parse "go forward" "go forwards"
-    """
-    import msgspec
-
-    from voz.language.generated.language_files import read_commands
-
-    commands = read_commands(options.language(options.settings()))
-    for text in texts:
-        found = commands.parse(text)
-        meant = None if found else commands.closest_sentence(text)
-        if as_json:
-            fields = {
-                "text": found.text if found else text,
-                "command": found.command if found else None,
-                "slots": dict(found.slots) if found else {},
-            }
-            put(msgspec.json.encode(fields | ({"meant": meant} if meant else {})).decode())
-        elif found:
-            slots = "".join(f"  {name}={value}" for name, value in found.slots.items())
-            show(f'"{found.text}": {found.command}{slots}')
-        else:
-            show(f'"{text}": no command' + (f'; did you mean "{meant}"?' if meant else ""))

@@ -10,7 +10,7 @@ from voz.cli.exit_codes import NOT_WELL
 from voz.cli.help import CommandGroup
 from voz.cli.options import with_options
 from voz.cli.run_options import Running
-from voz.cli.terminal import put, show
+from voz.cli.text_io import put, show
 
 service = typer.Typer(
     cls=CommandGroup,
@@ -89,6 +89,7 @@ def _look_at(options: Running) -> None:
 
     options.check()
     settings = options.settings()
+    options.check_outputs(settings)
     robot_names(settings.robot)
     options.language(settings)
     if options.profile:

@@ -24,7 +24,7 @@ from voz.language.similarity.confusion import find_similar
 from voz.language.similarity.similarity_report import confusion_rate
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language, load_language
-from voz.recognition.second_ear import second_ear_for
+from voz.recognition.phoneme_scorer import scorer_for
 
 NOISES = (None, 10, 5, 0)
 """Signal to noise, dB."""
@@ -51,15 +51,15 @@ def noisy(samples: Samples, snr: int | None, chance: np.random.Generator) -> Sam
 
 def heard(manifest: Path, language: Language) -> Iterator[tuple[int | None, str, str]]:
     """Each command with what it was taken for."""
-    ear = second_ear_for(language)
+    ear = scorer_for(language)
     chance = np.random.default_rng(0)
     for clip in read_manifest(manifest):
         if clip.text in language.commands:
             samples = np.concatenate(list(read_blocks(clip.path)))
             for snr in NOISES:
                 said = noisy(samples, snr, chance)
-                opinion = ear.opinion(ear.listen(said), language.commands.listed)
-                yield snr, clip.text, opinion.text
+                ranking = ear.rank(ear.phone_likelihoods(said), language.commands.listed)
+                yield snr, clip.text, ranking.text
 
 
 def main(

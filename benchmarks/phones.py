@@ -24,7 +24,7 @@ from rich.progress import track
 
 from voz.apps.recordings.manifest_text import parse_records
 from voz.recognition.phoneme_network import BLANKS
-from voz.recognition.second_ear import IPA, load_network
+from voz.recognition.phoneme_scorer import IPA, load_network
 
 ROUNDS = 4
 """The alignments have settled by then."""

@@ -11,7 +11,7 @@ from noises import Random
 from torch import Tensor
 from torch.nn import functional
 
-from voz.recognition.second_ear import read_sounds
+from voz.recognition.phoneme_scorer import read_phone_symbols
 
 PHONE_FRAME = 5.0
 """So many times a moment with a phone counts as one with a blank."""
@@ -48,7 +48,7 @@ class Phones:
     """Adds up the symbols of the network that each phone of the dictionary may sound like."""
 
     def __init__(self, symbols: Sequence[str], device: torch.device) -> None:
-        sounds = read_sounds()
+        sounds = read_phone_symbols()
         self.numbers = {phone: number for number, phone in enumerate(sounds, start=1)}
         self._names = {number: phone for phone, number in self.numbers.items()}
         names = list(symbols)

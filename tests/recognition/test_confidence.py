@@ -16,15 +16,21 @@ from voz.recognition.confidence import (
     NO_SPEECH,
     SOFT_SPEECH,
     SURE_SPEECH,
-    Around,
+    Context,
+    discount_for_context,
     features,
-    in_company,
     probability,
     trust_in_speech,
     voices_around,
     with_odds,
 )
-from voz.recognition.confidence_model import ONE_EAR, SCORE, VOICES_AROUND, Model, load_models
+from voz.recognition.confidence_model import (
+    POCKETSPHINX_FEATURES,
+    SCORE,
+    VOICES_AROUND,
+    Model,
+    load_models,
+)
 from voz.recognition.evidence import Alignment, Evidence, Span
 
 PHONES_OF = {"go": ("G", "OW"), "back(2)": ("B", "AE", "K")}
@@ -101,7 +107,7 @@ def test_the_models_of_the_package_trust_a_better_match_more() -> None:
     assert models.one_ear.fitted_on
     assert models.two_ears.fitted_on
     assert set(models.one_ear.weights) == {*features(SAID, PHONES_OF), VOICES_AROUND}
-    assert set(models.one_ear.weights) == {*ONE_EAR, VOICES_AROUND}
+    assert set(models.one_ear.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
     assert set(models.two_ears.weights) == {SCORE}
     for name in ("phones", "worst word"):
         assert models.one_ear.weights[name] > 0
@@ -118,11 +124,14 @@ def test_odds_keep_a_probability_between_0_and_1(share: float, factor: float) ->
 
 
 def test_speech_around_it_makes_a_command_unlikely_but_not_impossible() -> None:
-    assert in_company(0.5, Around.SPEECH) < 0.1
-    assert in_company(0.99, Around.SPEECH) > 0.85
+    assert discount_for_context(0.5, Context.SPEECH) < 0.1
+    assert discount_for_context(0.99, Context.SPEECH) > 0.85
 
 
 @given(st.floats(0.01, 0.99))
 def test_the_less_is_known_to_be_quiet_the_less_likely_is_a_command(sure: float) -> None:
-    around = [in_company(sure, a) for a in (Around.SPEECH, Around.QUIET_SO_FAR, Around.QUIET)]
+    around = [
+        discount_for_context(sure, a)
+        for a in (Context.SPEECH, Context.UNKNOWN_AFTER, Context.QUIET)
+    ]
     assert around[0] < around[1] < around[2] == pytest.approx(sure)

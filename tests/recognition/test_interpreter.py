@@ -12,7 +12,7 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.confidence import Around
+from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import SCORE
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.interpreter import Interpreter
@@ -24,7 +24,7 @@ from voz.settings import Recognition
 BAD_START = StartVector((25.0, -12.0, 9.0, *[6.0] * 10), 600)
 """What was learnt of a microphone that is quite another one."""
 
-ONE_EAR = Recognition(second_ear=False)
+ALONE = Recognition(second_ear=False)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def interpreter(loaded: Language) -> Interpreter:
 @pytest.fixture(scope="module")
 def alone(loaded: Language) -> Interpreter:
     """Pocketsphinx, which what is known of a speaker helps."""
-    return Interpreter(loaded, ONE_EAR, Profile(), learning=False)
+    return Interpreter(loaded, ALONE, Profile(), learning=False)
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_what_goes_on_for_longer_than_any_command_is_not_even_searched(
     padded = np.pad(stop.samples, (0, int(length * SAMPLE_RATE) - len(stop.samples)))
     heard = interpreter.understand(Segment(0, length, length, padded))
     assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
-    utterance = interpreter.judge(heard, Around.QUIET, length, "")
+    utterance = interpreter.utterance(heard, Context.QUIET, length, "")
     assert (utterance.accepted, utterance.reason) == (False, "not_a_command")
 
 
@@ -106,14 +106,14 @@ def test_a_list_of_longer_commands_may_take_longer(
     longer = loaded._replace(
         commands=plain_commands([*loaded.commands, " ".join(["stop"] * (words + 1))])
     )
-    patient = Interpreter(longer, ONE_EAR, Profile(), learning=False)
+    patient = Interpreter(longer, ALONE, Profile(), learning=False)
     assert patient.longest > interpreter.longest
 
 
 def test_what_is_known_of_the_speaker_is_used_unless_something_else_is_asked_for(
     alone: Interpreter, loaded: Language, recordings: list[Recording]
 ) -> None:
-    biased = Interpreter(loaded, ONE_EAR, Profile(BAD_START), learning=False)
+    biased = Interpreter(loaded, ALONE, Profile(BAD_START), learning=False)
     segment = of(recordings, "turn left")
     assert not same(biased.understand(segment), alone.understand(segment))
     assert same(biased._understand(segment, StartVector()), alone.understand(segment))
@@ -149,9 +149,9 @@ def test_judging_and_accepting_agree_whatever_is_around(
     cut = [segment for r in asked for segment in segments([r.samples()])]
     seen = set()
     for heard in map(interpreter.understand, cut):
-        for around in Around:
-            judged = interpreter.judge(heard, around, heard.segment.decided, "")
-            assert judged.accepted == interpreter.accepts(heard, around)
+        for around in Context:
+            judged = interpreter.utterance(heard, around, heard.segment.decided, "")
+            assert judged.accepted == interpreter.rule.decide(heard, around).accepted
             assert (judged.reason is None) == judged.accepted
             seen.add(judged.accepted)
     assert seen == {True, False}
@@ -161,7 +161,7 @@ def test_the_more_is_around_a_command_the_less_sure_it_is(
     interpreter: Interpreter, recordings: list[Recording]
 ) -> None:
     heard = interpreter.understand(of(recordings, "go back", "espeak_gb"))
-    sure = [interpreter.judge(heard, around, 1, "").confidence for around in Around]
+    sure = [interpreter.utterance(heard, around, 1, "").confidence for around in Context]
     assert sure == sorted(sure, reverse=True)
     assert sure[0] > sure[-1]
 
@@ -172,7 +172,7 @@ def test_an_utterance_says_where_it_was_and_how_long_it_took(
     segment = of(recordings, "go forward")
     heard = interpreter.understand(segment)
     decided = segment.end + 0.3
-    utterance = interpreter.judge(heard, Around.QUIET, decided, "a.wav")
+    utterance = interpreter.utterance(heard, Context.QUIET, decided, "a.wav")
     assert (utterance.source, utterance.t) == ("a.wav", round(decided, 3))
     assert (utterance.start, utterance.end) == (round(segment.start, 3), round(segment.end, 3))
     assert utterance.latency == round(decided - heard.spoken_until, 3)
@@ -184,7 +184,7 @@ def test_what_pocketsphinx_finds_alone_has_no_score(
     alone: Interpreter, recordings: list[Recording]
 ) -> None:
     heard = alone.understand(of(recordings, "go forward"))
-    utterance = alone.judge(heard, Around.QUIET, heard.segment.decided, "a.wav")
+    utterance = alone.utterance(heard, Context.QUIET, heard.segment.decided, "a.wav")
     assert (utterance.text, utterance.accepted) == ("go forward", True)
     assert (utterance.score, utterance.next_best) == (None, heard.next_best)
     assert utterance.next_best in {*alone.commands} - {"go forward"}
@@ -192,7 +192,7 @@ def test_what_pocketsphinx_finds_alone_has_no_score(
 
 def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) -> None:
     two = loaded._replace(commands=plain_commands(["stop", "stop speech"]))
-    interpreter = Interpreter(two, ONE_EAR, Profile(), learning=False)
+    interpreter = Interpreter(two, ALONE, Profile(), learning=False)
     assert interpreter.has_continuation("stop")
     assert not interpreter.has_continuation("stop speech")
     assert not interpreter.has_continuation("sto")
@@ -218,7 +218,7 @@ def test_what_is_learnt_of_a_microphone_is_for_pocketsphinx_alone(
 def test_a_command_that_fits_closely_teaches_and_what_is_none_does_not(
     loaded: Language, recordings: list[Recording]
 ) -> None:
-    learning = Interpreter(loaded, ONE_EAR, Profile(), learning=True)
+    learning = Interpreter(loaded, ALONE, Profile(), learning=True)
     miss = next(segment_of(r) for r in recordings if r.kind == "near-miss")
     learning.learn(learning.understand(miss))
     assert learning.learnt.frames == 0
@@ -232,7 +232,7 @@ def test_what_is_understood_only_without_what_was_learnt_is_doubted(
 ) -> None:
     segment = of(recordings, "go forward", "festival_kal")
     wrong = StartVector((60.0, *[-40.0] * 12), 1000)
-    learning = Interpreter(loaded, ONE_EAR, Profile(wrong), learning=True)
+    learning = Interpreter(loaded, ALONE, Profile(wrong), learning=True)
     learning.learn(learning.understand(segment))
     assert learning.learnt.doubts == 1
     assert learning.learnt.frames == wrong.frames

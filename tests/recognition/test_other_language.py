@@ -20,8 +20,8 @@ from voz.language.other_languages import find_sources, read_language
 from voz.recognition.evidence import Comparison
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import UnknownNetworkError
+from voz.recognition.phoneme_scorer import scorer_for, why_missing
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import second_ear_for, why_missing
 from voz.recognition.speaker.adaptation import Aligner
 from voz.settings import Recognition, SpokenLanguage
 from voz.speech.festival import render
@@ -90,11 +90,11 @@ def test_nothing_of_english_is_added(in_spanish: Language) -> None:
 def test_the_second_ear_steps_aside_by_the_language_and_not_by_the_names_of_phones(
     loaded: Language, files: LanguageFiles
 ) -> None:
-    second_ear_for(loaded)
+    scorer_for(loaded)
     spoken = loaded.spoken
     same_phones = type(spoken)("es", spoken.acoustic_model, "", spoken.frames, spoken.apart)
     with pytest.raises(UnknownNetworkError, match="English alone, and this is es"):
-        second_ear_for(loaded._replace(spoken=same_phones))
+        scorer_for(loaded._replace(spoken=same_phones))
     assert why_missing(files) == "it knows English alone, and this is es"
 
 

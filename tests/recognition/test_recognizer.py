@@ -316,7 +316,7 @@ def test_without_a_second_ear_pocketsphinx_decides_alone(
         raise UnknownNetworkError("it is of no use here")
 
     if missing:
-        monkeypatch.setattr("voz.recognition.second_ear.load_network", fail)
+        monkeypatch.setattr("voz.recognition.phoneme_scorer.load_network", fail)
     alone = Recognizer(language, Recognition(second_ear=missing))
     assert alone.model == load_models().one_ear
     said = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]

@@ -7,6 +7,7 @@ import pytest
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.recognition.evidence import Alignment, Evidence, Span
+from voz.recognition.phoneme_scorer import Match, Ranking
 from voz.recognition.refusal import (
     ALIKE,
     CLOSE,
@@ -17,7 +18,6 @@ from voz.recognition.refusal import (
     why_unheard,
     why_unlike,
 )
-from voz.recognition.second_ear import Match, Opinion
 
 SPEECH: Samples = np.random.default_rng(0).normal(0, 2000, 16000).astype(np.int16)
 
@@ -53,11 +53,11 @@ def test_two_commands_that_fit_as_well_are_both_named() -> None:
 PHONES = 8
 
 
-def opinion(best: float, behind: float = 1e3) -> Opinion:
+def scores(best: float, behind: float = 1e3) -> Ranking:
     """So many nats for each phone of the best command, and the next one behind by so many."""
     score = best * PHONES
     scores = {"stop": score - 1e4, "turn left": score - behind, "turn right": score}
-    return Opinion({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
+    return Ranking({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
 
 
 WELL, BADLY = SAID + 0.5, NOT_SAID - 0.5
@@ -66,27 +66,27 @@ WELL, BADLY = SAID + 0.5, NOT_SAID - 0.5
 @pytest.mark.parametrize(
     ("heard", "words", "reason"),
     [
-        (opinion(BADLY), (BADLY, BADLY), "not_a_command"),
-        (opinion(BADLY), (WELL, BADLY), "part_of_a_command"),
-        (opinion(BADLY, behind=CLOSE / 2), (WELL, BADLY), "part_of_a_command"),
-        (opinion(WELL), (WELL, WELL), "not_a_command"),
-        (opinion(WELL, behind=2 * CLOSE), (WELL, WELL), "not_a_command"),
-        (opinion(BADLY, behind=CLOSE / 2), (BADLY, BADLY), "not_a_command"),
+        (scores(BADLY), (BADLY, BADLY), "not_a_command"),
+        (scores(BADLY), (WELL, BADLY), "part_of_a_command"),
+        (scores(BADLY, behind=CLOSE / 2), (WELL, BADLY), "part_of_a_command"),
+        (scores(WELL), (WELL, WELL), "not_a_command"),
+        (scores(WELL, behind=2 * CLOSE), (WELL, WELL), "not_a_command"),
+        (scores(BADLY, behind=CLOSE / 2), (BADLY, BADLY), "not_a_command"),
     ],
 )
 def test_the_reason_follows_from_what_the_network_makes_of_the_words(
-    heard: Opinion, words: tuple[float, ...], reason: str
+    heard: Ranking, words: tuple[float, ...], reason: str
 ) -> None:
     assert why_unheard(heard, PHONES, words) == (reason, None)
 
 
 def test_two_commands_that_the_network_hears_as_well_are_both_named() -> None:
     between = ("unsure_between", ("turn right", "turn left"))
-    assert why_unheard(opinion(WELL, behind=CLOSE / 2), PHONES, (WELL, WELL)) == between
+    assert why_unheard(scores(WELL, behind=CLOSE / 2), PHONES, (WELL, WELL)) == between
 
 
 def test_a_list_of_one_command_leaves_nothing_to_be_unsure_between() -> None:
-    alone = Opinion({"stop": Match(WELL * 4, 0.0, 1.0)})
+    alone = Ranking({"stop": Match(WELL * 4, 0.0, 1.0)})
     assert why_unheard(alone, 4, (WELL,)) == ("not_a_command", None)
 
 

@@ -8,8 +8,8 @@ from recordings import Recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Partial
 from voz.recognition.language import Language
+from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import SecondEar
 from voz.recognition.spotting import FITS, Spotter
 
 
@@ -19,7 +19,7 @@ def clips(recordings: list[Recording]) -> list[Recording]:
 
 
 def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
-    ear: SecondEar, loaded: Language, recordings: list[Recording]
+    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
     spotter = Spotter(ear, ["stop"], loaded.commands.listed)
     hiss = np.random.default_rng(0).normal(0, 60, SAMPLE_RATE).astype(np.int16)
@@ -35,7 +35,7 @@ def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
 
 
 def test_the_best_of_several_commands_is_given(
-    ear: SecondEar, loaded: Language, recordings: list[Recording]
+    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
     spotter = Spotter(ear, ["stop", "turn left"], loaded.commands.listed)
     for text in ("stop", "turn left"):

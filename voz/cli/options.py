@@ -115,7 +115,7 @@ class Common:
 def _second_ear(settings: Config, language: LanguageFiles) -> str:
     """Tell whether there is one, or why there is none."""
     from voz.recognition.network_file import fingerprint_of
-    from voz.recognition.second_ear import why_missing
+    from voz.recognition.phoneme_scorer import why_missing
 
     network = settings.recognition.network
     off = None if settings.recognition.second_ear else "off in the settings"

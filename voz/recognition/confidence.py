@@ -32,7 +32,7 @@ DROWNED = 2.0
 """Tens of dB under that, below which nothing changes."""
 
 
-class Around(Enum):
+class Context(Enum):
     """What there is within 0.6 s of a command, and what the odds are divided by for it.
 
     Of 21 stretches of people's talk that sound like a command, 18 have other speech so near: a
@@ -42,7 +42,7 @@ class Around(Enum):
     """
 
     QUIET = 1.0
-    QUIET_SO_FAR = 8.0
+    UNKNOWN_AFTER = 8.0
     SPEECH = 12.0
 
 
@@ -128,7 +128,7 @@ def trust_in_speech(voice: float, known: float = 0.0) -> float:
     return min(1.0, max(0.0, (voice - NO_SPEECH) / (SURE_SPEECH - NO_SPEECH)))
 
 
-def in_company(sure: float, around: Around) -> float:
+def discount_for_context(sure: float, around: Context) -> float:
     """Tell how likely a command is, 0 to 1, by what is around it; `sure` is if all is quiet."""
     return with_odds(sure, 1 / around.value)
 

@@ -24,11 +24,11 @@ MODEL = Path(__file__).with_name("confidence.json")
 VOICES_AROUND = "voices around"
 """The one feature of one ear whose weight is not fitted, but was found in rooms by hand."""
 
-ONE_EAR = ("phones", "worst word", "hurried", "not covered", "sound after")
+POCKETSPHINX_FEATURES = ("phones", "worst word", "hurried", "not covered", "sound after")
 SCORE = "score"
 """What the network gives a command, nats; see `second_ear`."""
 
-TWO_EARS = (SCORE,)
+NETWORK_FEATURES = (SCORE,)
 """The features that each model has."""
 
 Positive = Annotated[float, msgspec.Meta(gt=0, le=1e12)]
@@ -75,10 +75,10 @@ def load_models(file: str | None = None) -> Models:
     """
     path, advice = Path(file or MODEL), "name what `voz fit-confidence` wrote"
     models = read_json(path, Models, ConfigError, advice, MAX_SETTINGS_BYTES)
-    one_ear = {*ONE_EAR, VOICES_AROUND}
+    one_ear = {*POCKETSPHINX_FEATURES, VOICES_AROUND}
     for weights, known in (
         (models.one_ear.weights, one_ear),
-        (models.two_ears.weights, {*TWO_EARS}),
+        (models.two_ears.weights, {*NETWORK_FEATURES}),
     ):
         if strange := sorted(weights.keys() - known):
             what = f'"{strange[0]}" is no feature of this voz'

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 from voz.audio.endpointing.segment import Segment
 from voz.events import Reason
-from voz.recognition.meaning import Rival
+from voz.recognition.slot_rivals import Rival
 from voz.recognition.speaker.adaptation import StartVector
 
 NO_VALUES: Mapping[str, float] = MappingProxyType({})
@@ -31,9 +31,9 @@ class Hypothesis(NamedTuple):
         spoken_until: where its last word ends in the stream, s.
         values: the features of its probability; empty if it was compared with no command.
         trust: how far the sound is to be trusted to be speech, 0 to 1.
-        sure: the probability that it was said, if there is no other speech around it.
+        sure: the probability that it was said, if there is no other speech around it, and no rival.
         why_refused: tells why, if it is.
-        against: what else may have been meant, if it has slots.
+        rival: what else may have been meant, if it has slots.
         next_best: the command that fits next best; empty if there is no other.
     """
 
@@ -44,7 +44,7 @@ class Hypothesis(NamedTuple):
     trust: float = 0.0
     sure: float = 0.0
     why_refused: Callable[[], Refusal] = no_command
-    against: Rival | None = None
+    rival: Rival | None = None
     next_best: str = ""
 
 

@@ -8,22 +8,22 @@ from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS, Segment
 from voz.events import Utterance
-from voz.language.sentences.command_set import Commands, Parse
-from voz.recognition.confidence import Around, in_company
+from voz.language.sentences.command_set import Commands
+from voz.recognition.call_lock import NonReentrantLock
+from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
+from voz.recognition.decision import DecisionRule
 from voz.recognition.decoder import mean_start
 from voz.recognition.hypothesis import CommandFinder, Hypothesis
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.one_ear import OneEar
-from voz.recognition.second_ear import SecondEar, second_ear_for
+from voz.recognition.network_finder import MOST_COMPARED, NetworkFinder
+from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
+from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
 from voz.recognition.shortlist import MOST_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.spotting import Spotted, Spotter
-from voz.recognition.thresholds import needed
-from voz.recognition.turns import Turns
-from voz.recognition.two_ears import MOST_COMPARED, TwoEars
 from voz.settings import Recognition
 
 PAUSES = 2.0
@@ -38,6 +38,7 @@ class Interpreter:
         longest: how long a command may take, s.
         commands: what may be said.
         model: what the confidence is computed by.
+        rule: decides what is obeyed.
     """
 
     def __init__(
@@ -56,21 +57,16 @@ class Interpreter:
         model = models.two_ears if network else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
         self._ears: CommandFinder = (
-            TwoEars(language, settings, profile, self.model, network)
+            NetworkFinder(language, settings, profile, self.model, network)
             if network
-            else OneEar(language, settings, profile, self.model)
+            else PocketsphinxFinder(language, settings, profile, self.model)
         )
         # The network needs none of what pocketsphinx learns of a microphone.
         self._aligner = Aligner(language) if learning and not network else None
         self._spotter = _spotter(network, self.commands, settings.never_missed)
         self.longest = PAUSES + MAX_WORD_SECONDS * self.commands.longest
-        self._needed = needed(self.model, settings)
-        self._never_missed = frozenset(settings.never_missed)
-        self._turns = Turns()  # pocketsphinx decodes one utterance at a time
-
-    def accept_by(self, settings: Recognition) -> None:
-        """Accept by other settings from now on; any thread may ask for it."""
-        self._needed = needed(self.model, settings)
+        self.rule = DecisionRule(self.commands, self.model, settings)
+        self._turns = NonReentrantLock()  # pocketsphinx decodes one utterance at a time
 
     def understand(self, segment: Segment) -> Hypothesis:
         """Find the sentence of a segment, and how likely it is that it was said."""
@@ -120,10 +116,6 @@ class Interpreter:
         heard = self._understand(segment, StartVector())
         return teaches(heard.values, heard.trust)
 
-    def accepts(self, heard: Hypothesis, around: Around) -> bool:
-        """Tell whether a command is sure enough to be obeyed, by what is around it."""
-        return self._accepts(heard.text, in_company(heard.sure, around))
-
     def has_continuation(self, text: str) -> bool:
         """Tell whether a longer command begins with this one."""
         return bool(text) and self.commands.has_continuation(text)
@@ -133,41 +125,27 @@ class Interpreter:
         parse = self.commands.parse(text)
         return parse.command if parse and parse.command != text else None
 
-    def needed(self, text: str) -> float | None:
-        """How sure a command must be to be accepted, 0 to 1; None if the text is none."""
-        parse = self.commands.parse(text)
-        if parse is None:
-            return None
-        return self._needed.careful if self._is_careful(parse) else self._needed.usual
-
-    def _is_careful(self, parse: Parse | None) -> bool:
-        """Whether it is worse to miss a command than others."""
-        return parse is not None and parse.is_one_of(self._never_missed)
-
-    def _accepts(self, text: str, sure: float) -> bool:
-        least = self.needed(text)
-        return least is not None and sure >= least
-
-    def judge(self, heard: Hypothesis, around: Around, decided: float, source: str) -> Utterance:
-        """Decide whether what was heard is obeyed.
+    def utterance(
+        self, heard: Hypothesis, context: Context, decided: float, source: str
+    ) -> Utterance:
+        """Decide, and make the event that says so.
 
         Args:
             heard: what was understood.
-            around: what is around it.
+            context: what is around it.
             decided: the time of the decision, s.
             source: where it comes from.
         """
         segment, text = heard.segment, heard.text
-        sure = in_company(heard.sure, around)
-        accepted = self._accepts(text, sure)
-        reason, between = (None, None) if accepted else heard.why_refused()
-        parse = self.commands.parse(text) if accepted else None
+        decision = self.rule.decide(heard, context)
+        reason, between = (None, None) if decision.accepted else heard.why_refused()
+        parse = self.commands.parse(text) if decision.accepted else None
         score = heard.values.get(SCORE)
         return Utterance(
             t=round(decided, 3),
             text=text,
-            confidence=round(sure, 3),
-            accepted=accepted,
+            confidence=round(decision.confidence, 3),
+            accepted=decision.accepted,
             start=round(segment.start, 3),
             end=round(segment.end, 3),
             source=source,
@@ -182,16 +160,16 @@ class Interpreter:
         )
 
 
-def _network(language: Language, file: str | None) -> SecondEar | None:
+def _network(language: Language, file: str | None) -> PhonemeScorer | None:
     """Load the network, where it knows the language."""
     try:
-        return second_ear_for(language, file)
+        return scorer_for(language, file)
     except UnknownNetworkError:
         return None
 
 
 def _spotter(
-    network: SecondEar | None, commands: Commands, never_missed: Collection[str]
+    network: PhonemeScorer | None, commands: Commands, never_missed: Collection[str]
 ) -> Spotter | None:
     """Look for the commands that must not be missed, where there is a network."""
     watched = commands.named(never_missed, MOST_NEVER_MISSED)

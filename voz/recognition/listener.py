@@ -6,8 +6,8 @@ import numpy.typing as npt
 
 from voz.audio.capture.arrays import ArrayConverter
 from voz.events import Partial, Utterance
+from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.stream import Stream
-from voz.recognition.turns import Turns
 
 
 class Listener:
@@ -22,7 +22,7 @@ class Listener:
         """
         self._stream = stream
         self._converter = ArrayConverter(rate)
-        self._turns = Turns()
+        self._turns = NonReentrantLock()
 
     def feed(self, array: npt.ArrayLike) -> list[Utterance | Partial]:
         """Take the next sound.

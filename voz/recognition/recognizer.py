@@ -18,7 +18,7 @@ from voz.events import Partial, Utterance
 from voz.language.generated.file_checks import lock_folder
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import Commands
-from voz.recognition.confidence import Around
+from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import Model
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
@@ -51,7 +51,7 @@ class Candidate(NamedTuple):
     text: str
     values: dict[str, float]
     trust: float
-    around: Around
+    around: Context
     start: float
     end: float
 
@@ -113,7 +113,7 @@ class Recognizer:
         check(renewed.commands)
         renewed.learnt = self._interpreter.learnt
         self._interpreter = renewed
-        renewed.accept_by(self._settings)  # another thread may have set them meanwhile
+        renewed.rule.accept_by(self._settings)  # another thread may have set them meanwhile
 
     def accept_by(self, alarms: float) -> None:
         """Let there be so many false alarms in an hour of talk, from the next decision on.
@@ -124,7 +124,7 @@ class Recognizer:
             ConfigError: it is out of the range that `false_alarms_per_hour` has.
         """
         self._settings = replace(self._settings, false_alarms_per_hour=alarms)
-        self._interpreter.accept_by(self._settings)
+        self._interpreter.rule.accept_by(self._settings)
 
     @property
     def model(self) -> Model:
@@ -138,7 +138,7 @@ class Recognizer:
 
     def needed(self, text: str) -> float | None:
         """How sure a command must be to be accepted, 0 to 1; None if the text is none."""
-        return self._interpreter.needed(text)
+        return self._interpreter.rule.threshold(text)
 
     @property
     def learnt(self) -> StartVector:
@@ -219,6 +219,6 @@ class Recognizer:
             heard = self._interpreter.understand(segment)
             if heard.values:
                 among = segment.amid or any(after[max(0, number - 1) : number + 1])
-                around = Around.SPEECH if among else Around.QUIET
+                around = Context.SPEECH if among else Context.QUIET
                 values, trust = dict(heard.values), heard.trust
                 yield Candidate(heard.text, values, trust, around, segment.start, segment.end)

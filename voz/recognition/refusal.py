@@ -12,7 +12,7 @@ from voz.events import Reason
 from voz.recognition.confidence import word_ratio
 from voz.recognition.evidence import Evidence
 from voz.recognition.hypothesis import Refusal
-from voz.recognition.second_ear import Opinion
+from voz.recognition.phoneme_scorer import Ranking
 
 QUIET = 40.0
 """Speech below it, in dB over one unit of 16 bits, is 50 dB under full scale: a far microphone."""
@@ -68,17 +68,17 @@ def why_unlike(evidence: Evidence) -> Refusal:
     return "not_a_command", None
 
 
-def why_unheard(opinion: Opinion, phones: int, words: Collection[float]) -> Refusal:
+def why_unheard(ranking: Ranking, phones: int, words: Collection[float]) -> Refusal:
     """Tell why an utterance is no command, by the network.
 
     Args:
-        opinion: what it makes of the commands.
+        ranking: what it makes of the commands.
         phones: of the command that fits best.
         words: how well each word of that fits, nats for each phone.
     """
-    best, other = opinion.matches[opinion.text], opinion.matches.get(opinion.next_best)
+    best, other = ranking.matches[ranking.text], ranking.matches.get(ranking.next_best)
     if max(words) > SAID and min(words) < NOT_SAID:
         return "part_of_a_command", None
     if other and best.score > SAID * phones and best.score - other.score < CLOSE:
-        return "unsure_between", (opinion.text, opinion.next_best)
+        return "unsure_between", (ranking.text, ranking.next_best)
     return "not_a_command", None

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS
-from voz.recognition.second_ear import SecondEar
+from voz.recognition.phoneme_scorer import PhonemeScorer
 
 FITS = 8.0
 """Nats of the network: a command with so much evidence for it may have been said."""
@@ -23,7 +23,9 @@ class Spotted(NamedTuple):
 class Spotter:
     """Looks for some commands in what was heard last, with the second ear alone."""
 
-    def __init__(self, ear: SecondEar, commands: Collection[str], others: Iterable[str]) -> None:
+    def __init__(
+        self, ear: PhonemeScorer, commands: Collection[str], others: Iterable[str]
+    ) -> None:
         """Start to look.
 
         Args:
@@ -43,7 +45,7 @@ class Spotter:
         Args:
             so_far: what stands out of the room, up to now, 16 kHz.
         """
-        sounds = self._ear.listen(so_far[-self._window :])
-        opinion = self._ear.opinion(sounds, [*self._commands, *self._others])
-        found = opinion.text in self._commands and opinion.score > FITS
-        return Spotted(opinion.text, opinion.score) if found else None
+        sounds = self._ear.phone_likelihoods(so_far[-self._window :])
+        ranking = self._ear.rank(sounds, [*self._commands, *self._others])
+        found = ranking.text in self._commands and ranking.score > FITS
+        return Spotted(ranking.text, ranking.score) if found else None

@@ -9,16 +9,17 @@ from voz.audio.endpointing.frame_levels import FRAME
 from voz.audio.endpointing.segment import Ongoing, Segment, Sound, belong_together
 from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
-from voz.recognition.confidence import Around, probability
+from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import SCORE
+from voz.recognition.decision import confidence_in_quiet
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.interpreter import Interpreter
 
 SAME_END = 2 * FRAME / SAMPLE_RATE
-"""By so much the ends of a segment may differ between its last pause and when it is over, s."""
+"""Two ends of a segment closer than this (s) are the same: nothing was said after the pause."""
 
-TOLD_FOR = 1.0
-"""What may have been said is told once in so long, s."""
+PARTIAL_INTERVAL = 1.0
+"""The same partial hypothesis is reported at most once in this time, s."""
 
 
 class Stream:
@@ -38,13 +39,14 @@ class Stream:
         voices: VoiceFlags | None = None,
     ) -> None:
         self._interpreter = interpreter
+        self._rule = interpreter.rule
         self._spotting = spotting
         self._source = source
         self._segmenter = Segmenter(early, interpreter.longest, voices)
         self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
         self._waiting: Hypothesis | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
-        self._told, self._told_until = "", 0.0  # what may have been said, and until when it is new
+        self._partial_text, self._partial_until = "", 0.0  # reported last, and not again before
 
     @property
     def background(self) -> float:
@@ -76,57 +78,50 @@ class Stream:
             return
         if self._waiting:
             waiting, self._waiting = self._waiting, None
-            yield from self._tell(waiting, _between(waiting.segment, sound), sound.decided)
+            yield from self._report(waiting, _between(waiting.segment, sound), sound.decided)
         if isinstance(sound, Segment):
             follow = self._over if sound.over else self._pause
-            around = Around.SPEECH if sound.amid else _between(self._other, sound)
-            yield from follow(sound, around)
+            context = Context.SPEECH if sound.amid else _between(self._other, sound)
+            yield from follow(sound, context)
 
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:
         """Tell of a command that must not be missed before the sound around it pauses."""
         if spotted := self._interpreter.spot(sound.samples):
             sure = probability(self._interpreter.model, {SCORE: spotted.score})
-            yield from self._perhaps(spotted.text, sure, sound.decided)
+            yield from self._partial(spotted.text, sure, sound.decided)
 
-    def _perhaps(self, text: str, sure: float, decided: float) -> Iterator[Partial]:
+    def _partial(self, text: str, sure: float, decided: float) -> Iterator[Partial]:
         """Tell what may have been said, unless that was told just now."""
-        if text != self._told or decided >= self._told_until:
-            self._told, self._told_until = text, decided + TOLD_FOR
+        if text != self._partial_text or decided >= self._partial_until:
+            self._partial_text, self._partial_until = text, decided + PARTIAL_INTERVAL
             command = self._interpreter.another_name(text)
             yield Partial(round(decided, 3), text, round(sure, 3), command)
 
-    def _pause(self, segment: Segment, around: Around) -> Iterator[Utterance | Partial]:
+    def _pause(self, segment: Segment, context: Context) -> Iterator[Utterance | Partial]:
         heard = self._paused = self._interpreter.understand(segment)
-        if self._surely(heard, around) and not self._interpreter.has_continuation(heard.text):
+        decision = self._rule.decide(heard, context)
+        if not decision.accepted:
+            return
+        if decision.waits or self._interpreter.has_continuation(heard.text):
+            sure = confidence_in_quiet(heard)
+            yield from self._partial(heard.text, sure, segment.decided)
+        else:
             self._segmenter.cut()
             self._paused = None
-            yield from self._tell(heard, around, segment.decided)
-        elif self._interpreter.accepts(heard, around):
-            yield from self._perhaps(heard.text, heard.sure, segment.decided)
+            yield from self._report(heard, context, segment.decided)
 
-    def _over(self, segment: Segment, around: Around) -> Iterator[Utterance]:
-        paused, self._paused = self._paused, None
-        is_same = paused is not None and segment.end <= paused.segment.end + SAME_END
-        if paused and is_same and not self._hangs_on_what_follows(paused, around):
-            heard = paused
-        else:  # of what was unsure the network may have heard more by now
-            heard = self._interpreter.understand(segment)
-        if self._hangs_on_what_follows(heard, around):
+    def _over(self, segment: Segment, context: Context) -> Iterator[Utterance]:
+        heard, self._paused = self._paused, None
+        is_same = heard is not None and segment.end <= heard.segment.end + SAME_END
+        if heard is None or not is_same or self._rule.decide(heard, context).waits:
+            heard = self._interpreter.understand(segment)  # there may be more to hear by now
+        if self._rule.decide(heard, context).waits:
             self._waiting = heard
         else:
-            yield from self._tell(heard, around, segment.decided)
+            yield from self._report(heard, context, segment.decided)
 
-    def _hangs_on_what_follows(self, heard: Hypothesis, around: Around) -> bool:
-        """Tell whether a command is obeyed only if nothing is said behind it."""
-        return self._interpreter.accepts(heard, around) and not self._surely(heard, around)
-
-    def _surely(self, heard: Hypothesis, around: Around) -> bool:
-        """Tell whether a command is obeyed whatever follows."""
-        so_far = Around.QUIET_SO_FAR if around is Around.QUIET else around
-        return self._interpreter.accepts(heard, so_far)
-
-    def _tell(self, heard: Hypothesis, around: Around, decided: float) -> Iterator[Utterance]:
-        utterance = self._interpreter.judge(heard, around, decided, self._source)
+    def _report(self, heard: Hypothesis, context: Context, decided: float) -> Iterator[Utterance]:
+        utterance = self._interpreter.utterance(heard, context, decided, self._source)
         # What is too long for any command has not been asked about; it is hardly noise.
         is_speech = not heard.values or heard.trust > 0
         if utterance.accepted:
@@ -136,7 +131,7 @@ class Stream:
         self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it
 
 
-def _between(one: Segment | None, other: Sound) -> Around:
+def _between(one: Segment | None, other: Sound) -> Context:
     """Tell what each of two sounds has near it: the other, or nothing."""
     near = one is not None and isinstance(other, Segment) and belong_together(one, other)
-    return Around.SPEECH if near else Around.QUIET
+    return Context.SPEECH if near else Context.QUIET

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from voz.recognition.confidence import chance, with_odds
 from voz.recognition.confidence_model import Model
 from voz.settings import Recognition
 
 
-class Needed(NamedTuple):
-    """How sure a command must be: one as any, and one that it is worse to miss."""
+@dataclass(frozen=True)
+class Thresholds:
+    """The confidence that any command needs, and one that must not be missed, 0 to 1."""
 
     usual: float
-    careful: float
+    never_missed: float
 
 
-def needed(model: Model, settings: Recognition) -> Needed:
-    """Tell how sure commands must be; the arguments are those of `thresholds`."""
+def thresholds_of(model: Model, settings: Recognition) -> Thresholds:
+    """Compute the thresholds; the arguments are those of `thresholds`."""
     if settings.threshold is not None:
-        return Needed(settings.threshold, settings.threshold)
+        return Thresholds(settings.threshold, settings.threshold)
     usual = threshold_for(model, settings.false_alarms_per_hour or model.usual_alarms)
-    return Needed(usual, with_odds(usual, 1 / settings.missed_cost))
+    return Thresholds(usual, with_odds(usual, 1 / settings.missed_cost))
 
 
 def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> dict[str, float]:
@@ -37,8 +38,8 @@ def thresholds(model: Model, settings: Recognition, commands: Iterable[str]) -> 
     Returns:
         A threshold from 0 to 1 for each command.
     """
-    usual, careful = needed(model, settings)
-    return {c: careful if c in settings.never_missed else usual for c in commands}
+    of = thresholds_of(model, settings)
+    return {c: of.never_missed if c in settings.never_missed else of.usual for c in commands}
 
 
 def threshold_for(model: Model, alarms: float) -> float:

@@ -24,7 +24,7 @@ from voz.apps.evaluation.fit_confidence import (
 from voz.apps.recordings.clips import Clip
 from voz.apps.recordings.manifest import read_manifest
 from voz.errors import ConfigError
-from voz.recognition.confidence import Around, probability
+from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import (
     ONE_EAR,
     TWO_EARS,
@@ -54,7 +54,7 @@ def example(
     values: dict[str, float],
     right: bool,
     trust: float = 1.0,
-    around: Around = Around.QUIET,
+    around: Context = Context.QUIET,
 ) -> Example:
     return Example(clip, "go back", values, trust, around, right)
 
@@ -130,7 +130,7 @@ def test_too_little_talk_is_one_clear_line() -> None:
 
 def test_other_speech_around_it_makes_an_utterance_unlikely() -> None:
     some = examples()
-    around = [dataclasses.replace(e, around=Around.SPEECH) for e in some]
+    around = [dataclasses.replace(e, around=Context.SPEECH) for e in some]
     pairs = zip(cross_validated(some, NAMES), cross_validated(around, NAMES), strict=True)
     assert all(other < one for one, other in pairs)
 

@@ -29,7 +29,7 @@ from voz.settings import Recognition
 
 START = "45,3,-1"
 
-ONE_EAR = Recognition(second_ear=False)
+ALONE = Recognition(second_ear=False)
 """Pocketsphinx; the network needs no such help."""
 
 BRIGHT = (3.0, -20.0, -10.0, *[5.0] * 10)
@@ -213,10 +213,10 @@ def test_a_bad_microphone_is_learnt_while_it_is_used(
 ) -> None:
     said = [r for r in recordings if r.kind == "command" and r.voice == "flite_slt"]
     clips = [(telephone(r.samples()), r.text) for r in said]
-    learning = Recognizer(language, ONE_EAR, learning=True)
+    learning = Recognizer(language, ALONE, learning=True)
     right(learning, clips)
-    before = right(Recognizer(language, ONE_EAR), clips)
-    after = right(Recognizer(language, ONE_EAR, Profile(learning.learnt)), clips)
+    before = right(Recognizer(language, ALONE), clips)
+    after = right(Recognizer(language, ALONE, Profile(learning.learnt)), clips)
     assert before < after
     assert after >= 12
     assert right(Recognizer(language, Recognition()), clips) >= 12
@@ -227,13 +227,13 @@ def test_what_is_no_command_spoils_nothing(
 ) -> None:
     commands = [r for r in recordings if r.kind == "command"][::3]
     clips = [(r.samples(), r.text) for r in commands]
-    learning = Recognizer(language, ONE_EAR, learning=True)
+    learning = Recognizer(language, ALONE, learning=True)
     noise = np.random.default_rng(0).normal(0, 2000, (5, SAMPLE_RATE)).astype(np.int16)
     others = [r.samples() for r in recordings if r.kind == "near-miss"]
     for samples in [*others, *noise]:
         list(learning.utterances([samples], ""))
-    before = right(Recognizer(language, ONE_EAR), clips)
-    assert right(Recognizer(language, ONE_EAR, Profile(learning.learnt)), clips) >= before - 1
+    before = right(Recognizer(language, ALONE), clips)
+    assert right(Recognizer(language, ALONE, Profile(learning.learnt)), clips) >= before - 1
 
 
 def test_recordings_are_each_heard_as_if_alone(recognizer: Recognizer, session: Recording) -> None:

@@ -23,7 +23,7 @@ from voz.recognition.speaker.mllr import is_transforms
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
-ONE_EAR = Recognition(second_ear=False)
+ALONE = Recognition(second_ear=False)
 """What is fitted helps pocketsphinx; beside the other ear these voices need no help."""
 
 
@@ -129,7 +129,7 @@ def test_where_nothing_can_be_aligned_the_profile_is_empty_and_no_file_is_writte
 
 
 def scored(language: LanguageFiles, said: Sequence[Said], profile: Profile | None = None) -> Score:
-    return score(said, Recognizer(language, ONE_EAR, profile))
+    return score(said, Recognizer(language, ALONE, profile))
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_a_profile_is_worth_what_it_is_said_to_be(
     said: list[Said], language: LanguageFiles, tmp_path: Path
 ) -> None:
     steps: list[None] = []
-    found = calibrate(said[:6], language, ONE_EAR, tmp_path, lambda: steps.append(None))
+    found = calibrate(said[:6], language, ALONE, tmp_path, lambda: steps.append(None))
     assert len(steps) == STEPS
     # Each sentence is heard as if alone, so that in parts they come to the same.
     before = scored(language, said[:6])

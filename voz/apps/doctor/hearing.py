@@ -15,8 +15,8 @@ from voz.language.generated.language_files import (
     stale_warning,
 )
 from voz.recognition.network_file import fingerprint_of
+from voz.recognition.phoneme_scorer import why_missing
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import why_missing
 from voz.settings import Recognition
 
 

@@ -17,7 +17,7 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.language.generated.language_files import find_language
-from voz.recognition.confidence import Around
+from voz.recognition.confidence import Context
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
@@ -60,7 +60,7 @@ class Example:
     text: str
     values: dict[str, float]
     trust: float
-    around: Around
+    around: Context
     right: bool
 
 

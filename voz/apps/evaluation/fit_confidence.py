@@ -12,10 +12,10 @@ from msgspec.structs import replace
 from voz.apps.evaluation.examples import TOO_LITTLE_TALK, Example
 from voz.apps.recordings.clips import Clip
 from voz.errors import ConfigError
-from voz.recognition.confidence import in_company, probability
+from voz.recognition.confidence import discount_for_context, probability
 from voz.recognition.confidence_model import (
-    ONE_EAR,
-    TWO_EARS,
+    NETWORK_FEATURES,
+    POCKETSPHINX_FEATURES,
     VOICES_AROUND,
     Model,
     Models,
@@ -73,9 +73,12 @@ def fit_models(
     Raises:
         ConfigError: what `fit` and `with_alarms` raise.
     """
-    likely, likely_alone = cross_validated(examples, TWO_EARS), cross_validated(alone, ONE_EAR)
-    both = with_alarms(fit(examples, fitted_on, TWO_EARS), examples, likely, hours)
-    one = with_alarms(fit(alone, fitted_on, ONE_EAR), alone, likely_alone, hours)
+    likely, likely_alone = (
+        cross_validated(examples, NETWORK_FEATURES),
+        cross_validated(alone, POCKETSPHINX_FEATURES),
+    )
+    both = with_alarms(fit(examples, fitted_on, NETWORK_FEATURES), examples, likely, hours)
+    one = with_alarms(fit(alone, fitted_on, POCKETSPHINX_FEATURES), alone, likely_alone, hours)
     # What voices in the room are worth to one ear, recordings of one command do not tell.
     voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
     one = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
@@ -260,7 +263,7 @@ def _mean_odds(shares: Sequence[float]) -> float:
 
 def _likely(model: Model, example: Example) -> float:
     sure = example.trust * probability(model, example.values)
-    return in_company(sure, example.around)
+    return discount_for_context(sure, example.around)
 
 
 def _is_in(command: str, talk: Clip) -> bool:

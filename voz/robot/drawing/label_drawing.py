@@ -28,7 +28,7 @@ FIGURE_SPACE = "\u2007"
 """As wide as a digit: numbers below each other stand right."""
 
 AIR, FRAME = 1.0, 5.0
-"""Around a label without and with a frame, 1/72 inch."""
+"""Context a label without and with a frame, 1/72 inch."""
 
 
 WALL = 4.0

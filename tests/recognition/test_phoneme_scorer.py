@@ -14,79 +14,79 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.language.acoustics.phone_distances import read_distances
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.second_ear import (
+from voz.recognition.phoneme_scorer import (
     LEAST_REWARD,
     MOST_MARGIN,
     OTHER_PHONE,
     PHONE,
     PROPOSED,
     Match,
-    Opinion,
-    SecondEar,
-    Sounds,
+    PhoneLikelihoods,
+    PhonemeScorer,
+    Ranking,
 )
 
 COMMANDS = sorted({r.text for r in read_manifest() if r.kind == "command"})
 
 
 @pytest.fixture(scope="module")
-def go_back(ear: SecondEar, recordings: list[Recording]) -> Sounds:
-    return ear.listen(said(recordings, "go back"))
+def go_back(ear: PhonemeScorer, recordings: list[Recording]) -> PhoneLikelihoods:
+    return ear.phone_likelihoods(said(recordings, "go back"))
 
 
 def said(recordings: list[Recording], text: str) -> Samples:
     return next(r for r in recordings if (r.text, r.voice) == (text, "festival_slt")).samples()
 
 
-def score(ear: SecondEar, samples: Samples, text: str) -> float:
-    return ear.opinion(ear.listen(samples), [text]).matches[text].score
+def score(ear: PhonemeScorer, samples: Samples, text: str) -> float:
+    return ear.rank(ear.phone_likelihoods(samples), [text]).matches[text].score
 
 
 def test_it_knows_which_command_was_said_and_where(
-    ear: SecondEar, loaded: Language, recordings: list[Recording]
+    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
     clips = [r for r in recordings if r.kind == "command"]
     right = []
     for clip in clips:
         samples = clip.samples()
-        opinion = ear.opinion(ear.listen(samples), loaded.commands.listed)
-        best = opinion.matches[opinion.text]
-        right.append(opinion.text == clip.text)
+        ranking = ear.rank(ear.phone_likelihoods(samples), loaded.commands.listed)
+        best = ranking.matches[ranking.text]
+        right.append(ranking.text == clip.text)
         loud = np.flatnonzero(np.abs(samples) > np.abs(samples).max() / 30) / SAMPLE_RATE
         assert loud[0] - 0.2 < best.begin < best.end < loud[-1] + 0.2
     assert np.mean(right) > 0.97
 
 
 def test_there_is_more_evidence_for_commands_than_for_what_is_none(
-    ear: SecondEar, loaded: Language, recordings: list[Recording]
+    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
     scores: dict[str, list[float]] = {"command": [], "near-miss": []}
     for recording in recordings:
         if recording.kind in scores:
-            sounds = ear.listen(recording.samples())
-            scores[recording.kind].append(ear.opinion(sounds, loaded.commands.listed).score)
+            sounds = ear.phone_likelihoods(recording.samples())
+            scores[recording.kind].append(ear.rank(sounds, loaded.commands.listed).score)
     assert np.percentile(scores["near-miss"], 80) < np.percentile(scores["command"], 5)
 
 
 @given(st.data())
 def test_other_commands_and_their_order_change_nothing_for_a_command(
-    ear: SecondEar, go_back: Sounds, data: st.DataObject
+    ear: PhonemeScorer, go_back: PhoneLikelihoods, data: st.DataObject
 ) -> None:
     some = data.draw(st.lists(st.sampled_from(COMMANDS), min_size=1, unique=True))
     mixed = data.draw(st.permutations(some))
-    among, again = ear.opinion(go_back, some), ear.opinion(go_back, mixed)
+    among, again = ear.rank(go_back, some), ear.rank(go_back, mixed)
     assert (again.text, again.next_best, again.score) == (among.text, among.next_best, among.score)
     for command in some:
-        alone = ear.opinion(go_back, [command])
+        alone = ear.rank(go_back, [command])
         assert among.matches[command] == again.matches[command] == alone.matches[command]
 
 
 @given(st.data())
 def test_one_command_more_is_heard_instead_or_makes_the_best_no_surer(
-    ear: SecondEar, go_back: Sounds, data: st.DataObject
+    ear: PhonemeScorer, go_back: PhoneLikelihoods, data: st.DataObject
 ) -> None:
     first, *some = data.draw(st.lists(st.sampled_from(COMMANDS), min_size=2, unique=True))
-    fewer, more = ear.opinion(go_back, some), ear.opinion(go_back, [*some, first])
+    fewer, more = ear.rank(go_back, some), ear.rank(go_back, [*some, first])
     if more.text == first:
         assert more.matches[first].score > more.matches[fewer.text].score
         assert more.next_best == fewer.text
@@ -100,22 +100,22 @@ def test_one_command_more_is_heard_instead_or_makes_the_best_no_surer(
     st.floats(-50, 50),
 )
 def test_the_score_is_that_of_the_best_and_how_far_it_is_ahead(
-    scores: dict[str, float], more: float
+    fits: dict[str, float], more: float
 ) -> None:
-    opinion = Opinion({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
-    first, second = sorted([*scores.values(), -math.inf])[:-3:-1]
-    assert scores[opinion.text] == first
-    assert scores.get(opinion.next_best, -math.inf) == second
-    assert opinion.text != opinion.next_best
-    assert opinion.score == pytest.approx(first + min(MOST_MARGIN, (first - second) / 2))
-    all_better = {text: Match(score + more, 0.0, 1.0) for text, score in scores.items()}
-    assert Opinion(all_better).score == pytest.approx(opinion.score + more, abs=1e-6)
+    ranking = Ranking({text: Match(fit, 0.0, 1.0) for text, fit in fits.items()})
+    first, second = sorted([*fits.values(), -math.inf])[:-3:-1]
+    assert fits[ranking.text] == first
+    assert fits.get(ranking.next_best, -math.inf) == second
+    assert ranking.text != ranking.next_best
+    assert ranking.score == pytest.approx(first + min(MOST_MARGIN, (first - second) / 2))
+    all_better = {text: Match(fit + more, 0.0, 1.0) for text, fit in fits.items()}
+    assert Ranking(all_better).score == pytest.approx(ranking.score + more, abs=1e-6)
 
 
 def test_what_pocketsphinx_proposes_is_worth_a_little_and_to_that_command_alone(
-    ear: SecondEar, go_back: Sounds
+    ear: PhonemeScorer, go_back: PhoneLikelihoods
 ) -> None:
-    plain, proposed = ear.opinion(go_back, COMMANDS), ear.opinion(go_back, COMMANDS, "turn left")
+    plain, proposed = ear.rank(go_back, COMMANDS), ear.rank(go_back, COMMANDS, "turn left")
     for command in COMMANDS:
         more = proposed.matches[command].score - plain.matches[command].score
         assert more == pytest.approx(PROPOSED if command == "turn left" else 0)
@@ -123,27 +123,27 @@ def test_what_pocketsphinx_proposes_is_worth_a_little_and_to_that_command_alone(
 
 
 def test_a_command_speaks_for_itself_by_the_phone_and_a_short_one_by_some_more(
-    ear: SecondEar, recordings: list[Recording]
+    ear: PhonemeScorer, recordings: list[Recording]
 ) -> None:
     """However well it is said; each command of these is said about as well as it can be."""
     for text in ("stop", "stop speech", "turn left"):
         worth = PHONE * ear.phones(text)
         assert 0.7 * worth < score(ear, said(recordings, text), text) < 1.1 * worth
-    short = SecondEar({"a": [["AH"]], "up": [["AH", "P"]], "stop": [["S", "T", "AA", "P"]]})
-    sounds = short.listen(said(recordings, "speed up"))
-    nothing = Sounds(sounds.relative * 0, sounds.before * 0, sounds.behind * 0)
-    for text, match in short.opinion(nothing, ["a", "up", "stop"]).matches.items():
+    short = PhonemeScorer({"a": [["AH"]], "up": [["AH", "P"]], "stop": [["S", "T", "AA", "P"]]})
+    sounds = short.phone_likelihoods(said(recordings, "speed up"))
+    nothing = PhoneLikelihoods(sounds.relative * 0, sounds.before * 0, sounds.behind * 0)
+    for text, match in short.rank(nothing, ["a", "up", "stop"]).matches.items():
         assert match.score == pytest.approx(max(PHONE * short.phones(text), LEAST_REWARD))
     assert PHONE * short.phones("up") < LEAST_REWARD
 
 
 def test_silence_around_a_command_says_nothing_and_speech_speaks_against_it(
-    ear: SecondEar, recordings: list[Recording]
+    ear: PhonemeScorer, recordings: list[Recording]
 ) -> None:
     sound, other = said(recordings, "go back"), said(recordings, "turn left")
-    alone = ear.opinion(ear.listen(sound), ["go back"]).matches["go back"]
+    alone = ear.rank(ear.phone_likelihoods(sound), ["go back"]).matches["go back"]
     hush = np.random.default_rng(0).normal(0, 8, SAMPLE_RATE).astype(np.int16)
-    quiet = ear.opinion(ear.listen(np.concatenate([hush, sound, hush])), ["go back"])
+    quiet = ear.rank(ear.phone_likelihoods(np.concatenate([hush, sound, hush])), ["go back"])
     assert abs(quiet.matches["go back"].score - alone.score) < OTHER_PHONE
     assert quiet.matches["go back"].begin == pytest.approx(alone.begin + 1, abs=0.05)
     assert quiet.matches["go back"].end == pytest.approx(alone.end + 1, abs=0.05)
@@ -152,32 +152,34 @@ def test_silence_around_a_command_says_nothing_and_speech_speaks_against_it(
 
 
 @pytest.mark.parametrize("samples", [0, 100, SAMPLE_RATE])
-def test_of_silence_nothing_is_evidence(samples: int, ear: SecondEar) -> None:
-    opinion = ear.opinion(ear.listen(np.zeros(samples, np.int16)), COMMANDS)
-    assert set(opinion.matches) == {*COMMANDS}
-    assert opinion.score < -10
+def test_of_silence_nothing_is_evidence(samples: int, ear: PhonemeScorer) -> None:
+    ranking = ear.rank(ear.phone_likelihoods(np.zeros(samples, np.int16)), COMMANDS)
+    assert set(ranking.matches) == {*COMMANDS}
+    assert ranking.score < -10
 
 
 def test_every_phone_of_the_acoustic_model_has_its_sounds() -> None:
-    SecondEar({"all": [sorted(read_distances().frames)]})
+    PhonemeScorer({"all": [sorted(read_distances().frames)]})
 
 
 def test_it_knows_no_phones_of_other_languages() -> None:
     with pytest.raises(UnknownNetworkError, match="no phone rr"):
-        SecondEar({"rojo": [["R", "rr", "R"]]})
+        PhonemeScorer({"rojo": [["R", "rr", "R"]]})
 
 
 def test_of_the_ways_to_say_a_word_the_best_counts(recordings: list[Recording]) -> None:
     ways = {"a": ["S", "T", "AA", "P"], "b": ["S", "T", "AO", "P"], "c": ["F", "IH", "SH"]}
-    ear = SecondEar({**{word: [way] for word, way in ways.items()}, "any": list(ways.values())})
-    matches = ear.opinion(ear.listen(said(recordings, "stop")), ["a", "b", "any"]).matches
+    ear = PhonemeScorer({**{word: [way] for word, way in ways.items()}, "any": list(ways.values())})
+    matches = ear.rank(ear.phone_likelihoods(said(recordings, "stop")), ["a", "b", "any"]).matches
     assert matches["any"] == max(matches["a"], matches["b"])
 
 
 def test_a_sentence_of_many_ways_to_say_it_is_no_burden() -> None:
     ways = [["AH", "S"], ["EY", "S"], ["IY", "S"]]
-    ear = SecondEar(dict.fromkeys("abcdefghijkl", ways))
+    ear = PhonemeScorer(dict.fromkeys("abcdefghijkl", ways))
     sentence = " ".join("abcdefghijkl")
     assert ear.phones(sentence) == 24
-    (match,) = ear.opinion(ear.listen(np.zeros(16000, np.int16)), [sentence]).matches.values()
+    (match,) = ear.rank(
+        ear.phone_likelihoods(np.zeros(16000, np.int16)), [sentence]
+    ).matches.values()
     assert math.isfinite(match.score)

@@ -17,9 +17,9 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse
-from voz.recognition.meaning import ENOUGH, SCALE, most_sure, rival, stands_in_the_way
+from voz.recognition.phoneme_scorer import Match, Ranking
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.second_ear import Match, Opinion
+from voz.recognition.slot_rivals import ENOUGH, SCALE, highest_confidence, is_too_close, rival
 from voz.settings import Recognition
 from voz.speech.festival import render
 
@@ -32,8 +32,8 @@ MEANT = {
 }
 
 
-def heard(scores: Mapping[str, float]) -> Opinion:
-    return Opinion({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
+def heard(scores: Mapping[str, float]) -> Ranking:
+    return Ranking({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
 
 
 def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
@@ -43,8 +43,8 @@ def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
     both = rival(heard(alike), MEANT.get)
     assert both
     assert both.left == pytest.approx(1 / 3)
-    assert stands_in_the_way(both)
-    assert most_sure(both) == both.left
+    assert is_too_close(both)
+    assert highest_confidence(both) == both.left
 
 
 def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
@@ -53,8 +53,8 @@ def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
     left = [each.left for each in found if each]
     assert left == sorted(left)
     assert left[-2:] == [pytest.approx(1 / (1 + math.exp(-3))), 1]
-    assert [stands_in_the_way(each) for each in found] == [share < ENOUGH for share in left]
-    assert [most_sure(each) for each in found[-2:]] == [1, 1]
+    assert [is_too_close(each) for each in found] == [share < ENOUGH for share in left]
+    assert [highest_confidence(each) for each in found[-2:]] == [1, 1]
 
 
 @given(
@@ -84,8 +84,8 @@ def test_other_words_for_the_same_are_no_rival() -> None:
 def test_without_slots_there_is_none() -> None:
     assert rival(heard({"go back": 9.0, "bring a cup": 9.0}), MEANT.get) is None
     assert rival(heard({"go away": 9.0, "bring a cup": 9.0}), MEANT.get) is None
-    assert not stands_in_the_way(None)
-    assert most_sure(None) == 1
+    assert not is_too_close(None)
+    assert highest_confidence(None) == 1
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeGuard
 
 from voz.language.sentences.command_set import Parse
-from voz.recognition.second_ear import Opinion
+from voz.recognition.phoneme_scorer import Ranking
 
 SCALE = 3.0
 """Nats of the network that count as one: what is beside each other is wrong together."""
@@ -32,22 +32,22 @@ class Rival(NamedTuple):
     left: float
 
 
-def rival(opinion: Opinion, parse: Callable[[str], Parse | None]) -> Rival | None:
+def rival(ranking: Ranking, parse: Callable[[str], Parse | None]) -> Rival | None:
     """Find what stands in the way of the sentence that fits best.
 
     Args:
-        opinion: what the network makes of the sentences.
+        ranking: what the network makes of the sentences.
         parse: tells what a sentence means.
 
     Returns:
         The rival; None for a sentence without slots, or if nothing else is like it.
     """
-    said = parse(opinion.text)
+    said = parse(ranking.text)
     if said is None or not said.slots:
         return None
     meant = _key(said)
     best: dict[object, tuple[float, str]] = {}
-    for text, match in opinion.matches.items():
+    for text, match in ranking.matches.items():
         key = _key(parse(text))
         best[key] = max(best.get(key, (match.score, text)), (match.score, text))
     highest, _ = best.pop(meant)
@@ -57,14 +57,14 @@ def rival(opinion: Opinion, parse: Callable[[str], Parse | None]) -> Rival | Non
     return Rival(max(best.values())[1], 1 / (1 + others))
 
 
-def stands_in_the_way(against: Rival | None) -> TypeGuard[Rival]:
-    """Tell whether a rival is reason enough to refuse a command."""
-    return against is not None and against.left < ENOUGH
+def is_too_close(other: Rival | None) -> TypeGuard[Rival]:
+    """Whether a rival is reason enough to refuse a command."""
+    return other is not None and other.left < ENOUGH
 
 
-def most_sure(against: Rival | None) -> float:
-    """Tell how sure a command may be for its rivals, 0 to 1."""
-    return against.left if stands_in_the_way(against) else 1.0
+def highest_confidence(other: Rival | None) -> float:
+    """The confidence that a rival leaves to a command at most, 0 to 1."""
+    return other.left if is_too_close(other) else 1.0
 
 
 def _key(parse: Parse | None) -> object:

@@ -27,7 +27,7 @@ LONG = 3.0
 """What is longer, s, and was not compared with any command was too long for it."""
 
 
-class OneEar:
+class PocketsphinxFinder:
     """Finds the command and how sure it is by pocketsphinx; made once, used for many."""
 
     def __init__(

@@ -7,7 +7,7 @@ from threading import RLock
 from voz.errors import RecognizerBusyError
 
 
-class Turns:
+class NonReentrantLock:
     """One call at a time, in a `with` block; those of other threads wait for it.
 
     A call of the same thread would wait for ever: a signal handler has interrupted the first one.

@@ -63,7 +63,7 @@ class Match(NamedTuple):
     end: float
 
 
-class Sounds(NamedTuple):
+class PhoneLikelihoods(NamedTuple):
     """The phones in a stretch of sound.
 
     Attributes:
@@ -77,7 +77,7 @@ class Sounds(NamedTuple):
     behind: Floats
 
 
-class Opinion:
+class Ranking:
     """What the network makes of some commands.
 
     Attributes:
@@ -107,7 +107,7 @@ class Opinion:
         return best + min(MOST_MARGIN, (best - self.matches[self.next_best].score) / 2)
 
 
-class SecondEar:
+class PhonemeScorer:
     """Knows how the words of a language are pronounced; made once, used for many."""
 
     def __init__(
@@ -125,7 +125,7 @@ class SecondEar:
         """
         self._network = load_network(network)
         known = {word: list(ways) for word, ways in spellings.items()}
-        sounds = read_sounds()
+        sounds = read_phone_symbols()
         unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
@@ -138,7 +138,7 @@ class SecondEar:
         self._merged = _merged(self._network.symbols, sounds.values())
         self._laid_out = lru_cache(LISTS)(self._lay_out)
 
-    def listen(self, samples: Samples) -> Sounds:
+    def phone_likelihoods(self, samples: Samples) -> PhoneLikelihoods:
         """Find the phones in a stretch of sound, 16 kHz, as it was heard."""
         heard = np.exp(self._network.log_probabilities(samples)).astype(np.float64)
         blank = heard[:, -BLANKS:].sum(axis=1)
@@ -146,13 +146,15 @@ class SecondEar:
         phones = np.where(blank < likeliest, heard[:, :-BLANKS].argmax(axis=1), -1)
         begun = np.cumsum((phones >= 0) & (phones != np.concatenate([[-1], phones[:-1]])))
         probabilities = np.maximum(heard @ self._merged, LEAST)
-        return Sounds(
+        return PhoneLikelihoods(
             np.log(probabilities / np.maximum(likeliest, blank)[:, np.newaxis]),
             OTHER_PHONE * np.concatenate([[0], begun[:-1]]),
             OTHER_PHONE * (begun[-1] - begun),
         )
 
-    def opinion(self, sounds: Sounds, commands: Collection[str], proposed: str = "") -> Opinion:
+    def rank(
+        self, sounds: PhoneLikelihoods, commands: Collection[str], proposed: str = ""
+    ) -> Ranking:
         """Tell how commands fit.
 
         Args:
@@ -166,7 +168,7 @@ class SecondEar:
         moment = MOMENT / SAMPLE_RATE
         columns = (found.scores + rewards, found.begins * moment, (found.ends + 1) * moment)
         matches = map(Match._make, zip(*(column.tolist() for column in columns), strict=True))
-        return Opinion(dict(zip(commands, matches, strict=True)))
+        return Ranking(dict(zip(commands, matches, strict=True)))
 
     def phones(self, text: str) -> int:
         """Count the phones of a sentence, its words pronounced the first way."""
@@ -195,14 +197,14 @@ def load_network(file: str | None = None) -> PhonemeNetwork:
         raise ConfigError(f"{error}; {advice}") from None
 
 
-def second_ear_for(language: Language, network: str | None = None) -> SecondEar:
-    """Load the second ear for the words of a language; the rest is as with `SecondEar`.
+def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
+    """Load the second ear for the words of a language; the rest is as with `PhonemeScorer`.
 
     Phones of another language may be called like English ones, and be other sounds.
     """
     if not language.spoken.is_english:
         raise UnknownNetworkError(f"it knows English alone, and this is {language.spoken.name}")
-    return SecondEar(spellings(language.pronunciations), network=network)
+    return PhonemeScorer(spellings(language.pronunciations), network=network)
 
 
 def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
@@ -212,13 +214,13 @@ def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
         VozError: the language files, or the file of the network, cannot be used.
     """
     try:
-        second_ear_for(load_language(files), network)
+        scorer_for(load_language(files), network)
     except UnknownNetworkError as error:
         return str(error)
     return None
 
 
-def read_sounds() -> dict[str, list[str]]:
+def read_phone_symbols() -> dict[str, list[str]]:
     """Read the symbols that each phone of the dictionary may sound like."""
     lines = IPA.read_text(encoding="utf-8").splitlines()
     return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}

@@ -18,23 +18,25 @@ from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.confidence_model import SCORE, load_models
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.language import Language, load_language
-from voz.recognition.second_ear import PROPOSED, SecondEar, second_ear_for
+from voz.recognition.network_finder import MOST_COMPARED, NetworkFinder
+from voz.recognition.phoneme_scorer import PROPOSED, PhonemeScorer, scorer_for
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
-from voz.recognition.two_ears import MOST_COMPARED, TwoEars
 from voz.settings import Recognition
 
 
-def two_ears(
-    language: Language, settings: Recognition | None = None, network: SecondEar | None = None
-) -> TwoEars:
-    ear = network or second_ear_for(language)
-    return TwoEars(language, settings or Recognition(), Profile(), load_models().two_ears, ear)
+def finder(
+    language: Language, settings: Recognition | None = None, network: PhonemeScorer | None = None
+) -> NetworkFinder:
+    ear = network or scorer_for(language)
+    return NetworkFinder(
+        language, settings or Recognition(), Profile(), load_models().two_ears, ear
+    )
 
 
 @pytest.fixture(scope="module")
-def ears(loaded: Language, ear: SecondEar) -> TwoEars:
-    return two_ears(loaded, network=ear)
+def ears(loaded: Language, ear: PhonemeScorer) -> NetworkFinder:
+    return finder(loaded, network=ear)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +46,7 @@ def cut(recordings: list[Recording]) -> dict[str, Segment]:
     return {r.text: segment for r in own for segment in segments([r.samples()])}
 
 
-def understood(ears: TwoEars, segment: Segment) -> Hypothesis:
+def understood(ears: NetworkFinder, segment: Segment) -> Hypothesis:
     return ears.understand(segment, StartVector())
 
 
@@ -55,7 +57,7 @@ def built(sentences: list[str], folder: Path) -> Language:
 
 
 def test_the_network_decides_whatever_pocketsphinx_proposes(
-    ears: TwoEars, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+    ears: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nearly: `stop speech` may be a nat behind `start speech`."""
     proposed = {text: understood(ears, segment) for text, segment in cut.items()}
@@ -70,7 +72,7 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
 
 
 def test_where_pocketsphinx_finds_nothing_the_network_still_does(
-    ears: TwoEars, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+    ears: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
     heard = understood(ears, cut["turn left"])
@@ -78,7 +80,7 @@ def test_where_pocketsphinx_finds_nothing_the_network_still_does(
 
 
 def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
-    ears: TwoEars, cut: dict[str, Segment]
+    ears: NetworkFinder, cut: dict[str, Segment]
 ) -> None:
     """Half of `left` and the t of `turn` are around it, as where noise hides them."""
     whole = cut["turn left"]
@@ -100,7 +102,7 @@ def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
 
 
 def test_it_ends_where_its_last_word_does_and_not_where_the_sound_does(
-    ears: TwoEars, cut: dict[str, Segment]
+    ears: NetworkFinder, cut: dict[str, Segment]
 ) -> None:
     for segment in cut.values():
         heard = understood(ears, segment)
@@ -109,7 +111,9 @@ def test_it_ends_where_its_last_word_does_and_not_where_the_sound_does(
         assert said_until - 0.3 < heard.spoken_until < said_until + 0.2
 
 
-def test_no_word_ends_later_than_what_was_heard(ears: TwoEars, cut: dict[str, Segment]) -> None:
+def test_no_word_ends_later_than_what_was_heard(
+    ears: NetworkFinder, cut: dict[str, Segment]
+) -> None:
     """Though the network goes on beyond that, with its last moment and what fills short sound."""
     whole = cut["go back"]
     for length in range(6000, len(whole.samples), 90):
@@ -125,16 +129,16 @@ def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
     template = "turn {side}"
     sides = [*"abcdefghijklmnop", "left", "right"]
     language = built([template, "go back", f"side = {' | '.join(sides)}"], tmp_path)
-    usual = two_ears(language, Recognition(never_missed=()))
-    careful = two_ears(language, Recognition(never_missed=(template,)))
+    usual = finder(language, Recognition(never_missed=()))
+    careful = finder(language, Recognition(never_missed=(template,)))
     for text in ("turn left", "turn right"):
         assert text not in careful._shortlist.never_missed  # the few that are always compared
-        assert understood(usual, cut[text]).against
+        assert understood(usual, cut[text]).rival
         heard = understood(careful, cut[text])
-        assert (heard.text, heard.against) == (text, None)
+        assert (heard.text, heard.rival) == (text, None)
 
 
-def test_a_room_that_only_hums_is_no_speech(ears: TwoEars) -> None:
+def test_a_room_that_only_hums_is_no_speech(ears: NetworkFinder) -> None:
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     hum = (4000 * np.sin(2 * np.pi * 110 * time)).astype(np.int16)
     heard = understood(ears, Segment(0, 1, 1, hum))
@@ -143,7 +147,7 @@ def test_a_room_that_only_hums_is_no_speech(ears: TwoEars) -> None:
 
 
 def test_a_part_of_a_command_is_told_from_what_is_none(
-    ears: TwoEars, recordings: list[Recording]
+    ears: NetworkFinder, recordings: list[Recording]
 ) -> None:
     def why(text: str) -> str:
         clip = next(r for r in recordings if (r.kind, r.text) == ("near-miss", text))
@@ -163,7 +167,7 @@ def test_of_a_long_list_what_sounds_like_what_was_found_is_compared(
         [*(f"{a} {b}" for a in words for b in words), "go back", "go forward", "stop"], tmp_path
     )
     assert len(language.commands) > MOST_COMPARED
-    careful = two_ears(language, Recognition(never_missed=("stop",)))
+    careful = finder(language, Recognition(never_missed=("stop",)))
     candidates = careful._shortlist.around("go back")
     assert 3 < len(candidates) == len(set(candidates)) <= MOST_COMPARED
     assert candidates[:2] == ["go back", "stop"]
@@ -177,13 +181,13 @@ def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
 ) -> None:
     """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
     words = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
-    ears = two_ears(built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path))
+    ears = finder(built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path))
     sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
     (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "tan tan tan")
     assert "green white black" not in ears._shortlist.around("tan tan tan")
     assert understood(ears, segment).text == "green white black"
-    monkeypatch.setattr("voz.recognition.two_ears.MOST_MOVES", 0)
+    monkeypatch.setattr("voz.recognition.network_finder.MOST_MOVES", 0)
     assert understood(ears, segment).text in ears._shortlist.around("tan tan tan")
 
 
@@ -192,7 +196,7 @@ def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
 ) -> None:
     words = [*"abcdefghijklmn"]
     language = built([f"{a} {b}" for a in words for b in words], tmp_path)
-    ears = two_ears(language, Recognition(never_missed=()))
+    ears = finder(language, Recognition(never_missed=()))
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
     heard = understood(ears, cut["stop"])
     assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
@@ -201,7 +205,7 @@ def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
 
 def test_a_sound_too_short_for_any_command_is_none(cut: dict[str, Segment], tmp_path: Path) -> None:
     """Each of its 80 phones takes 20 ms at least."""
-    ears = two_ears(built(["bring the " + " ".join(["strawberries"] * 8)], tmp_path))
+    ears = finder(built(["bring the " + " ".join(["strawberries"] * 8)], tmp_path))
     heard = understood(ears, Segment(0, 0.5, 0.5, cut["stop"].samples[: SAMPLE_RATE // 2]))
     assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)

@@ -16,9 +16,9 @@ from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import RecognizerBusyError
 from voz.events import Utterance
-from voz.recognition import two_ears
+from voz.recognition import network_finder
+from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.turns import Turns
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_threads_that_feed_one_stream_take_turns(recognizer: Recognizer) -> None
 def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
     recognizer: Recognizer, sounds: list[Samples], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cleaned = two_ears.cleaned
+    cleaned = network_finder.cleaned
     refused: list[str] = []
 
     def interrupted(samples: Samples) -> Samples:
@@ -103,7 +103,7 @@ def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
         refused.append(str(raised.value))
 
     before = signal.signal(signal.SIGUSR1, handler)
-    monkeypatch.setattr(two_ears, "cleaned", interrupted)
+    monkeypatch.setattr(network_finder, "cleaned", interrupted)
     try:
         heard = recognizer.decode(sounds[0], 16000)
     finally:
@@ -114,7 +114,7 @@ def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
 
 
 def test_what_was_refused_lets_the_next_call_in() -> None:
-    turns = Turns()
+    turns = NonReentrantLock()
     with turns, pytest.raises(RecognizerBusyError), turns:
         raise AssertionError
     with turns:

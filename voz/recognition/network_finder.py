@@ -15,10 +15,10 @@ from voz.recognition.confidence_model import SCORE, Model
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
-from voz.recognition.meaning import Rival, most_sure, rival, stands_in_the_way
+from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.refusal import too_little, why_unheard
-from voz.recognition.second_ear import Opinion, SecondEar, Sounds
 from voz.recognition.shortlist import Shortlist
+from voz.recognition.slot_rivals import Rival, is_too_close, rival
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -36,7 +36,7 @@ MOST_MOVES = 3
 around that one, so often at most."""
 
 
-class TwoEars:
+class NetworkFinder:
     """Compares the commands that pocketsphinx proposes by the network; made once, used for many."""
 
     def __init__(
@@ -45,7 +45,7 @@ class TwoEars:
         settings: Recognition,
         profile: Profile,
         model: Model,
-        network: SecondEar,
+        network: PhonemeScorer,
     ) -> None:
         """Load pocketsphinx.
 
@@ -77,44 +77,46 @@ class TwoEars:
         candidates = self._shortlist.around(proposed)
         if not candidates:
             return Hypothesis(segment, "", segment.end)
-        sounds = self._network.listen(segment.with_surroundings)
-        opinion = self._opinion(sounds, candidates, proposed)
-        match = opinion.matches[opinion.text]
+        sounds = self._network.phone_likelihoods(segment.with_surroundings)
+        ranking = self._ranking(sounds, candidates, proposed)
+        match = ranking.matches[ranking.text]
         if match.score == -math.inf:  # each command has more phones than there are moments
             return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
         heard_from = segment.start - len(segment.before) / SAMPLE_RATE
-        values = {SCORE: opinion.score}
+        values = {SCORE: ranking.score}
         likely = probability(self._model, values)
         trust = trust_in_speech(self._voice_in(segment, match.begin, match.end), likely)
-        against = self._rival(opinion)
+        other = self._rival(ranking)
         return Hypothesis(
             segment,
-            opinion.text,
+            ranking.text,
             spoken_until=min(heard_from + match.end, segment.decided),  # a moment may end later
             values=values,
             trust=trust,
-            sure=min(likely * trust, most_sure(against)),
-            why_refused=partial(self._why_refused, segment, sounds, opinion, trust, against),
-            against=against,
-            next_best=opinion.next_best,
+            sure=likely * trust,
+            why_refused=partial(self._why_refused, segment, sounds, ranking, trust, other),
+            rival=other,
+            next_best=ranking.next_best,
         )
 
-    def _rival(self, opinion: Opinion) -> Rival | None:
+    def _rival(self, ranking: Ranking) -> Rival | None:
         """What else may have been meant; whatever that is, what must not be missed is obeyed."""
-        said = self._commands.parse(opinion.text)
+        said = self._commands.parse(ranking.text)
         is_careful = said is not None and said.is_one_of(self._careful)
-        return None if is_careful else rival(opinion, self._commands.parse)
+        return None if is_careful else rival(ranking, self._commands.parse)
 
-    def _opinion(self, sounds: Sounds, candidates: Collection[str], proposed: str) -> Opinion:
+    def _ranking(
+        self, sounds: PhoneLikelihoods, candidates: Collection[str], proposed: str
+    ) -> Ranking:
         """Compare all commands of a short list; of a long one, those around what is found there."""
-        opinion = self._network.opinion(sounds, candidates, proposed)
+        ranking = self._network.rank(sounds, candidates, proposed)
         around = proposed
         for _ in range(0 if self._shortlist.is_whole else MOST_MOVES):
-            if opinion.text == around:
+            if ranking.text == around:
                 break
-            around = opinion.text
-            opinion = self._network.opinion(sounds, self._shortlist.around(around), proposed)
-        return opinion
+            around = ranking.text
+            ranking = self._network.rank(sounds, self._shortlist.around(around), proposed)
+        return ranking
 
     def _voice_in(self, segment: Segment, begin: float, end: float) -> float:
         """How sure it is that there is speech where a command fits best."""
@@ -126,16 +128,16 @@ class TwoEars:
     def _why_refused(
         self,
         segment: Segment,
-        sounds: Sounds,
-        opinion: Opinion,
+        sounds: PhoneLikelihoods,
+        ranking: Ranking,
         trust: float,
-        against: Rival | None,
+        other: Rival | None,
     ) -> Refusal:
         if reason := too_little(segment.samples, trust):
             return reason, None
-        if stands_in_the_way(against):
-            return "unsure_between", (opinion.text, against.text)
-        words = list(dict.fromkeys(opinion.text.split()))
-        alone = self._network.opinion(sounds, words)
+        if is_too_close(other):
+            return "unsure_between", (ranking.text, other.text)
+        words = list(dict.fromkeys(ranking.text.split()))
+        alone = self._network.rank(sounds, words)
         fits = {word: alone.matches[word].score / self._network.phones(word) for word in words}
-        return why_unheard(opinion, self._network.phones(opinion.text), fits.values())
+        return why_unheard(ranking, self._network.phones(ranking.text), fits.values())

@@ -13,21 +13,21 @@ from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.segmenter import segments
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
-from voz.recognition.confidence_model import ONE_EAR, VOICES_AROUND, load_models
+from voz.recognition.confidence_model import POCKETSPHINX_FEATURES, VOICES_AROUND, load_models
 from voz.recognition.language import Language, load_language
-from voz.recognition.one_ear import OneEar
+from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 
-def one_ear(language: Language, settings: Recognition | None = None) -> OneEar:
-    return OneEar(language, settings or Recognition(), Profile(), load_models().one_ear)
+def finder(language: Language, settings: Recognition | None = None) -> PocketsphinxFinder:
+    return PocketsphinxFinder(language, settings or Recognition(), Profile(), load_models().one_ear)
 
 
 @pytest.fixture(scope="module")
-def ear_alone(loaded: Language) -> OneEar:
-    return one_ear(loaded)
+def ear_alone(loaded: Language) -> PocketsphinxFinder:
+    return finder(loaded)
 
 
 @pytest.fixture(scope="module")
@@ -39,19 +39,19 @@ def cut(recordings: list[Recording]) -> dict[str, Segment]:
 
 
 def test_commands_are_found_and_there_is_a_next_best(
-    ear_alone: OneEar, loaded: Language, cut: dict[str, Segment]
+    ear_alone: PocketsphinxFinder, loaded: Language, cut: dict[str, Segment]
 ) -> None:
     for text in loaded.commands:
         heard = ear_alone.understand(cut[text], StartVector())
         assert (heard.text, heard.trust) == (text, 1)
-        assert {*heard.values} == {*ONE_EAR, VOICES_AROUND}
+        assert {*heard.values} == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
         assert heard.next_best in {*loaded.commands} - {text}
-        assert heard.against is None
+        assert heard.rival is None
         assert cut[text].start < heard.spoken_until <= cut[text].end
 
 
 def test_the_reason_of_a_refusal_is_found_in_the_sound(
-    ear_alone: OneEar, cut: dict[str, Segment]
+    ear_alone: PocketsphinxFinder, cut: dict[str, Segment]
 ) -> None:
     def why(segment: Segment) -> str:
         return ear_alone.understand(segment, StartVector()).why_refused()[0]
@@ -67,7 +67,7 @@ def test_a_sound_too_short_for_any_command_is_said_to_be_so(
 ) -> None:
     (tmp_path / "list.txt").write_text("bring the " + " ".join(["strawberries"] * 8))
     build(tmp_path / "list.txt", tmp_path)
-    patient = one_ear(load_language(LanguageFiles(tmp_path)))
+    patient = finder(load_language(LanguageFiles(tmp_path)))
     sound = cut["stop"].samples[: SAMPLE_RATE // 2]
     heard = patient.understand(Segment(0, 0.5, 0.5, sound), StartVector())
     assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
@@ -77,7 +77,7 @@ def test_a_sound_too_short_for_any_command_is_said_to_be_so(
 def test_words_of_the_trigram_model_that_are_no_command_are_compared_with_none(
     loaded: Language, cut: dict[str, Segment]
 ) -> None:
-    trigrams = one_ear(loaded, Recognition(search="lm"))
+    trigrams = finder(loaded, Recognition(search="lm"))
     heard = trigrams.understand(cut["go back"], StartVector())
     assert (heard.text, bool(heard.values)) == ("go back", True)
     others = [
@@ -89,7 +89,7 @@ def test_words_of_the_trigram_model_that_are_no_command_are_compared_with_none(
     assert {each.why_refused() for each in words} == {("not_a_command", None)}
 
 
-def test_a_tap_is_no_speech(ear_alone: OneEar) -> None:
+def test_a_tap_is_no_speech(ear_alone: PocketsphinxFinder) -> None:
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     taps = 8000 * np.exp(-time % 0.2 * 60) * np.sin(2 * np.pi * 900 * time)
     heard = ear_alone.understand(Segment(0, 1, 1, taps.astype(np.int16)), StartVector())

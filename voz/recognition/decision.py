@@ -1,0 +1,79 @@
+"""Whether a hypothesis is obeyed: by its probability, its context, and what else it may mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from voz.language.sentences.command_set import Commands
+from voz.recognition.confidence import Context, discount_for_context
+from voz.recognition.confidence_model import Model
+from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.slot_rivals import highest_confidence
+from voz.recognition.thresholds import thresholds_of
+from voz.settings import Recognition
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What becomes of a hypothesis.
+
+    Attributes:
+        confidence: how likely it is that the command was said and meant, 0 to 1.
+        accepted: whether it is obeyed.
+        waits: whether that holds only if nothing is said right behind it, which is not known yet.
+    """
+
+    confidence: float
+    accepted: bool
+    waits: bool = False
+
+
+class DecisionRule:
+    """Compares confidences with thresholds; any thread may change these."""
+
+    def __init__(self, commands: Commands, model: Model, settings: Recognition) -> None:
+        """Compute the thresholds.
+
+        Args:
+            commands: what may be said.
+            model: tells how many false alarms there are at each threshold.
+            settings: how many there may be, and which commands must not be missed.
+        """
+        self._commands = commands
+        self._model = model
+        self._never_missed = frozenset(settings.never_missed)
+        self.accept_by(settings)
+
+    def accept_by(self, settings: Recognition) -> None:
+        """Accept by the false alarms, or the threshold, of other settings from now on."""
+        self._thresholds = thresholds_of(self._model, settings)
+
+    def threshold(self, text: str) -> float | None:
+        """The confidence that a command needs, 0 to 1; None if the text is none."""
+        parse = self._commands.parse(text)
+        if parse is None:
+            return None
+        is_careful = parse.is_one_of(self._never_missed)
+        return self._thresholds.never_missed if is_careful else self._thresholds.usual
+
+    def decide(self, heard: Hypothesis, context: Context) -> Decision:
+        """Decide whether a hypothesis is obeyed.
+
+        Args:
+            heard: what was understood.
+            context: what is around it; `QUIET` if nothing was said behind it so far.
+        """
+        sure = confidence_in_quiet(heard)
+        confidence = discount_for_context(sure, context)
+        threshold = self.threshold(heard.text)
+        if threshold is None or confidence < threshold:
+            return Decision(confidence, accepted=False)
+        if context is not Context.QUIET:
+            return Decision(confidence, accepted=True)
+        so_far = discount_for_context(sure, Context.UNKNOWN_AFTER)
+        return Decision(confidence, accepted=True, waits=so_far < threshold)
+
+
+def confidence_in_quiet(heard: Hypothesis) -> float:
+    """The confidence of a hypothesis if there is no other speech around it, 0 to 1."""
+    return min(heard.sure, highest_confidence(heard.rival))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from voz.config import Config, usual_commands
-from voz.control.table import USUAL
+from voz.control.table import DEFAULT_STATE
 from voz.events import Receiver
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer
@@ -17,7 +17,7 @@ from voz.run.session import OpenRobots
 from voz.run.sources import lines_typed, recordings_played
 from voz.settings import Safety, Speech
 
-COMMANDS = tuple(usual_commands().sets[USUAL])
+COMMANDS = tuple(usual_commands().sets[DEFAULT_STATE])
 STARTED, STOPPED = usual_commands().replies
 
 

@@ -7,7 +7,7 @@ import pytest
 from recordings import ROOT
 
 from voz.config import Config, load_config, overridden
-from voz.control.steps import Step, filled
+from voz.control.steps import Step, fill_slots
 from voz.errors import ConfigError
 
 
@@ -34,7 +34,7 @@ def test_what_a_function_gets_is_what_the_file_says(tmp_path: Path) -> None:
     path = write(tmp_path, '[commands]\nwave = { call = ["arm:wave", 3, 3.0, "{far}", "a"] }\n')
     step = load_config(path).commands["wave"]
     assert isinstance(step, Step)
-    assert repr(filled(step, {"far": 2}).call) == "('arm:wave', 3, 3.0, 2, 'a')"
+    assert repr(fill_slots(step, {"far": 2}).call) == "('arm:wave', 3, 3.0, 2, 'a')"
 
 
 @pytest.mark.parametrize(
@@ -194,8 +194,8 @@ def test_the_name_that_is_nearest_to_an_unknown_one_is_asked_for(
 def test_an_option_keeps_the_lines_of_the_file(tmp_path: Path) -> None:
     path = write(tmp_path, '[commands]\n\n"wave" = { say = "hello" }\n')
     config = overridden(load_config(path), {"safety": {"enabled": False}})
-    assert str(config.table.wrong("", "wave", "is shy")) == f'{path}:3: [commands] "wave" is shy'
-    assert str(config.table.wrong("", "stop", "is shy")) == '[commands] "stop" is shy'
+    assert str(config.table.error_at("", "wave", "is shy")) == f'{path}:3: [commands] "wave" is shy'
+    assert str(config.table.error_at("", "stop", "is shy")) == '[commands] "stop" is shy'
 
 
 def test_own_commands_stand_beside_those_of_voz_and_stop_is_never_missed(tmp_path: Path) -> None:

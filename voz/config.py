@@ -13,7 +13,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.control.steps import CommandDefinition, Step
-from voz.control.table import USUAL, CommandTable, Places, command_table
+from voz.control.table import DEFAULT_STATE, CommandTable, Places, command_table
 from voz.errors import ConfigError
 from voz.files import MAX_SETTINGS_BYTES, read_text
 from voz.settings import (
@@ -171,7 +171,10 @@ def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
         Where each command stands.
     """
     states = settings.get("states", {})
-    tables = {USUAL: settings.get("commands", {}), **(states if isinstance(states, dict) else {})}
+    tables = {
+        DEFAULT_STATE: settings.get("commands", {}),
+        **(states if isinstance(states, dict) else {}),
+    }
     lines = lines_of_commands(text)
     places: dict[tuple[str, str], str] = {}
     for state, commands in tables.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from voz.control.table import USUAL
+from voz.control.table import DEFAULT_STATE
 
 KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*(\.?)""")
 """One of the keys with which a line begins, and whether another follows."""
@@ -28,7 +28,7 @@ def lines_of_commands(text: str) -> dict[tuple[str, str], int]:
         else:
             path = table + _keys(begin)
         if len(path) > 1 and path[0] == "commands":
-            lines.setdefault((USUAL, path[1]), number)
+            lines.setdefault((DEFAULT_STATE, path[1]), number)
         elif len(path) > 2 and path[0] == "states":
             lines.setdefault((path[1], path[2]), number)
     return lines

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from voz.config import Config
 from voz.control.bounded_motion import Place
-from voz.control.state_machine import GivenCommand, State, go_on, obey
+from voz.control.state_machine import GivenCommand, State, let_time_pass, obey
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
 from voz.settings import Safety
@@ -40,7 +40,7 @@ def until_rest(
     events: list[object] = []
     for beat in range(1, 2000):
         t = begin + beat / 10
-        state, more, _, _ = go_on(state, t, SAFE, where(t))
+        state, more, _, _ = let_time_pass(state, t, SAFE, where(t))
         events += more
         if not state.moving:
             return t, events
@@ -92,7 +92,7 @@ def test_steps_follow_each_other() -> None:
 def test_what_stops_leaves_nothing_to_do(name: str) -> None:
     state = say(say(LISTENING, "square"), name, 1.0)
     assert not state.moving
-    assert go_on(state, 60.0, SAFE).state == state
+    assert let_time_pass(state, 60.0, SAFE).state == state
 
 
 def test_by_the_bare_rules_too_a_bounded_motion_ends_though_nobody_listens_any_more() -> None:
@@ -108,11 +108,11 @@ def test_by_the_bare_rules_too_a_bounded_motion_ends_though_nobody_listens_any_m
 def test_another_motion_takes_its_place_and_does_not_inherit_it() -> None:
     state = say(say(LISTENING, "one metre"), "turn left", 1.0)
     assert state.motion.velocities() == (0, 0.1)
-    assert state.bound is None
+    assert state.bounded is None
 
 
 def test_speed_up_keeps_the_end() -> None:
-    state = go_on(say(LISTENING, "one metre"), 2.0, SAFE).state
+    state = let_time_pass(say(LISTENING, "one metre"), 2.0, SAFE).state
     state = say(state, "speed up", 2.0)
     assert state.motion.velocities() == (0.3, 0)
     t, _ = until_rest(state, begin=2.0)
@@ -124,7 +124,7 @@ def test_slow_down_to_rest_ends_it() -> None:
     for _ in range(2):
         state = say(state, "slow down", 0.1)
     assert not state.moving
-    assert state.bound is None
+    assert state.bounded is None
 
 
 def test_again_repeats_the_last_command_that_moved() -> None:
@@ -132,10 +132,10 @@ def test_again_repeats_the_last_command_that_moved() -> None:
     assert not first.moving
     state = say(say(LISTENING, "one metre"), "point beer", 1.0)
     t, _ = until_rest(state, begin=0.0)
-    rested = go_on(state, t, SAFE).state
+    rested = let_time_pass(state, t, SAFE).state
     again = say(rested, "again", t)
     assert again.motion.velocities() == (0.25, 0)
-    assert again.bound is not None
+    assert again.bounded is not None
 
 
 names = st.sampled_from(sorted(TABLE.sets[""]))
@@ -169,11 +169,11 @@ def test_no_table_makes_a_state_from_which_stop_does_not_stop(data: st.DataObjec
     state, t = State(listening=True), 0.0
     for name in data.draw(st.lists(st.sampled_from(known), max_size=20)):
         t += data.draw(st.floats(0, 30))
-        state = go_on(state, t, SAFE).state
+        state = let_time_pass(state, t, SAFE).state
         state = obey(state, GivenCommand(name, {}, t), table, SAFE).state
     for stop in ("stop", "stop speech"):
         rested = obey(state, GivenCommand(stop, {}, t), table, SAFE).state
         assert not rested.moving
         for later in range(1, 100):
-            rested = go_on(rested, t + later, SAFE).state
+            rested = let_time_pass(rested, t + later, SAFE).state
             assert not rested.moving

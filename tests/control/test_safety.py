@@ -18,7 +18,7 @@ from voz.control.safety import (
 )
 from voz.control.state_machine import GivenCommand, State, obey
 from voz.control.steps import Step
-from voz.control.table import USUAL
+from voz.control.table import DEFAULT_STATE
 from voz.events import Event, Partial, Twist, Utterance, Warning
 from voz.settings import Safety
 
@@ -26,7 +26,7 @@ TABLE = usual_commands()
 SAFE = Safety()
 BARE = Safety(enabled=False)
 SLOWER = Step(slower=0.05)
-commands = st.lists(st.sampled_from(sorted(TABLE.sets[USUAL])), max_size=60)
+commands = st.lists(st.sampled_from(sorted(TABLE.sets[DEFAULT_STATE])), max_size=60)
 thousandths = st.integers(-2000, 2000)
 motions = st.builds(Motion, thousandths, thousandths, st.sampled_from(Mode))
 

@@ -8,17 +8,17 @@ from hypothesis import strategies as st
 
 from voz.config import Config, usual_commands
 from voz.control.motion import Mode, Motion
-from voz.control.state_machine import GivenCommand, State, Transition, go_on
+from voz.control.state_machine import GivenCommand, State, Transition, let_time_pass
 from voz.control.state_machine import obey as obeyed
 from voz.control.steps import Step
-from voz.control.table import USUAL
+from voz.control.table import DEFAULT_STATE
 from voz.events import Call, Play, Publish, Reply, Run, SelectedObject, Warning
 from voz.settings import Safety
 
 TABLE = usual_commands()
-COMMANDS = tuple(TABLE.sets[USUAL])
+COMMANDS = tuple(TABLE.sets[DEFAULT_STATE])
 STARTED, STOPPED = TABLE.replies
-OBJECTS = {"point beer": 1, "point cocacola": 2, "fold arm": 100}
+OBJECT_NUMBERS = {"point beer": 1, "point cocacola": 2, "fold arm": 100}
 BARE = Safety(enabled=False)
 MOVING = State(listening=True, motion=Motion(linear=100))
 
@@ -138,7 +138,7 @@ def test_start_and_stop_speech_reply_once_each() -> None:
     assert replies == [(), (Reply(0, STARTED),), (), (Reply(0, STOPPED),), ()]
 
 
-@pytest.mark.parametrize(("command", "value"), OBJECTS.items())
+@pytest.mark.parametrize(("command", "value"), OBJECT_NUMBERS.items())
 def test_an_object_is_selected_once_and_the_motion_goes_on(command: str, value: int) -> None:
     assert obey(MOVING, command) == (MOVING, (SelectedObject(0, value),), True, None)
 
@@ -241,6 +241,6 @@ def test_a_no_another_command_or_silence_takes_it_back() -> None:
     assert say(asked.state, "no", 2) == (LISTENING, (), True, None)
     assert say(say(asked.state, "light", 2).state, "yes", 3).ignored == "nothing_asked"
     assert say(asked.state, "yes", 12).ignored == "nothing_asked"
-    assert go_on(asked.state, 11, Safety()) == (asked.state, (), True, None)
+    assert let_time_pass(asked.state, 11, Safety()) == (asked.state, (), True, None)
     told = Warning(11.1, 'no answer: "knife" is not done')
-    assert go_on(asked.state, 11.1, Safety()) == (LISTENING, (told,), True, None)
+    assert let_time_pass(asked.state, 11.1, Safety()) == (LISTENING, (told,), True, None)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.control.steps import Step, filled
+from voz.control.steps import Step, fill_slots
 from voz.errors import ConfigError
 
 
@@ -42,7 +42,7 @@ def test_what_contradicts_itself_is_refused(written: dict[str, object], why: str
 @given(st.floats() | st.integers() | st.text(max_size=4) | st.sampled_from(["nan", 10**400]))
 def test_no_slot_moves_faster_or_farther_than_a_table_may_say(said: str | float) -> None:
     try:
-        step = filled(Step(drive="{x}", metres="{x}"), {"x": said})
+        step = fill_slots(Step(drive="{x}", metres="{x}"), {"x": said})
     except ConfigError:
         return
     assert isinstance(step.drive, float)
@@ -59,11 +59,11 @@ def test_false_is_something_to_do_but_for_stop_and_again() -> None:
 def test_slots_are_filled_as_numbers_and_in_texts() -> None:
     step = Step(drive="{speed}", metres="{way}", say="{way} metres, {who}", confirm="{who}?")
     assert step.slots == {"speed", "way", "who"}
-    found = filled(step, {"speed": 0.2, "way": 1.0, "who": "ana"})
+    found = fill_slots(step, {"speed": 0.2, "way": 1.0, "who": "ana"})
     assert found == Step(drive=0.2, metres=1.0, say="1 metres, ana", confirm="ana?")
-    program = filled(Step(run=("echo", "{who}; rm", "{way}")), {"way": 1.5, "who": "ana"})
+    program = fill_slots(Step(run=("echo", "{who}; rm", "{way}")), {"way": 1.5, "who": "ana"})
     assert program.run == ("echo", "ana; rm", "1.5")
-    call = filled(Step(call=("arm:bring", "{who}", "{way}")), {"way": 1.5, "who": "ana"})
+    call = fill_slots(Step(call=("arm:bring", "{who}", "{way}")), {"way": 1.5, "who": "ana"})
     assert call.call == ("arm:bring", "ana", 1.5)
 
 
@@ -79,4 +79,4 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
 )
 def test_a_slot_that_does_not_fit_is_refused(slots: dict[str, str | float], why: str) -> None:
     with pytest.raises(ValueError, match=re.escape(why)):
-        filled(Step(drive=0.1, metres="{way}"), slots)
+        fill_slots(Step(drive=0.1, metres="{way}"), slots)

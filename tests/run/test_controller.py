@@ -12,13 +12,13 @@ from msgspec.structs import replace
 
 from voz.config import Config, usual_commands
 from voz.control.steps import Step
-from voz.control.table import USUAL
+from voz.control.table import DEFAULT_STATE
 from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.run.controller import Controller
 from voz.settings import Safety
 
-COMMANDS = sorted(usual_commands().sets[USUAL])
+COMMANDS = sorted(usual_commands().sets[DEFAULT_STATE])
 STOPPING = ("stop", "stop speech")
 
 

@@ -1,4 +1,4 @@
-"""How far a motion has come that is to end by itself. Pure: times and places come in."""
+"""Motions that end by themselves, after a time, a distance or an angle. Pure."""
 
 from __future__ import annotations
 
@@ -14,52 +14,46 @@ from voz.control.steps import Step
 Place: TypeAlias = tuple[float, float, float]
 """Where odometry has a robot: x and y, m, and its heading, rad."""
 
-BY_TIME = 1.5
-"""Where odometry tells how far it came, it may take so many times longer than by the velocity.
+MAX_DELAY_FACTOR = 1.5
+"""With odometry, a motion may take this many times longer than its velocity promises.
 
-A base takes time to get going, and slips; odometry that stands still must not drive it for ever.
+A base accelerates slowly and slips; odometry that stands still must not drive it for ever.
 """
 
-HALF_A_BEAT = 0.05
-"""It ends with the beat that is nearest to the end, s."""
+HALF_BEAT = 0.05
+"""A motion ends with the beat that is nearest to its end, s."""
 
 
-class Bound(msgspec.Struct, frozen=True):
-    """A motion that is under way, and where it ends.
+class BoundedMotion(msgspec.Struct, frozen=True):
+    """A motion under way, and where it ends.
 
     Attributes:
-        t: when it was looked at last, s.
-        until: when it ends, s; None if it ends by its way alone.
-        metres: how far it drives; None if it turns or ends by time alone.
-        radians: how far it turns.
-        timed: how far it came by its velocity and the time, m or rad.
-        origin: where odometry had the robot first; None without any.
-        heading: what odometry had last, rad.
-        turned: how far it turned by odometry, rad.
-        driven: how far it drove by odometry, m.
+        t: the time of the last update, s.
+        until: when it ends, s; None if only distance or angle end it.
+        metres: the distance at which it ends; None if it turns or only time ends it.
+        radians: the angle at which it ends.
+        expected: how far it came by its velocity and the time, m or rad.
+        origin: where odometry had the robot first; None without odometry.
+        heading: the last heading of odometry, rad.
+        angle: how far it turned by odometry, rad.
+        distance: how far it came by odometry, m.
     """
 
     t: float
     until: float | None = None
     metres: float | None = None
     radians: float | None = None
-    timed: float = 0.0
+    expected: float = 0.0
     origin: Place | None = None
     heading: float = 0.0
-    turned: float = 0.0
-    driven: float = 0.0
+    angle: float = 0.0
+    distance: float = 0.0
 
 
-def begun(step: Step, t: float, place: Place | None) -> Bound:
-    """Begin a motion that is bounded.
-
-    Args:
-        step: its amounts are numbers.
-        t: the time, s.
-        place: where odometry has the robot.
-    """
+def begin_bounded(step: Step, t: float, place: Place | None) -> BoundedMotion:
+    """Begin the motion of a step whose slots are fill_slots; `place` is where odometry has it."""
     seconds, metres, degrees = (_number(x) for x in (step.seconds, step.metres, step.degrees))
-    return Bound(
+    return BoundedMotion(
         t,
         None if seconds is None else t + seconds,
         metres,
@@ -69,46 +63,42 @@ def begun(step: Step, t: float, place: Place | None) -> Bound:
     )
 
 
-def gone_on(bound: Bound, motion: Motion, t: float, place: Place | None) -> Bound:
-    """Note how far it came since.
-
-    Args:
-        bound: what was known before.
-        motion: the velocities that the robot was asked to hold meanwhile.
-        t: the time, s.
-        place: where odometry has the robot.
-    """
-    timed = bound.timed + _speed(bound, motion) * (t - bound.t)
-    if place is None or bound.origin is None:
-        return replace(bound, t=t, timed=timed, origin=None)
+def update_bounded(
+    bounded: BoundedMotion, motion: Motion, t: float, place: Place | None
+) -> BoundedMotion:
+    """Add what the robot has moved since the last update, at the velocities of `motion`."""
+    expected = bounded.expected + _speed(bounded, motion) * (t - bounded.t)
+    if place is None or bounded.origin is None:
+        return replace(bounded, t=t, expected=expected, origin=None)
     return replace(
-        bound,
+        bounded,
         t=t,
-        timed=timed,
+        expected=expected,
         heading=place[2],
-        turned=bound.turned + math.remainder(place[2] - bound.heading, math.tau),
-        driven=math.dist(place[:2], bound.origin[:2]),
+        angle=bounded.angle + math.remainder(place[2] - bounded.heading, math.tau),
+        distance=math.dist(place[:2], bounded.origin[:2]),
     )
 
 
-def reached(bound: Bound, motion: Motion) -> bool:
-    """Tell whether the motion is at its end."""
-    near = HALF_A_BEAT
-    if bound.until is not None and bound.t + near > bound.until:
+def is_finished(bounded: BoundedMotion, motion: Motion) -> bool:
+    """Whether the motion is at its end."""
+    if bounded.until is not None and bounded.t + HALF_BEAT > bounded.until:
         return True
-    way = bound.metres if bound.radians is None else bound.radians
-    if way is None:
+    goal = bounded.metres if bounded.radians is None else bounded.radians
+    if goal is None:
         return False
-    measured = bound.driven if bound.radians is None else abs(bound.turned)
-    longest = way if bound.origin is None else way * BY_TIME
-    near *= _speed(bound, motion)
-    return bound.timed + near > longest or (bound.origin is not None and measured + near > way)
+    measured = bounded.distance if bounded.radians is None else abs(bounded.angle)
+    limit = goal if bounded.origin is None else goal * MAX_DELAY_FACTOR
+    near = HALF_BEAT * _speed(bounded, motion)
+    return bounded.expected + near > limit or (
+        bounded.origin is not None and measured + near > goal
+    )
 
 
-def _speed(bound: Bound, motion: Motion) -> float:
-    """How fast it nears its end, m/s or rad/s."""
+def _speed(bounded: BoundedMotion, motion: Motion) -> float:
+    """How fast the motion nears its end, m/s or rad/s."""
     linear, angular = motion.velocities()
-    return abs(linear) if bound.radians is None else abs(angular)
+    return abs(linear) if bounded.radians is None else abs(angular)
 
 
 def _number(amount: float | str | None) -> float | None:

@@ -11,7 +11,7 @@ from voz.control.steps import PER_UNIT, Step
 
 
 class Mode(enum.Enum):
-    """Whether the last change of direction was a turn on the way or a rotation on the spot."""
+    """Whether the last change of direction was a turn while driving or a rotation on the spot."""
 
     NONE = "none"
     TURNING = "turning"
@@ -19,13 +19,7 @@ class Mode(enum.Enum):
 
 
 class Motion(msgspec.Struct, frozen=True):
-    """The velocities that a robot is asked to hold.
-
-    Attributes:
-        linear: forward velocity, thousandths of 1 m/s.
-        angular: turning velocity to the left, thousandths of 1 rad/s.
-        mode: turning, rotating or neither.
-    """
+    """Velocities: forward, thousandths of 1 m/s, and to the left, thousandths of 1 rad/s."""
 
     linear: int = 0
     angular: int = 0
@@ -47,12 +41,12 @@ def halt(motion: Motion) -> Motion:
 
 
 def go(motion: Motion, linear: int) -> Motion:
-    """Drive straight with a new linear velocity."""
+    """Drive straight at a new linear velocity."""
     return replace(motion, linear=linear, angular=0)
 
 
 def turn(motion: Motion, angular: int) -> Motion:
-    """Turn to the side of `angular` while driving on; a turn to that side gets tighter."""
+    """Turn to the side of `angular` while driving; a turn to that side gets tighter."""
     if motion.angular * angular <= 0 or motion.mode is Mode.ROTATING:
         return replace(motion, angular=angular, mode=Mode.TURNING)
     return replace(motion, angular=motion.angular + angular)
@@ -75,15 +69,15 @@ def faster(motion: Motion, by: int) -> Motion:
 
 
 def slower(motion: Motion, by: int) -> Motion:
-    """Move the velocity in use towards 0, and from 0 on to the other side."""
+    """Move the velocity in use towards 0, and past 0 to the other side."""
     return faster(motion, -by)
 
 
 def moved(motion: Motion, step: Step) -> Motion:
-    """Apply what a step says of the velocities; its amounts are numbers."""
+    """Apply the velocities of a step whose slots are filled."""
     if step.stop:
         return halt(motion)
-    if step.bounded:  # it is to be just so fast, whatever was before
+    if step.bounded:  # its velocity does not depend on the one before
         motion = replace(motion, angular=0)
     for name, change in CHANGES.items():
         amount = getattr(step, name)

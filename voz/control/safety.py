@@ -1,9 +1,7 @@
-"""What the command rules alone would let go wrong (the safety table of docs/safety.md).
+"""The safety rules of docs/safety.md: S2 to S4, S6 and S7.
 
-S1 to S4 look at one command: the velocities before it and those that the bare rules gave. S6 looks
-at the time since the last command, S7 at the end of the program. S5 (hearing is lost) belongs to
-the live microphone. That a command stops at all, whatever the table says, is checked in
-`voz.control.table`.
+S1 is in `voz.control.state_machine`, S5 in `voz.run.watch`. `voz.control.table` checks that a
+table of commands can stop the robot.
 """
 
 from __future__ import annotations
@@ -19,15 +17,8 @@ from voz.events import Event, Utterance, Warning
 from voz.settings import Safety
 
 
-def secured(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:
-    """Apply S2, S3 and S4 to what a step makes of the velocities.
-
-    Args:
-        step: what a command does.
-        before: the velocities before it.
-        after: those of the bare rules.
-        safety: the limits; with `enabled` False nothing changes.
-    """
+def apply_safety(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:
+    """Apply S2, S3 and S4 to the velocities before a step and after it, by the bare rules."""
     if not safety.enabled:
         return after
     after = stop_listening_stops(step, after)
@@ -62,25 +53,15 @@ def limited(after: Motion, max_linear: float, max_angular: float) -> Motion:
 
 
 def motion_has_expired(moving: bool, silence: float, safety: Safety) -> bool:
-    """S6: whether the robot has moved for too long since the last command.
-
-    Args:
-        moving: whether it moves now.
-        silence: time since the last command was obeyed, s.
-        safety: its `motion_time_limit` is the limit; 0 is none.
-    """
+    """S6: whether the robot moves, `silence` s after the last command, beyond its time limit."""
     limit = safety.motion_time_limit
     return safety.enabled and limit > 0 and moving and silence >= limit
 
 
 def ends_goals(event: Event, halts: Collection[str]) -> bool:
-    """Whether goals are to be cancelled by which others drive the robot, as zero does not end them.
+    """Whether an event cancels the goals of other programs, which zero velocity does not end.
 
-    They are at a command that stops it, and wherever it stops because nobody could tell it to.
-
-    Args:
-        event: what happened.
-        halts: the names of the commands that leave the robot at rest.
+    Commands in `halts` cancel them, and warnings for which the robot stops.
     """
     if isinstance(event, Utterance):
         return event.obeyed is True and event.name in halts
@@ -89,7 +70,7 @@ def ends_goals(event: Event, halts: Collection[str]) -> bool:
 
 @contextmanager
 def zero_at_the_end(publish_zero: Callable[[], None]) -> Iterator[None]:
-    """S7: whatever ends the block, an error or a signal too, zero velocity is published last."""
+    """S7: publish zero velocity last, whatever ends the block: an error or a signal, too."""
     try:
         yield
     finally:

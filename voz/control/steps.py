@@ -22,22 +22,22 @@ PER_UNIT = 1000
 """Velocities are whole thousandths of 1 m/s and 1 rad/s: they leave no float residue."""
 
 SLOT = re.compile(r"\{([^\W\d]\w*)\}")
-"""A slot in a text, as `{angle}`; an amount is a number or one slot alone."""
+"""A slot in a text, as `{angle}`; an amount is a number or one slot."""
 
-TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
-TOPIC = r"^[/~]?[A-Za-z]\w*(/\w+)*\Z"
+FUNCTION_NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
+TOPIC_PATTERN = r"^[/~]?[A-Za-z]\w*(/\w+)*\Z"
 
 ACTIONS: tuple[str, ...] = ("drive", "turn", "rotate", "faster", "slower", "stop", "listen")
 ACTIONS += ("state", "publish", "run", "call", "again", "answer")
 
 FLAGS = ("stop", "again")
-"""Of these False is as good as nothing."""
+"""Actions that False leaves out."""
 
-DRIVES = ("drive", "turn", "rotate")
-"""What sets a velocity, which may be bounded in time or way."""
+VELOCITY_ACTIONS = ("drive", "turn", "rotate")
+"""Actions that set a velocity, which may end after a time, a distance or an angle."""
 
-AMOUNTS = (*DRIVES, "faster", "slower", "metres", "degrees", "seconds")
-"""What is a number; all but the first three are more than 0."""
+AMOUNTS = (*VELOCITY_ACTIONS, "faster", "slower", "metres", "degrees", "seconds")
+"""Fields that are numbers; all but the first three are more than 0."""
 
 Amount: TypeAlias = Annotated[float, msgspec.Meta(ge=-1000, le=1000)] | str
 Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=300)]
@@ -52,8 +52,7 @@ class Step(
 
     Attributes:
         drive: drives straight at this velocity, m/s; negative is back.
-        turn: turns to the left while it drives on, rad/s; negative to the right, said again
-            tighter.
+        turn: turns to the left while driving, rad/s; negative to the right, said again tighter.
         rotate: rotates on the spot to the left, rad/s; negative to the right.
         faster: moves the velocity in use away from 0, m/s or rad/s.
         slower: moves it towards 0.
@@ -89,18 +88,14 @@ class Step(
     answer: bool | None = None
     say: Text | None = None
     play: Text | None = None
-    topic: Annotated[str, msgspec.Meta(pattern=TOPIC)] | None = None
+    topic: Annotated[str, msgspec.Meta(pattern=TOPIC_PATTERN)] | None = None
     metres: Amount | None = None
     degrees: Amount | None = None
     seconds: Seconds | str | None = None
     confirm: bool | Text = False
 
     def __post_init__(self) -> None:
-        """Refuse what contradicts itself.
-
-        Raises:
-            ConfigError: so it does, or a field is wrong in itself.
-        """
+        """Check the fields, alone and together; raises ConfigError."""
         super().__post_init__()
         if len(self.actions) > 1:
             one, other, *_ = self.actions
@@ -111,28 +106,28 @@ class Step(
         self._check_amounts()
         if (self.publish is None) != (self.topic is None):
             raise ConfigError("`publish` and `topic` go together: a value, and where it goes")
-        if self.call is not None and not TARGET.fullmatch(str(self.call[0])):
+        if self.call is not None and not FUNCTION_NAME.fullmatch(str(self.call[0])):
             raise ConfigError(f'`call` begins with "module:function", not with "{self.call[0]}"')
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """Which of the first thirteen it has."""
+        """The actions that it has; a valid step has one at most."""
         given = {name for name in ACTIONS if getattr(self, name) is not None}
         return tuple(a for a in ACTIONS if a in given and (a not in FLAGS or getattr(self, a)))
 
     @property
     def moves(self) -> bool:
-        """Whether it may set the robot going."""
-        return self.drives or self.faster is not None or self.slower is not None
+        """Whether it may change a velocity, other than to 0."""
+        return self.starts_motion or self.faster is not None or self.slower is not None
 
     @property
     def sets_velocity(self) -> bool:
         """Whether it names a velocity."""
-        return any(getattr(self, name) is not None for name in DRIVES)
+        return any(getattr(self, name) is not None for name in VELOCITY_ACTIONS)
 
     @property
-    def drives(self) -> bool:
-        """Whether it sets a velocity anew, its own or that of the last command that moved."""
+    def starts_motion(self) -> bool:
+        """Whether it sets a velocity, its own or that of the last command that moved."""
         return self.again or self.sets_velocity
 
     @property
@@ -143,7 +138,7 @@ class Step(
 
     @property
     def slots(self) -> frozenset[str]:
-        """The slots that it needs."""
+        """Names of the slots in its texts and amounts."""
         texts = [getattr(self, name) for name in self.__struct_fields__]
         texts += [*(self.run or ()), *(self.call or ())]
         return frozenset(s for text in texts if isinstance(text, str) for s in SLOT.findall(text))
@@ -153,7 +148,7 @@ class Step(
             raise ConfigError("`metres` is how far to `drive`")
         if self.degrees is not None and self.rotate is None and self.turn is None:
             raise ConfigError("`degrees` is how far to `rotate` or `turn`")
-        timed = (*DRIVES, "run", "call")
+        timed = (*VELOCITY_ACTIONS, "run", "call")
         if self.seconds is not None and not set(timed).intersection(self.actions):
             raise ConfigError(f"`seconds` is for one of {', '.join(timed)}")
 
@@ -163,19 +158,15 @@ class Step(
             if isinstance(amount, str):
                 if not SLOT.fullmatch(amount):
                     raise ConfigError(f'`{name}` is a number or a slot as "{{way}}", no "{amount}"')
-            elif amount is not None and not (amount if name in DRIVES else amount > 0):
+            elif amount is not None and not (amount if name in VELOCITY_ACTIONS else amount > 0):
                 raise ConfigError(f"`{name}` is {amount:g}; to end a motion write stop = true")
 
 
-def filled(step: Step, slots: Mapping[str, str | float]) -> Step:
-    """Put what was said in place of the slots.
-
-    Args:
-        step: a step of a table.
-        slots: what was said, by the names of the slots.
+def fill_slots(step: Step, slots: Mapping[str, str | float]) -> Step:
+    """Replace the slots of a step by what was said.
 
     Raises:
-        ConfigError: a slot is missing, or no number where one is needed.
+        ConfigError: a slot is missing, or is not a number where one is needed.
     """
     if not step.slots:
         return step
@@ -193,7 +184,7 @@ def filled(step: Step, slots: Mapping[str, str | float]) -> Step:
 
 
 def _argument(text: str | float, slots: Mapping[str, str | float]) -> str | float:
-    """Give an argument; a slot alone keeps what it is, a text or a number."""
+    """Fill an argument; a slot alone keeps its type, text or number."""
     if not isinstance(text, str) or not SLOT.search(text):
         return text
     return slots[text[1:-1]] if SLOT.fullmatch(text) else _in_place(text, slots)

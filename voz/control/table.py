@@ -1,12 +1,13 @@
-"""Which command does what: the table that the settings make. Pure."""
+"""What each command does: the table that the settings make. Pure."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import combinations
 from types import MappingProxyType
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
@@ -14,21 +15,22 @@ from voz.errors import ConfigError
 Steps: TypeAlias = tuple[Step, ...]
 CommandDefinitions: TypeAlias = Mapping[str, CommandDefinition]
 Places: TypeAlias = Mapping[tuple[str, str], str]
-"""Where commands are defined, as `FILE:LINE`, by their state and name."""
+"""Where commands are defined, as `FILE:LINE`, by state and name."""
 
-USUAL = ""
+DEFAULT_STATE = ""
 """The set of commands that a run begins with."""
 
 SELECTED_OBJECT = "selected_object"
 
-OBJECTS = range(-(2**15), 2**15)
-"""The numbers that a `std_msgs/Int16` holds, which selects them."""
+OBJECT_NUMBERS = range(-(2**15), 2**15)
+"""Valid `selected_object` values: those of a `std_msgs/Int16`."""
 
 STOP = "stop"
-"""The command that nobody may give another meaning."""
+"""The command that always stops; settings cannot redefine it."""
 
 
-class CommandTable(NamedTuple):
+@dataclass(frozen=True)
+class CommandTable:
     """What each command does.
 
     Attributes:
@@ -43,53 +45,48 @@ class CommandTable(NamedTuple):
     stops: frozenset[str]
     halts: frozenset[str]
     starts: frozenset[str]
-    places: Places = MappingProxyType({})
+    places: Places = field(default_factory=dict)
 
-    def steps(self, name: str, state: str = USUAL) -> Steps | None:
-        """Look up a command; what stops or listens is the same in every state.
+    def steps(self, name: str, state: str = DEFAULT_STATE) -> Steps | None:
+        """Return the steps of a command in a state, or None.
 
-        Args:
-            name: of the command.
-            state: the set that is in use.
-
-        Returns:
-            Its steps; None if it is not in the table.
+        Commands that stop, or that begin or end the listening, are the same in every state.
         """
         always = name in self.halts or name in self.starts
-        return self.sets[USUAL if always else state].get(name)
+        return self.sets[DEFAULT_STATE if always else state].get(name)
 
     def all_steps(self) -> Iterator[tuple[str, str, Step]]:
-        """Go through all steps, with their state and command."""
+        """Iterate over all steps, as (state, command, step)."""
         for state, commands in self.sets.items():
             for name, steps in commands.items():
                 yield from ((state, name, step) for step in steps)
 
     @property
     def topics(self) -> dict[str, type]:
-        """Which topics of the user's own there are, and what is published on each.
+        """The users' own topics, and the type of the values on each.
 
         Raises:
-            ConfigError: one gets values of two kinds.
+            ConfigError: a topic gets values of two types.
         """
         topics: dict[str, type] = {}
         for state, name, step in self.all_steps():
             if step.topic is not None and not is_selection(step):
                 kind = topics.setdefault(step.topic, type(step.publish))
                 if kind is not type(step.publish):
-                    raise self.wrong(
+                    raise self.error_at(
                         state, name, f"publishes another kind of value on {step.topic}"
                     )
         return topics
 
     @property
     def replies(self) -> tuple[str, ...]:
-        """What the robot may say whatever was said to it: to be rendered beforehand."""
+        """The replies without slots, which can be rendered beforehand."""
         said = (step.say for _, _, step in self.all_steps() if step.say and "{" not in step.say)
         return tuple(dict.fromkeys(said))
 
-    def wrong(self, state: str, name: str, why: str) -> ConfigError:
-        """Make the error of a command that cannot be, with the place where the user defined it."""
-        return _wrong(self.places, state, name, why)
+    def error_at(self, state: str, name: str, why: str) -> ConfigError:
+        """Return the error of an invalid command, with the place where the user defined it."""
+        return _error_at(self.places, state, name, why)
 
 
 def command_table(
@@ -100,26 +97,26 @@ def command_table(
     """Make the table, and refuse one with which the robot might not stop.
 
     Args:
-        commands: `[commands]` of the settings, with those that voz brings.
+        commands: `[commands]` of the settings and voz's own.
         states: `[states.NAME]` of the settings.
         places: where the user defined them.
 
     Raises:
-        ConfigError: it cannot be used; the message says which command, where, and why.
+        ConfigError: a command is invalid; the message says which, where, and why.
     """
-    named = {USUAL: commands, **states}
+    named = {DEFAULT_STATE: commands, **states}
     sets = {
         state: {name: _resolved(name, own, state, places) for name in own}
         for state, own in named.items()
     }
-    usual = sets[USUAL]
+    usual = sets[DEFAULT_STATE]
     stops = frozenset(name for name, steps in usual.items() if _only_stops(steps))
     ends = frozenset(name for name, steps in usual.items() if _only_listens(steps, False))
     starts = frozenset(name for name, steps in usual.items() if _only_listens(steps, True))
     table = CommandTable(sets, stops, stops | ends, starts, places)
     if STOP not in stops:
-        raise table.wrong(
-            USUAL, STOP, "is given another meaning; it stops the robot, and nothing else"
+        raise table.error_at(
+            DEFAULT_STATE, STOP, "is given another meaning; it stops the robot, and nothing else"
         )
     for state, own in sets.items():
         for name, steps in own.items():
@@ -129,36 +126,36 @@ def command_table(
 
 
 def is_selection(step: Step) -> bool:
-    """Tell whether a step selects an object, which has an event and a topic of its own."""
+    """Whether a step selects an object, which has an event and a topic of its own."""
     return step.topic == SELECTED_OBJECT and type(step.publish) is int
 
 
-def can_drive(table: CommandTable, name: str) -> bool:
-    """Tell whether a command may set the robot going, in any state."""
+def can_move(table: CommandTable, name: str) -> bool:
+    """Whether a command may move the robot, in any state."""
     return any(step.moves for commands in table.sets.values() for step in commands.get(name, ()))
 
 
 def check_commands(
     table: CommandTable, names: Collection[str], after_stop: Collection[str], where: str
 ) -> None:
-    """Refuse a list of commands that could set a robot going and not stop it.
+    """Refuse a list of commands that can move a robot and not stop it.
 
     Args:
         table: what they do.
         names: the commands of the list.
-        after_stop: those of them with a sentence that begins with one that stops the robot.
-        where: what messages call the list.
+        after_stop: those with a sentence that begins with one that stops the robot.
+        where: the list's name in messages.
 
     Raises:
-        ConfigError: so it is.
+        ConfigError: the list has no stop, or hides one.
     """
-    driving = next((name for name in names if can_drive(table, name)), None)
-    if driving is not None and table.stops.isdisjoint(names):
+    moving = next((name for name in names if can_move(table, name)), None)
+    if moving is not None and table.stops.isdisjoint(names):
         raise ConfigError(
-            f'{where}: has "{driving}", which moves the robot, and no command that stops it; add '
+            f'{where}: has "{moving}", which moves the robot, and no command that stops it; add '
             f'the line "{STOP}", or another and [commands] "that one" = {{ stop = true }}'
         )
-    hidden = next((name for name in after_stop if can_drive(table, name)), None)
+    hidden = next((name for name in after_stop if can_move(table, name)), None)
     if hidden is not None:
         raise ConfigError(
             f'{where}: "{hidden}" moves the robot and begins with what stops it; '
@@ -167,17 +164,17 @@ def check_commands(
 
 
 def _resolved(name: str, commands: CommandDefinitions, state: str, places: Places) -> Steps:
-    """Follow a command that is another word for one, to its steps."""
+    """Follow aliases of commands to the steps."""
     seen = [name]
     while isinstance(command := commands[seen[-1]], str):
         if command not in commands:
             near = get_close_matches(command, commands, 1)
             meant = f'; did you mean "{near[0]}"?' if near else ""
             why = f'is to do the same as "{command}", which is no command here{meant}'
-            raise _wrong(places, state, name, why)
+            raise _error_at(places, state, name, why)
         if command in seen:
             why = f'is to do the same as "{command}", and that as this one'
-            raise _wrong(places, state, name, why)
+            raise _error_at(places, state, name, why)
         seen.append(command)
     return command if isinstance(command, tuple) else (command,)
 
@@ -190,41 +187,45 @@ def _only_stops(steps: Steps) -> bool:
 
 
 def _only_listens(steps: Steps, listen: bool) -> bool:
-    """Whether a command begins the listening, or ends it, and does nothing else."""
+    """Whether a command only begins (or ends) the listening."""
     return len(steps) == 1 and steps[0].listen is listen and not steps[0].confirm
 
 
 def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
-    """Refuse a command that does not fit to the rest of the table."""
-    if state != USUAL and (name in table.halts or name in table.starts):
-        raise table.wrong(state, name, "stops or listens in all states, by [commands]")
+    """Refuse a command that does not fit the rest of the table."""
+    if state != DEFAULT_STATE and (name in table.halts or name in table.starts):
+        raise table.error_at(state, name, "stops or listens in all states, by [commands]")
     slots = frozenset[str]().union(*(step.slots for step in steps))
     if name in table.halts and slots:
-        raise table.wrong(state, name, f"stops, and must not hang on the slot {min(slots)}")
+        raise table.error_at(state, name, f"stops, and must not hang on the slot {min(slots)}")
     if any(step.listen is not None for step in steps) and name not in table.halts | table.starts:
-        raise table.wrong(state, name, "begins or ends the listening, and can only say so besides")
+        raise table.error_at(
+            state, name, "begins or ends the listening, and can only say so besides"
+        )
     for step in steps:
-        if is_selection(step) and step.publish not in OBJECTS:
-            raise table.wrong(
-                state, name, f"selects an object; their numbers go to {max(OBJECTS)}, as ROS has it"
+        if is_selection(step) and step.publish not in OBJECT_NUMBERS:
+            raise table.error_at(
+                state,
+                name,
+                f"selects an object; their numbers go to {max(OBJECT_NUMBERS)}, as ROS has it",
             )
         if step.state is not None and step.state not in table.sets:
-            raise table.wrong(
+            raise table.error_at(
                 state, name, f'switches to "{step.state}", and there is no [states] of it'
             )
     if any(step.confirm for step in steps) and not {True, False} <= _answers(table, state):
-        raise table.wrong(
+        raise table.error_at(
             state, name, "asks first, and no command answers; add { answer = true } and = false }"
         )
     if any(step.confirm or step.again for step in steps[1:]):
-        raise table.wrong(
+        raise table.error_at(
             state, name, "has `confirm` or `again` in its midst; they belong to the first step"
         )
     if len(steps) > 1 and any(step.answer is not None for step in steps):
-        raise table.wrong(state, name, "answers, and can do nothing else but say so")
+        raise table.error_at(state, name, "answers, and can do nothing else but say so")
     for one, other in combinations(steps, 2):
         if one.sets_velocity and not one.bounded and (other.sets_velocity or other.stop):
-            raise table.wrong(
+            raise table.error_at(
                 state, name, "goes on after a motion that does not end; add metres or seconds"
             )
 
@@ -233,7 +234,7 @@ def _answers(table: CommandTable, state: str) -> set[bool | None]:
     return {step.answer for where, _, step in table.all_steps() if where == state}
 
 
-def _wrong(places: Places, state: str, name: str, why: str) -> ConfigError:
+def _error_at(places: Places, state: str, name: str, why: str) -> ConfigError:
     place = f"{places[state, name]}: " if (state, name) in places else ""
     table = f"[states.{state}]" if state else "[commands]"
     return ConfigError(f'{place}{table} "{name}" {why}')

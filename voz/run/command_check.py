@@ -29,7 +29,7 @@ def check_list(commands: Commands, table: CommandTable, where: str) -> None:
             if missing := step.slots - known:
                 have = f"it has {', '.join(sorted(known))}" if known else "it has none"
                 why = f"uses the slot {min(missing)}, which {where} does not give it; {have}"
-                raise table.wrong(state, name, why)
+                raise table.error_at(state, name, why)
     stops = commands.named(table.stops, MOST_LOOKED_AT)
     after = {name for stop in stops for name in commands.continuing_commands(stop)}
     check_commands(table, commands.names, after, where)

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from voz.config import usual_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import motion_has_expired
-from voz.control.state_machine import GivenCommand, State, Transition, at_rest, go_on, obey
+from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
@@ -150,7 +150,7 @@ class Controller:
             ConfigError: the time is no number.
         """
         _check_time(now)
-        self._follow(go_on(self._state, now, self._safety, self._place(now)))
+        self._follow(let_time_pass(self._state, now, self._safety, self._place(now)))
         if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
@@ -213,7 +213,7 @@ class Controller:
         """
         if utterance.ignored == "too_late":
             silent = all(isinstance(event, Reply) for event in transition.events)
-            return silent and not transition.state.moving and transition.state.asked is None
+            return silent and not transition.state.moving and transition.state.pending is None
         return utterance.name in self.table.stops
 
 

@@ -171,19 +171,19 @@ def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
     for state, name, step in table.all_steps():
         if step.call:
             target = str(step.call[0])
-            functions[target] = _imported(target, partial(table.wrong, state, name))
+            functions[target] = _imported(target, partial(table.error_at, state, name))
     return functions
 
 
-def _imported(target: str, wrong: Callable[[str], ConfigError]) -> Callable[..., Any]:
+def _imported(target: str, error_at: Callable[[str], ConfigError]) -> Callable[..., Any]:
     try:
         found = imported(target)
     except (Exception, SystemExit) as error:
         if is_by_signal(error):
             raise
-        raise wrong(f"calls {target}, which cannot be imported ({in_words(error)})") from error
+        raise error_at(f"calls {target}, which cannot be imported ({in_words(error)})") from error
     if not callable(found):
-        raise wrong(f"calls {target}, which is no function")
+        raise error_at(f"calls {target}, which is no function")
     return found  # type: ignore[no-any-return]
 
 
@@ -192,7 +192,7 @@ def _check_programs(table: CommandTable) -> None:
         program = step.run[0] if step.run else None
         if program and not SLOT.search(program) and not shutil.which(program):
             why = f"runs {program}, and there is no such program; give its path, or install it"
-            raise table.wrong(state, name, why)
+            raise table.error_at(state, name, why)
 
 
 def _check_sounds(table: CommandTable) -> None:
@@ -202,4 +202,4 @@ def _check_sounds(table: CommandTable) -> None:
         if sound and not SLOT.search(sound) and sound not in builtin and not Path(sound).is_file():
             near = get_close_matches(sound, builtin, 1)
             meant = f"did you mean {near[0]}?" if near else "`voz sound --list` shows the others"
-            raise table.wrong(state, name, f"plays {sound}, and there is no such file; {meant}")
+            raise table.error_at(state, name, f"plays {sound}, and there is no such file; {meant}")

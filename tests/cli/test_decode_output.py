@@ -90,9 +90,11 @@ def test_ctrl_c_says_how_to_go_on(folder: Path, known: dict[str, bytes], tmp_pat
         program.send_signal(signal.SIGINT)
         _, told = program.communicate()
     assert program.returncode == 128 + signal.SIGINT
-    assert told.splitlines() == [f"what was decoded is kept in {journal}: go on by --resume"]
+    assert told.splitlines() == [
+        f"the results so far are kept in {journal}: continue with --resume"
+    ]
     assert not out.exists()
-    assert decode(out, folder).complaint.endswith("or begin again by --overwrite")
+    assert decode(out, folder).complaint.endswith("or start again with --overwrite")
     result = decode(out, folder, "--resume")
     assert "were known" in result.err
     assert out.read_bytes() == known[".csv"]
@@ -103,7 +105,7 @@ def test_two_runs_on_one_output_are_refused(folder: Path, tmp_path: Path) -> Non
     with begun(out, folder) as program:
         while not (tmp_path / "heard.jsonl.journal").exists():
             pass
-        assert "is being made by another run" in decode(out, folder, "--resume").complaint
+        assert "is being written by another run" in decode(out, folder, "--resume").complaint
         program.communicate()
     assert program.returncode == 3
 
@@ -209,7 +211,7 @@ def test_a_finished_output_is_replaced_only_if_asked(folder: Path, tmp_path: Pat
     before = out.read_bytes()
     complaint = decode(out, folder / "01.flac").complaint
     assert complaint == (
-        f"voz: {out}: is there already; go on with it by --resume, replace it by --overwrite, "
+        f"voz: {out}: is there already; continue it with --resume, replace it by --overwrite, "
         "or name another file"
     )
     assert out.read_bytes() == before
@@ -223,12 +225,12 @@ def test_a_finished_output_is_replaced_only_if_asked(folder: Path, tmp_path: Pat
 def test_an_unfinished_run_is_begun_again_only_if_asked(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     kept_by_a_kill(out, folder)
-    assert "a run that has not ended is there" in decode(out, folder / "00.flac").complaint
+    assert "has an unfinished run" in decode(out, folder / "00.flac").complaint
     result = decode(out, folder / "00.flac", "--overwrite")
     assert result.err.startswith(f"written: {out}, 1 recordings\n")
     journal = tmp_path / "heard.jsonl.journal"
     journal.write_text("mine\n")
-    assert "is no journal" in decode(out, folder / "00.flac", "--overwrite").complaint
+    assert "is not a journal" in decode(out, folder / "00.flac", "--overwrite").complaint
     assert journal.read_text() == "mine\n"
 
 
@@ -275,7 +277,7 @@ def test_other_settings_are_refused(folder: Path, tmp_path: Path) -> None:
     decode(out, folder, "--glob", "0*")
     before = out.read_bytes()
     complaint = decode(out, folder, "--resume", "--threshold", "0.5").complaint
-    assert f"{out}: was begun with other settings" in complaint
+    assert f"{out}: was started with other settings" in complaint
     assert out.read_bytes() == before
 
 
@@ -320,7 +322,7 @@ def test_what_is_no_whole_is_not_merged(folder: Path, tmp_path: Path) -> None:
     assert "has more recordings" in complaint(one, two, three)
     whole = tmp_path / "whole.jsonl"
     decode(whole, folder)
-    assert "is no shard" in complaint(whole)
+    assert "is not a shard" in complaint(whole)
     assert not out.exists()
 
 

@@ -119,9 +119,9 @@ def _how(
     folder = str(language.folder.resolve())
     setup = WorkerSetup(folder, settings.recognition, options.profile, memory, header.fingerprint)
     if options.drive:
-        simulation_options = _driving(options.drive, settings, language, options.listening)
-        setup = replace(setup, driving=simulation_options)
-        rules = digest_of([simulation_options.settings.decode(), str(simulation_options.listening)])
+        simulation = _driving(options.drive, settings, language, options.listening)
+        setup = replace(setup, simulation=simulation)
+        rules = digest_of([simulation.settings.decode(), str(simulation.listening)])
         header = replace(header, drive=rules)
     careful = options.out is not None
     return header, BatchDecoder(setup, options.jobs, options.time_limit, careful, options.dask)

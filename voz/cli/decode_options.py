@@ -102,11 +102,11 @@ class Decoding(Recognizing):
             asked = {"--resume": self.resume, "--retry-failed": self.retry_failed}
             for name, given in asked.items():
                 if given:
-                    raise ConfigError(f"{name}: goes on with an output; name it by --out")
+                    raise ConfigError(f"{name}: continues an output; name it with --out")
         if self.overwrite and not (self.out or self.drive):
             raise ConfigError("--overwrite: replaces an output; name it by --out")
         if self.overwrite and self.resumes:
-            raise ConfigError("--overwrite: begins again; leave it out to go on by --resume")
+            raise ConfigError("--overwrite: starts again; leave it out to continue with --resume")
         if self.listening and self.drive is None:
             raise ConfigError("--listening: is about what a robot obeys; add --drive DIR")
         if self.out and self.as_json:

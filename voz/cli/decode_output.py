@@ -89,7 +89,7 @@ def keep(
     options.check_written(
         settings, [output], [name for name in names if parse_location(name) == output]
     )
-    check_output(output, options.resumes or options.overwrite, "go on with it by --resume, ")
+    check_output(output, options.resumes or options.overwrite, "continue it with --resume, ")
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
     with progress() as bar, _telling_how_to_go_on(output):
 
@@ -97,10 +97,10 @@ def keep(
             account.new.add(outcome)
             bar.heard(outcome)
 
-        how = (options.resumes, options.retry_failed, options.overwrite)
-        going = ResumeOptions(*how, done, bar.begin, tell)
+        flags = (options.resumes, options.retry_failed, options.overwrite)
+        how = ResumeOptions(*flags, done, bar.begin, tell)
         decode = partial(many.decode, names)
-        decode_to_output(output, header, names, decode, going, account.written)
+        decode_to_output(output, header, names, decode, how, whole=account.written)
     account.tell(output, inputs)
     return account.whole.failed > 0
 
@@ -114,7 +114,7 @@ def _telling_how_to_go_on(output: Location) -> Iterator[None]:
         yield
     except (SystemExit, KeyboardInterrupt):
         if journal_path(output).exists():
-            tell(f"what was decoded is kept in {journal_path(output)}: go on by --resume")
+            tell(f"the results so far are kept in {journal_path(output)}: continue with --resume")
         raise
 
 

@@ -26,6 +26,7 @@ def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> N
         options: where it is wanted.
     """
     from voz.apps.evaluation import report
+    from voz.events import to_json
 
     if "-" not in (options.html, options.as_json):
         show(*report.to_text(evaluation).split("\n"))
@@ -33,7 +34,7 @@ def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> N
     if options.html:
         names += _put_page(evaluation, tasks, options.html)
     if options.as_json:
-        write_text(options.as_json, f"{report.to_json(evaluation)}\n")
+        write_text(options.as_json, f"{to_json(evaluation)}\n")
         names += [options.as_json]
     if written := [name for name in names if name != "-"]:
         tell(f"written: {', '.join(written)}")

@@ -127,13 +127,13 @@ def test_workers_end_with_the_process_that_began_them(tmp_path: Path) -> None:
 PARENT = """
 import sys, time
 from pathlib import Path
-from voz.apps.batch.executors import processes
+from voz.apps.batch.executors import process_executor
 from voz.apps.batch.scheduler import Scheduler
-from voz.apps.batch.tasks import Setup
+from voz.apps.batch.tasks import WorkerSetup
 from voz.settings import Recognition
 
 if __name__ == "__main__":
-    with processes(Setup(sys.argv[2], Recognition()), 1) as pool:
+    with process_executor(WorkerSetup(sys.argv[2], Recognition()), 1) as pool:
         list(Scheduler(pool, ["none"] * 3, range(3)).run())
         Path(sys.argv[1], "ready").touch()
         time.sleep(600)

@@ -69,7 +69,7 @@ def test_parquet_has_the_header_and_types(tmp_path: Path) -> None:
 def test_what_is_no_output_is_a_line(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"heard{ending}"
     path.write_text("something else\n")
-    with pytest.raises(ConfigError, match="is no output of"), open_output(path) as (_, read):
+    with pytest.raises(ConfigError, match="is not an output of"), open_output(path) as (_, read):
         list(read)
     path.unlink()
     with pytest.raises(ConfigError, match="cannot be read"), open_output(path):

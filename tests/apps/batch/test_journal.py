@@ -93,7 +93,7 @@ def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:
     output = tmp_path / "heard.jsonl"
     with (
         open_journal(output, HEADER, NAMES, resume=False),
-        pytest.raises(ConfigError, match="is being made by another run"),
+        pytest.raises(ConfigError, match="is being written by another run"),
         open_journal(output, HEADER, NAMES, resume=True),
     ):
         pass
@@ -104,7 +104,7 @@ def test_a_run_that_has_not_ended_is_not_begun_anew_by_mistake(tmp_path: Path) -
     with open_journal(output, HEADER, NAMES, resume=False):
         pass
     with (
-        pytest.raises(ConfigError, match="go on by --resume"),
+        pytest.raises(ConfigError, match="continue it with --resume"),
         open_journal(output, HEADER, NAMES, resume=False),
     ):
         pass
@@ -137,7 +137,7 @@ def test_what_is_no_journal_is_refused(tmp_path: Path) -> None:
     output = tmp_path / "heard.jsonl"
     journal_path(output).write_text("mine\n")
     with (
-        pytest.raises(ConfigError, match="is no journal"),
+        pytest.raises(ConfigError, match="is not a journal"),
         open_journal(output, HEADER, NAMES, resume=True),
     ):
         pass

@@ -84,8 +84,8 @@ def decode(output: Location, resume: bool = False) -> list[int]:
         asked.extend(numbers)
         return many.decode(NAMES, numbers)
 
-    going = ResumeOptions(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
-    decode_to_output(output, HEADER, NAMES, some, going, lambda _: None)
+    options = ResumeOptions(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
+    decode_to_output(output, HEADER, NAMES, some, options, whole=lambda _: None)
     return asked
 
 
@@ -112,7 +112,7 @@ def test_what_cannot_be_written_loses_nothing(
     address, handler = store
     output = parse_location(f"{address}/heard.jsonl")
     handler.closed = True
-    with pytest.raises(ConfigError, match=r"heard.jsonl: cannot be written \(403.*by --resume"):
+    with pytest.raises(ConfigError, match=r"heard.jsonl: cannot be written \(403.*with --resume"):
         decode(output)
     assert journal_path(output).resolve().parent == tmp_path
     handler.closed = False
@@ -137,7 +137,9 @@ def test_what_another_run_wrote_meanwhile_is_not_written_over(
         path.write_text("of another run")
 
     monkeypatch.setattr(BatchDecoder, "decode", while_another_runs)
-    with pytest.raises(ConfigError, match=r"was written by another run meanwhile; .* by --resume"):
+    with pytest.raises(
+        ConfigError, match=r"was written by another run meanwhile; .* with --resume"
+    ):
         decode(output)
     assert path.read_text() == "of another run"
     path.unlink()
@@ -157,7 +159,7 @@ def test_an_object_is_replaced_only_if_asked(store: tuple[str, type[Store]]) -> 
     output = f"{address}/heard.jsonl"
     handler.objects["/heard.jsonl"] = b"mine"
     given = ("decode", GO_BACK, "--ears", "1", "--jobs", "1", "--out", output)
-    assert f"{output}: is there already; go on with it" in in_process(*given).complaint
+    assert f"{output}: is there already; continue it" in in_process(*given).complaint
     assert handler.objects == {"/heard.jsonl": b"mine"}
     assert in_process(*given, "--overwrite").code == 0
     assert handler.objects["/heard.jsonl"] != b"mine"

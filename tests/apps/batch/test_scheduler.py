@@ -22,7 +22,7 @@ Given = tuple[Future[TaskResult], DecodeTask]
 class Blaming:
     """A pool in which a recording that is called poison costs all that is under way."""
 
-    batch = 10_000_000
+    batch_bytes = 10_000_000
 
     def __init__(self, size: int) -> None:
         self.size = size

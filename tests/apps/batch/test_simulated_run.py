@@ -75,7 +75,7 @@ def test_a_run_without_it_is_not_gone_on_with(tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     assert in_process("decode", GO_BACK, "--out", out).code == 0
     given = ("--out", out, "--resume", "--drive", tmp_path / "driven")
-    assert "was begun with no --drive" in in_process("decode", GO_BACK, *given).complaint
+    assert "was started with no --drive" in in_process("decode", GO_BACK, *given).complaint
 
 
 def test_names_of_files_do_not_lead_out_of_the_folder() -> None:

@@ -15,6 +15,7 @@ from voz.apps.evaluation.page import MOST_LISTED_FAILURES, to_html
 from voz.apps.evaluation.plots import pictures
 from voz.apps.evaluation.report import Evaluation
 from voz.apps.evaluation.results import Result
+from voz.events import to_json
 
 EVIL = '<script>alert("x")</script>'
 
@@ -87,7 +88,7 @@ def test_the_page_says_when_where_and_by_what_it_was_made(results: list[Result])
     for said in (evaluation.voz, *made):
         assert f"<td>{said}</td>" in text
     for said in made:
-        assert f'"{said}"' in report.to_json(evaluation)
+        assert f'"{said}"' in to_json(evaluation)
 
 
 def rows_of(text: str) -> list[str]:

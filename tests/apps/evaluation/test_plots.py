@@ -52,5 +52,5 @@ def test_where_there_are_several_sets_a_line_is_named_after_its_own(result: Any)
 
 
 def test_texts_that_mean_something_to_others_are_only_texts() -> None:
-    svg, _ = confusion_picture(confusion([("$x$ < & -->", r"$\bad{$"), ("go", "go")]))
-    ET.fromstring(svg)
+    picture = confusion_picture(confusion([("$x$ < & -->", r"$\bad{$"), ("go", "go")]))
+    ET.fromstring(picture.svg)

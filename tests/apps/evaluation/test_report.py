@@ -10,6 +10,7 @@ import pytest
 from voz.apps.evaluation import report
 from voz.apps.evaluation.results import Result
 from voz.errors import ConfigError
+from voz.events import to_json
 
 EVIL = '<script>alert("x")</script>'
 
@@ -31,7 +32,7 @@ def results(result: Any) -> list[Result]:
 def test_what_json_writes_can_be_compared_with(results: list[Result], tmp_path: Path) -> None:
     evaluation = report.evaluate(results, {"engine": "voz"})
     saved = tmp_path / "other.json"
-    saved.write_text(report.to_json(evaluation))
+    saved.write_text(to_json(evaluation))
     assert report.read_results(saved, in_noise=True) == results
     assert json.loads(saved.read_text())["settings"] == {"engine": "voz"}
     compared = report.evaluate(results, {}, report.read_results(saved, in_noise=True))

@@ -210,7 +210,7 @@ def test_what_is_no_bag_is_one_line(name: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="there is no such bag"):
         read_sayings(path)
     path.write_bytes(b"no bag at all, but long enough to be read as a header of one\n" * 10)
-    with pytest.raises(ConfigError, match=f"{name}: is no bag that can be read [^\n]*$"):
+    with pytest.raises(ConfigError, match=f"{name}: cannot be read as a bag [^\n]*$"):
         read_sayings(path)
 
 
@@ -233,7 +233,7 @@ def test_a_bag_cut_short_is_one_line(tmp_path: Path) -> None:
     whole = tmp_path / "drive.mcap"
     keep(whole)
     (tmp_path / "cut.mcap").write_bytes(whole.read_bytes()[:500])
-    with pytest.raises(ConfigError, match=r"cut.mcap: is no bag that can be read"):
+    with pytest.raises(ConfigError, match=r"cut.mcap: cannot be read as a bag"):
         read_sayings(tmp_path / "cut.mcap")
 
 

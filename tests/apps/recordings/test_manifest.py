@@ -70,7 +70,7 @@ def test_a_set_is_named_after_its_file_or_folder() -> None:
         ("path\ttext\tkind\n", "bad.tsv:1: has no column speaker or voice"),
         (GOOD.splitlines()[0], "bad.tsv: lists no recording"),
         (GOOD + "b.wav\tstop\tann\n", "bad.tsv:3: has 3 fields and the header 5"),
-        (GOOD + "\nb.wav\tstop\tann\tsong\tus\n", 'bad.tsv:4: the kind "song" is none of'),
+        (GOOD + "\nb.wav\tstop\tann\tsong\tus\n", 'bad.tsv:4: invalid kind "song"; use one of'),
         (GOOD + "\tstop\tann\tcommand\tus\n", "bad.tsv:3: names no file"),
         (GOOD + "\0.wav\tstop\tann\tcommand\tus\n", "bad.tsv:3: names no file"),
         (GOOD + "b.wav\t\tann\tcommand\tus\n", "bad.tsv:3: has no text"),

@@ -94,7 +94,9 @@ def test_a_full_disk_leaves_what_was_recorded(tmp_path: Path) -> None:
 def test_another_manifest_is_refused_and_stays(tmp_path: Path) -> None:
     shutil.copy(FIXTURES / "manifest.tsv", tmp_path)
     before = (tmp_path / MANIFEST_NAME).read_text()
-    with pytest.raises(AudioError, match=r"manifest\.tsv: is not one of recordings; name another"):
+    with pytest.raises(
+        AudioError, match=r"manifest\.tsv: is not a manifest of recordings; name another"
+    ):
         RecordingFolder(tmp_path, BYTES_PER_GIGABYTE)
     assert (tmp_path / MANIFEST_NAME).read_text() == before
 
@@ -154,6 +156,6 @@ def test_of_a_recording_that_went_for_others_nothing_can_be_said(tmp_path: Path)
     folder = RecordingFolder(tmp_path, 10_000)
     first, *_ = [folder.add(piece(seconds=0.2)) for _ in range(5)]
     before = (tmp_path / MANIFEST_NAME).read_text()
-    with pytest.raises(AudioError, match="is not there any more; mark another one"):
+    with pytest.raises(AudioError, match="was removed; mark another one"):
         folder.correct(first, "stop", "command")
     assert (tmp_path / MANIFEST_NAME).read_text() == before

@@ -46,10 +46,10 @@ def test_of_a_bag_there_is_what_was_published(
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", "has no event of a run; name what"),
-        ("{}\n", "drive.jsonl:1: is no event of voz"),
-        ('{"type":"dance","t":1}\n', "drive.jsonl:1: is no event of voz"),
-        ("[" * 100_000 + "\n", "drive.jsonl:1: is no event of voz"),
+        ("", "has no events; name what"),
+        ("{}\n", "drive.jsonl:1: is not an event of voz"),
+        ('{"type":"dance","t":1}\n', "drive.jsonl:1: is not an event of voz"),
+        ("[" * 100_000 + "\n", "drive.jsonl:1: is not an event of voz"),
     ],
 )
 def test_what_is_no_session_is_one_line(text: str, complaint: str, tmp_path: Path) -> None:

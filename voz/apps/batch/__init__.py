@@ -1,6 +1,4 @@
-"""Recordings by the thousand and the million: handed out, decoded by many, and nothing lost.
+"""Decodes recordings by the thousand and the million, with many workers, and loses nothing.
 
-inputs ─▶ scheduler ─▶ pool of workers ─▶ journal ─▶ output
-▲               │
-└── tried again ┘
+inputs ─▶ scheduler ─▶ executor: workers ─▶ journal ─▶ output
 """

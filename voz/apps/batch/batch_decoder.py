@@ -1,4 +1,4 @@
-"""Who decodes, by how much there is to do: this process, others of this machine, or a cluster."""
+"""Chooses who decodes: this process, workers on this machine, or a cluster."""
 
 from __future__ import annotations
 
@@ -17,44 +17,29 @@ from voz.apps.batch.tasks import WorkerSetup
 from voz.process.worker_pool import cores
 
 MOST_INLINE_RECORDINGS = 2
-"""Recordings that are decoded before another process has begun."""
+"""So few are decoded before another process has started."""
 
 
 @dataclass(frozen=True)
 class BatchDecoder:
-    """How recordings are decoded.
-
-    Attributes:
-        setup: what workers are told.
-        jobs: how many processes; None for one on each core.
-        limit: how long a recording may take, s; None for a minute and as long as it lasts.
-        careful: whether a recording must not end this process, however few there are.
-        cluster: the address of a scheduler of dask's; None for this machine.
-    """
+    """How recordings are decoded."""
 
     setup: WorkerSetup
-    jobs: int | None = None
-    limit: float | None = None
-    careful: bool = False
-    cluster: str | None = None
+    jobs: int | None = None  # processes; None for one on each core
+    limit: float | None = None  # for a recording, s; None for its length and a minute
+    careful: bool = False  # whether a recording must not end this process, however few there are
+    cluster: str | None = None  # address of a dask scheduler; None for this machine
 
     def decode(self, names: Sequence[str], numbers: Sequence[int]) -> Iterator[Finished]:
-        """Decode recordings.
-
-        Args:
-            names: of all.
-            numbers: which of them.
-
-        Yields:
-            The outcomes as they come.
+        """Decode the recordings with these indexes; yields the outcomes as they come.
 
         Raises:
-            VozError: the models cannot be loaded, or the cluster not be reached.
+            VozError: the models cannot be loaded, or the cluster cannot be reached.
         """
-        with self._pool([names[number] for number in numbers]) as pool:
-            yield from Scheduler(pool, names, numbers, self.limit).run()
+        with self._executor([names[number] for number in numbers]) as executor:
+            yield from Scheduler(executor, names, numbers, self.limit).run()
 
-    def _pool(self, names: Sequence[str]) -> AbstractContextManager[Executor]:
+    def _executor(self, names: Sequence[str]) -> AbstractContextManager[Executor]:
         if self.cluster:
             from voz.apps.batch.cluster import dask_executor
 

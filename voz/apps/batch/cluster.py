@@ -1,8 +1,7 @@
-"""A cluster of dask.distributed's that is there already does the tasks.
+"""Executes tasks on a cluster of dask.distributed that is running already.
 
-Its scheduler gives a task whose worker went to another one, and gives it back after some deaths
-(`distributed.scheduler.allowed-failures`, 3); its recordings are then tried alone, so that
-one that workers die of costs no other. Workers may come and go meanwhile.
+Its scheduler gives a task whose worker died to another one, and gives it up after some deaths
+(`distributed.scheduler.allowed-failures`, 3). Workers may come and go.
 """
 
 from __future__ import annotations
@@ -12,8 +11,9 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Future, InvalidStateError
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from threading import Event, Lock, Thread
-from typing import Any, NamedTuple
+from typing import Any
 
 from voz.apps.batch.executors import TaskTimeout
 from voz.apps.batch.tasks import BatchTask, TaskResult, WorkerSetup
@@ -23,34 +23,34 @@ from voz.extras import how_to_install
 from voz.process.worker_pool import WorkerDied
 
 CONNECT_TIMEOUT = 30
-"""How long a cluster may take to answer, and to have its first worker, s."""
+"""For a cluster to answer, and to have its first worker, s."""
 
 COUNT_INTERVAL = 5.0
-"""How often it is looked how many workers there are, s."""
+"""How often the workers are counted, s."""
 
 QUEUE_FACTOR = 3
-"""Times its limit a task may take until it is given up: it may have to wait for others."""
+"""A task may take so many times its limit, since it may wait for others."""
 
 TIMEOUT_CHECK_INTERVAL = 1.0
-"""How often it is looked what takes too long, s."""
+"""How often time limits are checked, s."""
 
-_ONE_AT_A_TIME = Lock()
+_ONE_TASK = Lock()
 
 
-class RunningTask(NamedTuple):
-    """A task that a cluster has: dask's future of it, ours, and when it is given up, s."""
+@dataclass(frozen=True)
+class RunningTask:
+    """A task on the cluster; `dask_future` is dask's future of it."""
 
-    asked: Any
-    ended: Future[TaskResult]
-    due: float
+    dask_future: Any
+    future: Future[TaskResult]
+    deadline: float
 
 
 class DaskExecutor:
     """Workers of a cluster, however many there are at the time."""
 
-    batch = 100_000_000
-    """An hour of sound, half a minute of work: of more tasks the scheduler would have much to do.
-    """
+    batch_bytes = 100_000_000
+    """An hour of sound, half a minute of work: smaller tasks would load the scheduler."""
 
     def __init__(self, client: Any, setup: WorkerSetup) -> None:
         self._client, self._setup = client, setup
@@ -61,62 +61,62 @@ class DaskExecutor:
         self._patience.start()
 
     def close(self) -> None:
-        """Look no more for what takes too long."""
+        """Stop the thread that watches time limits."""
         self._over.set()
         self._patience.join()
 
     @property
     def size(self) -> int:
-        """How many workers there were lately; one at least."""
+        """How many workers there were lately; at least 1."""
         if time.monotonic() > self._counted + COUNT_INTERVAL:
             self._counted = time.monotonic()
             self._count = max(1, len(_workers(self._client)))
         return self._count
 
     def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
-        """Begin a task; what takes longer than the limit costs its worker."""
-        ended: Future[TaskResult] = Future()
-        asked = self._client.submit(work_exclusively, self._setup, task, pure=False)
+        """Begin a task; a worker that exceeds the limit, s, is restarted."""
+        future: Future[TaskResult] = Future()
+        dask_future = self._client.submit(work_exclusively, self._setup, task, pure=False)
         if limit:
-            due = time.monotonic() + limit * QUEUE_FACTOR
-            self._limited[asked.key] = RunningTask(asked, ended, due)
+            deadline = time.monotonic() + limit * QUEUE_FACTOR
+            self._limited[dask_future.key] = RunningTask(dask_future, future, deadline)
 
         def done(_: object) -> None:
-            self._limited.pop(asked.key, None)
-            _pass_on(asked, ended)
+            self._limited.pop(dask_future.key, None)
+            _pass_on(dask_future, future)
 
-        asked.add_done_callback(done)
-        return ended
+        dask_future.add_done_callback(done)
+        return future
 
     def result(self, future: Future[TaskResult]) -> TaskResult:
-        """Give the result of a task; raises what `Pool.result` does."""
+        """Return the result of a task; raises as `Executor.result`."""
         return future.result()
 
     def _watch(self) -> None:
         while not self._over.wait(TIMEOUT_CHECK_INTERVAL):
             now = time.monotonic()
-            for each in [each for each in list(self._limited.values()) if each.due < now]:
-                self._limited.pop(each.asked.key, None)
+            for each in [each for each in list(self._limited.values()) if each.deadline < now]:
+                self._limited.pop(each.dask_future.key, None)
                 self._give_up(each)
 
     def _give_up(self, each: RunningTask) -> None:
-        """Restart the worker that does not come back from a task."""
+        """Restart the worker that has a task."""
         with suppress(InvalidStateError):
-            each.ended.set_exception(TaskTimeout())
+            each.future.set_exception(TaskTimeout())
         with suppress(Exception):  # it may have gone by itself
             busy = self._client.processing()
-            at = [address for address, keys in busy.items() if each.asked.key in keys]
-            each.asked.cancel()
+            at = [address for address, keys in busy.items() if each.dask_future.key in keys]
+            each.dask_future.cancel()
             self._client.restart_workers(at)
 
 
 @contextmanager
 def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
-    """Use a cluster for the length of a `with` block.
+    """Connect to a cluster for the length of a `with` block.
 
     Args:
         address: of its scheduler, as `tcp://10.0.0.1:8786`.
-        setup: what workers are told.
+        setup: for its workers.
 
     Raises:
         ConfigError: dask is not installed, the cluster does not answer, or cannot be used.
@@ -130,7 +130,9 @@ def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
             address, timeout=CONNECT_TIMEOUT, set_as_default=False
         )
     except (OSError, asyncio.TimeoutError, ValueError, TypeError) as error:
-        raise ConfigError(f"--dask {address}: nothing answers there; is a scheduler up?") from error
+        raise ConfigError(
+            f"--dask {address}: no answer; is a dask scheduler running there?"
+        ) from error
     with client:
         _check(client, address)
         pool = DaskExecutor(client, setup)
@@ -141,15 +143,15 @@ def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
 
 
 def work_exclusively(setup: WorkerSetup, task: BatchTask) -> TaskResult:
-    """Do a task, one at a time: a recognizer is for one thread."""
-    with _ONE_AT_A_TIME:
+    """Do one task at a time: a recognizer is for one thread."""
+    with _ONE_TASK:
         return work(setup, task)
 
 
 def _check(client: Any, address: str) -> None:
-    """Refuse a cluster without workers, with others than this program can talk to, or with threads.
+    """Refuse a cluster without workers, with threads in one, or with other versions.
 
-    Whether they have the same voz, models and list each worker finds out itself.
+    Each worker compares its voz, models and command list itself.
     """
     try:
         client.wait_for_workers(1, timeout=CONNECT_TIMEOUT)
@@ -182,19 +184,19 @@ def _workers(client: Any) -> dict[str, Any]:
     return found
 
 
-def _pass_on(asked: Any, ended: Future[TaskResult]) -> None:
-    """Give on what became of a task, unless it was given up."""
+def _pass_on(dask_future: Any, future: Future[TaskResult]) -> None:
+    """Copy the outcome of dask's future to ours, unless that was given up."""
     from distributed import KilledWorker
 
     with suppress(InvalidStateError):
-        if asked.status == "finished":
-            ended.set_result(asked.result())
+        if dask_future.status == "finished":
+            future.set_result(dask_future.result())
             return
-        error = asked.exception() if asked.status == "error" else None
+        error = dask_future.exception() if dask_future.status == "error" else None
         if isinstance(error, VozError):
-            ended.set_exception(error)
+            future.set_exception(error)
         elif error is None or isinstance(error, KilledWorker):
-            ended.set_exception(WorkerDied("with the workers that had it"))
+            future.set_exception(WorkerDied("with the workers that had it"))
         else:
             reason = f"{type(error).__name__}: {error}"
-            ended.set_exception(ConfigError(f"a worker cannot decode ({reason}); is voz there?"))
+            future.set_exception(ConfigError(f"a worker cannot decode ({reason}); is voz there?"))

@@ -1,4 +1,4 @@
-"""One recording after the other through a recognizer, each as if it were alone."""
+"""Decodes recordings with one recognizer, each as if it were alone."""
 
 from __future__ import annotations
 
@@ -17,26 +17,16 @@ from voz.recognition.recognizer import Recognizer
 def decode_recordings(recognizer: Recognizer, paths: Iterable[Path]) -> Iterator[Outcome]:
     """Decode recordings, each as if it were alone.
 
-    Args:
-        recognizer: what understands them.
-        paths: the recordings.
-
     Yields:
-        The utterances of each recording in order; where reading fails, what was heard before it
-        and then the error; if nothing was said, one row that says so.
+        The rows of each recording in order: its utterances, then the error if reading it failed;
+        one row that says so if nothing was said.
     """
     for path in paths:
         yield decode_recording(recognizer, path)
 
 
 def decode_recording(recognizer: Recognizer, path: Path, file: str | None = None) -> Outcome:
-    """Decode one recording; see `decode_recordings`.
-
-    Args:
-        recognizer: what understands it.
-        path: the recording.
-        file: its name for the rows; None for its path.
-    """
+    """Decode one recording; its rows name it by `file`, or else by its path."""
     return decode_blocks(recognizer, read_blocks(path), file or shown_path(path))
 
 
@@ -49,10 +39,10 @@ def decode_blocks(
     """Decode the samples of one recording.
 
     Args:
-        recognizer: what understands them.
+        recognizer: for this recording.
         blocks: 16 kHz; they may end in an AudioError.
         file: the name for its rows.
-        also: is told of each row as soon as it is known.
+        also: called with each row as soon as it is known.
     """
     before = time.process_time()
     heard = 0

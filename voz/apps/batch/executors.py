@@ -1,4 +1,4 @@
-"""Who does the tasks: processes of this machine, or this one itself."""
+"""Executes tasks: in worker processes of this machine, or in this process."""
 
 from __future__ import annotations
 
@@ -15,63 +15,58 @@ from voz.process.worker_pool import WorkerPool, worker_pool
 
 
 class TaskTimeout(Exception):
-    """A task took longer than it may."""
+    """A task exceeded its time limit."""
 
 
 class Executor(Protocol):
-    """Who does tasks."""
+    """Executes tasks."""
 
     @property
     def size(self) -> int:
-        """How many at the same time; it may change."""
+        """How many tasks at the same time; it may change."""
 
     @property
-    def batch(self) -> int:
-        """How much sound is handed out at once, bytes: what comes back is a message."""
+    def batch_bytes(self) -> int:
+        """How much sound is handed out in one task, bytes."""
 
     def submit(self, task: BatchTask, limit: float | None) -> Any:
-        """Begin a task, and give its future.
-
-        Args:
-            task: what to do.
-            limit: how long it may take, s; None for as long as it likes.
-        """
+        """Begin a task and return its future; the limit is in s, None is none."""
 
     def result(self, future: Any) -> TaskResult:
-        """Give the result of a task that is done.
+        """Return the result of a task that is done.
 
         Raises:
             WorkerDied: its worker ended.
-            TooSlow: it was ended.
+            TaskTimeout: it was ended.
             VozError: the worker has no models to work with.
         """
 
 
 class InlineExecutor:
-    """Does each task at once: quickest for a few recordings, and nothing ends it but itself."""
+    """Does each task at once in this process: quickest for a few recordings."""
 
     size = 1
-    batch = 1
+    batch_bytes = 1
 
     def __init__(self, setup: WorkerSetup) -> None:
         # A limit on memory would be this process's for ever, and that of all it starts.
         self._setup = replace(setup, memory=None)
 
     def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
-        """Do a task; the limit is none."""
+        """Do a task, without a limit."""
         future: Future[TaskResult] = Future()
         future.set_result(work(self._setup, task))
         return future
 
     def result(self, future: Future[TaskResult]) -> TaskResult:
-        """Give what was done."""
+        """Return what was done."""
         return future.result()
 
 
 class ProcessExecutor:
-    """Workers on this machine. One that dies takes its task with it and nothing else."""
+    """Workers on this machine. One that dies takes only its task with it."""
 
-    batch = 2_000_000
+    batch_bytes = 2_000_000
     """A minute of sound, half a second of work."""
 
     def __init__(self, pool: WorkerPool, setup: WorkerSetup, size: int) -> None:
@@ -79,11 +74,11 @@ class ProcessExecutor:
         self._pool, self._setup = pool, setup
 
     def submit(self, task: BatchTask, limit: float | None) -> Any:
-        """Begin a task; its worker is killed if it takes longer than the limit."""
+        """Begin a task; a worker that exceeds the limit, s, is killed."""
         return self._pool.schedule(work, args=(self._setup, task), timeout=limit)
 
     def result(self, future: Any) -> TaskResult:
-        """Give the result of a task; raises what `Pool.result` does."""
+        """Return the result of a task; raises as `Executor.result`."""
         try:
             done: TaskResult = future.result()
         except TimeoutError as error:
@@ -93,6 +88,6 @@ class ProcessExecutor:
 
 @contextmanager
 def process_executor(setup: WorkerSetup, size: int) -> Iterator[ProcessExecutor]:
-    """Have workers for the length of a `with` block, however it ends."""
+    """Start workers for the length of a `with` block."""
     with worker_pool(size) as pool:
         yield ProcessExecutor(pool, setup, size)

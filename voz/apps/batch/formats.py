@@ -1,4 +1,4 @@
-"""Outputs: JSON lines, CSV or Parquet, each with a header that says what it was made by."""
+"""Output formats: JSON lines, CSV and Parquet, each with a header."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import csv
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from itertools import groupby, islice
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import msgspec
 
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.locations import Location, local_copy, shown_location
-from voz.apps.batch.outcomes import ErrorRow, Row, SilentRow, UtteranceRow, parse_row
+from voz.apps.batch.outcomes import Row, parse_row
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.extras import how_to_install
@@ -39,39 +40,34 @@ TABLE_COLUMNS = (
     "seconds",
     "error",
 )
-"""Of tables: one for each field of all kinds of rows."""
+"""One for each field of all types of rows."""
 
 NUMBER_COLUMNS = ("start", "end", "confidence", "score", "seconds")
 JSON_COLUMNS = ("between", "slots")
-"""Written as JSON in tables."""
+"""Columns whose cells are JSON."""
 
 CSV_HEADER_PREFIX = "# "
-"""Of the first line of a CSV: `pandas.read_csv(..., skiprows=1)` leaves it out."""
 
 PARQUET_BATCH_ROWS = 20_000
-"""Rows of Parquet that are written together; that many are held in memory."""
+"""Rows that are written together, and held in memory."""
 
 Rows: TypeAlias = Iterable[Row]
 OpenedOutput: TypeAlias = AbstractContextManager[tuple[Header, Iterator[Row]]]
 
 
-class OutputFormat(NamedTuple):
-    """How an output is written and read.
-
-    Attributes:
-        write: takes the path, the header and the rows.
-        read: opens a path, and gives the header and the rows.
-    """
+@dataclass(frozen=True)
+class OutputFormat:
+    """How an output is written and read."""
 
     write: Callable[[Path, Header, Rows], None]
     read: Callable[[Path], OpenedOutput]
 
 
 def format_of(output: Location) -> OutputFormat:
-    """Find how an output is written by the ending of its name.
+    """Return the format of an output, by the ending of its name.
 
     Raises:
-        ConfigError: no output has such an ending, or what writes it is not installed.
+        ConfigError: there is no such format, or its library is not installed.
     """
     ending = PurePath(output).suffix
     if ending == ".parquet":
@@ -82,7 +78,7 @@ def format_of(output: Location) -> OutputFormat:
 
 
 def group_by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
-    """Take the rows of each recording together."""
+    """Group successive rows of the same recording."""
     for file, together in groupby(rows, key=lambda row: row.file):
         yield file, tuple(together)
 
@@ -155,13 +151,10 @@ OUTPUT_FORMATS = {
 
 @contextmanager
 def open_output(output: Location) -> Iterator[tuple[Header, Iterator[Row]]]:
-    """Read an output for the length of a `with` block.
-
-    Yields:
-        The header and the rows.
+    """Read the header and the rows of an output, in a `with` block.
 
     Raises:
-        ConfigError: it is none, or cannot be read.
+        ConfigError: it is not an output, or cannot be read.
     """
     try:
         with local_copy(output) as path, format_of(output).read(path) as read:
@@ -173,7 +166,8 @@ def open_output(output: Location) -> Iterator[tuple[Header, Iterator[Row]]]:
         raise ConfigError(f"{shown_location(output)}: cannot be read ({reason})") from error
     except (ValueError, KeyError, TypeError, msgspec.MsgspecError) as error:
         raise ConfigError(
-            f"{shown_location(output)}: is no output of `voz decode --out` ({error}); name another"
+            f"{shown_location(output)}: is not an output of `voz decode --out` ({error}); "
+            "name another"
         ) from error
 
 
@@ -182,7 +176,7 @@ def _header(line: str) -> Header:
 
 
 def _flat(row: Row) -> dict[str, Any]:
-    """A row as a table has it; what it holds besides texts and numbers is JSON."""
+    """A row as a table has it: `JSON_COLUMNS` as JSON."""
     flat = json.loads(to_json(row))
     return {
         name: json.dumps(value)
@@ -204,17 +198,11 @@ def _cell(value: Any) -> Any:
 
 
 def _from_cells(cells: dict[str, str]) -> Row:
-    file = cells["file"]
-    if cells["error"]:
-        return ErrorRow(file, cells["error"])
-    if not cells["start"]:
-        return SilentRow(file, float(cells["seconds"]))
     flat: dict[str, Any] = {name: value for name, value in cells.items() if value}
     flat |= {name: float(flat[name]) for name in NUMBER_COLUMNS if name in flat}
-    flat |= {"accepted": flat["accepted"] == "true", "text": cells["text"]}
-    row = _from_flat(flat)
-    assert isinstance(row, UtteranceRow)
-    return row
+    if "accepted" in flat:  # an utterance, whose text may be empty
+        flat |= {"accepted": flat["accepted"] == "true", "text": cells["text"]}
+    return _from_flat(flat)
 
 
 def _pyarrow() -> pyarrow:

@@ -1,10 +1,10 @@
-"""Which recordings are meant: files, folders, manifests, addresses, and lists of all of them."""
+"""Finds the recordings to decode: files, folders, manifests, addresses, and lists of these."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from voz.apps.batch.remote import is_remote, require_fsspec
 from voz.apps.recordings.clips import Clip
@@ -14,33 +14,29 @@ from voz.files import shown_path
 
 AUDIO_FORMATS = "aif aifc aiff au caf flac mp3 oga ogg opus rf64 sph w64 wav"
 AUDIO_ENDINGS = frozenset(f".{name}" for name in AUDIO_FORMATS.split())
-"""Of what is taken from a folder, if nobody says otherwise."""
+"""Files with other endings are skipped in folders, without --glob."""
 
 MANIFEST_ENDING = ".tsv"
 
 
-class Inputs(NamedTuple):
-    """What is to be decoded.
+@dataclass(frozen=True)
+class Inputs:
+    """What is to be decoded."""
 
-    Attributes:
-        names: paths and addresses, each once.
-        clips: what is said in those of manifests.
-    """
-
-    names: list[str]
-    clips: list[Clip]
+    names: list[str]  # paths and addresses, each once
+    clips: list[Clip]  # what is said in those of manifests
 
 
 def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -> Inputs:
-    """Find the recordings that are meant, each once, in the order in which they are named.
+    """Find the recordings, each once, in the order in which they are named.
 
     Args:
         given: files, folders, manifests and addresses; `-` stands for the list.
-        glob: which files of folders; None takes all that may be recordings, however deep.
-        listed: the list, each a file, a folder, a manifest or an address.
+        glob: which files of folders; None takes all with the ending of a recording, however deep.
+        listed: the list, of the same kinds.
 
     Raises:
-        ConfigError: a manifest cannot be read, or an address be opened.
+        ConfigError: a manifest cannot be read, or fsspec is needed and missing.
     """
     names: dict[str, None] = {}
     clips: list[Clip] = []
@@ -57,24 +53,16 @@ def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -
 
 
 def shard_of(names: list[str], shard: str) -> list[str]:
-    """Take every so many of the recordings.
-
-    Args:
-        names: all of them.
-        shard: which of how many, as `3/16`.
-
-    Raises:
-        ConfigError: there is no such shard.
-    """
+    """Take every n-th of the recordings, by a shard such as `3/16`; raises ConfigError."""
     number, count = parse_shard(shard)
     return names[number - 1 :: count]
 
 
 def parse_shard(shard: str) -> tuple[int, int]:
-    """Read which shard of how many is meant; raises ConfigError if that cannot be."""
+    """Read the number of a shard and of how many, as `3/16`; raises ConfigError."""
     first, _, second = shard.partition("/")
     if not (first.isascii() and first.isdigit() and second.isascii() and second.isdigit()):
-        raise ConfigError(f'"{shard}" is no shard; write for instance 3/16, the third of 16')
+        raise ConfigError(f'invalid shard "{shard}"; write for instance 3/16, the third of 16')
     number, count = int(first), int(second)
     if not 1 <= number <= count <= 1_000_000:
         raise ConfigError(f"there is no shard {shard}; the first of 16 is 1/16, the last 16/16")
@@ -82,7 +70,7 @@ def parse_shard(shard: str) -> tuple[int, int]:
 
 
 def _found(name: str, glob: str | None) -> Iterator[str]:
-    """The recordings in a folder in the order of their names; or what is none, as it is."""
+    """The recordings in a folder in the order of their names; any other name as it is."""
     path = Path(name)
     if is_remote(name) or "\0" in name or not _is_folder(path):
         yield name
@@ -90,7 +78,7 @@ def _found(name: str, glob: str | None) -> Iterator[str]:
     try:
         inside = sorted(path.glob(glob or "**/*"))
     except (ValueError, NotImplementedError, OSError) as error:
-        raise ConfigError(f"{glob}: cannot be looked for ({error}); write e.g. **/*.wav") from None
+        raise ConfigError(f"{glob}: invalid pattern ({error}); write e.g. **/*.wav") from None
     found = [each for each in inside if (glob or each.suffix.lower() in AUDIO_ENDINGS)]
     found = [each for each in found if not each.is_dir()]
     if not found:

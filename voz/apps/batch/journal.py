@@ -1,7 +1,7 @@
-"""What is known so far, on the disk: a line for each recording, in the order in which they end.
+"""The outcomes so far, on disk: a line for each recording, in the order in which they end.
 
-A process that is killed in the midst of a line leaves part of it, which is cut off the next time;
-all other lines are whole. The output is made of it at the end, in the order of the input.
+A killed process may leave part of a line, which is cut off the next time. The output is made of the
+journal at the end, in the order of the input.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header, difference
 from voz.apps.batch.locations import Location, journal_path, shown_location
-from voz.apps.batch.outcomes import Outcome, parse_row
+from voz.apps.batch.outcomes import ErrorRow, Outcome, parse_row, row_type
 from voz.apps.batch.stamp_file import RecordingStamp
 from voz.apps.batch.stamps import Stamp
 from voz.errors import ConfigError
@@ -29,13 +29,13 @@ from voz.events import to_json
 from voz.files import os_errors_as_config_error, shown_path
 
 FSYNC_INTERVAL = 5.0
-"""How often it is put on the disk, s: so much is lost if the power fails, nothing by a kill."""
+"""How often the journal is synced to the disk, s: a power failure loses so much, a kill nothing."""
 
 NO_OFFSET = -1
 
 
 class JournalEntry(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A line: the rows of a recording, how much of it was heard, and what it was like."""
+    """A line: the rows of a recording, its length, s, and its state when it was decoded."""
 
     file: str
     rows: tuple[dict[str, object], ...]
@@ -67,13 +67,13 @@ class Journal:
         os.ftruncate(file, self._end)
 
     def missing(self, failed: bool = False) -> list[int]:
-        """The recordings without an outcome, by their number; those that failed too if asked."""
+        """The indexes of recordings without an outcome, and of failed ones if asked."""
         return [
             n for n, at in enumerate(self._at) if at == NO_OFFSET or (failed and self._failed[n])
         ]
 
     def add(self, file: str, outcome: Outcome) -> None:
-        """Keep an outcome, all of it or nothing; raises OSError if it cannot be written."""
+        """Append an outcome, all of it or nothing; raises OSError if it cannot be written."""
         rows = tuple(msgspec.to_builtins(row) for row in outcome.rows)
         self._append(JournalEntry(file, rows, outcome.seconds, outcome.cpu, outcome.stamp))
 
@@ -86,7 +86,7 @@ class Journal:
             self._saved = time.monotonic()
 
     def outcomes(self) -> Iterator[Outcome]:
-        """All outcomes in the order of the recordings; there is one of each."""
+        """All outcomes in the order of the recordings; each must have one."""
         with _reader(self._file) as lines:
             for at in self._at:
                 lines.seek(at)
@@ -96,7 +96,7 @@ class Journal:
                 yield Outcome(rows, entry.seconds, entry.cpu, entry.stamp)
 
     def stamps(self) -> Iterator[tuple[int, RecordingStamp]]:
-        """What the recordings that have an outcome were like, in their order, by their number."""
+        """Index and stamp of each recording that has an outcome, in their order."""
         with _reader(self._file) as lines:
             for number, at in enumerate(self._at):
                 if at != NO_OFFSET:
@@ -104,7 +104,7 @@ class Journal:
                     yield number, msgspec.json.decode(lines.readline(), type=RecordingStamp)
 
     def set_stamp(self, number: int, stamp: Stamp) -> None:
-        """Keep that a recording has the same bytes, but another stamp."""
+        """Give a recording with the same bytes a new stamp."""
         with _reader(self._file) as lines:
             lines.seek(self._at[number])
             entry = _entry(lines.readline())
@@ -112,11 +112,11 @@ class Journal:
         self._append(replace(entry, stamp=stamp))
 
     def _note(self, entry: JournalEntry) -> None:
-        """Remember where a line is that begins at the end."""
+        """Remember the offset of a line that begins at the end."""
         number = self._numbers.get(entry.file)
         if number is not None:  # else it is no longer asked for
             self._at[number] = self._end
-            self._failed[number] = bool(entry.rows) and "error" in entry.rows[-1]
+            self._failed[number] = bool(entry.rows) and row_type(entry.rows[-1]) is ErrorRow
 
 
 @contextmanager
@@ -124,15 +124,16 @@ def open_journal(
     output: Location,
     header: Header,
     names: Sequence[str],
+    *,
     resume: bool,
     finished: Iterable[JournalEntry] = (),
     overwrite: bool = False,
 ) -> Iterator[Journal]:
-    """Open the journal of an output, and let no other run have it, for a `with` block.
+    """Open the journal of an output and lock it, for the length of a `with` block.
 
     Args:
-        output: what is to be made of it.
-        header: what results hang on.
+        output: for which it is.
+        header: of this run.
         names: the recordings of this run, as results name them.
         resume: whether to go on from what is there.
         finished: what is known already, if there is no journal.
@@ -148,8 +149,8 @@ def open_journal(
             check_same_run(there, header, output)
         elif there and not overwrite:
             raise ConfigError(
-                f"{shown_path(path)}: a run that has not ended is there; go on by --resume, "
-                "or begin again by --overwrite"
+                f"{shown_path(path)}: has an unfinished run; continue it with --resume, "
+                "or start again with --overwrite"
             )
         else:
             os.ftruncate(file, 0)
@@ -160,7 +161,7 @@ def open_journal(
 
 
 def _header_there(file: int, path: Path) -> Header | None:
-    """Read the header; None if there is none, as in a new journal or one that was just begun."""
+    """Read the header; None if there is none, as in a new journal."""
     with _reader(file) as lines:
         line = lines.readline()
     if not line.endswith(b"\n"):
@@ -168,11 +169,11 @@ def _header_there(file: int, path: Path) -> Header | None:
     try:
         return msgspec.json.decode(line, type=Header)
     except msgspec.MsgspecError as error:
-        raise ConfigError(f"{shown_path(path)}: is no journal of voz; remove it") from error
+        raise ConfigError(f"{shown_path(path)}: is not a journal of voz; remove it") from error
 
 
 def check_same_run(there: Header, header: Header, output: Location) -> None:
-    """Refuse to go on with what was begun otherwise; raises ConfigError then."""
+    """Raise ConfigError if an output or a journal was begun with another header."""
     differing = difference(there, header)
     if not differing and there.shard != header.shard:
         differing = f"shard {there.shard or 'none'}"
@@ -180,7 +181,7 @@ def check_same_run(there: Header, header: Header, output: Location) -> None:
         differing = "other rules to drive by" if there.drive else "no --drive"
     if differing:
         raise ConfigError(
-            f"{shown_location(output)}: was begun with {differing}; go on as it was begun, or name "
+            f"{shown_location(output)}: was started with {differing}; use the same, or name "
             "another file by --out"
         )
 
@@ -193,18 +194,18 @@ def _locked(path: Path, output: Location) -> Iterator[int]:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ConfigError(
-                f"{shown_location(output)}: is being made by another run; wait for it, or name "
+                f"{shown_location(output)}: is being written by another run; wait for it, or name "
                 "another file by --out"
             ) from None
         if not _is_still(path, file):
-            raise ConfigError(f"{shown_location(output)}: was made by another run just now")
+            raise ConfigError(f"{shown_location(output)}: was just written by another run")
         yield file
     finally:
         os.close(file)
 
 
 def _is_still(path: Path, file: int) -> bool:
-    """Whether a path leads to an open file; the run that had it may have removed it meanwhile."""
+    """Whether a path leads to an open file: another run may have removed it meanwhile."""
     try:
         return os.path.samestat(path.stat(), os.fstat(file))
     except OSError:
@@ -213,14 +214,14 @@ def _is_still(path: Path, file: int) -> bool:
 
 @contextmanager
 def _reader(file: int) -> Iterator[BinaryIO]:
-    """Read from the beginning, with nothing in a buffer from before."""
+    """Read from the beginning, without an old buffer."""
     with open(file, "rb", closefd=False) as lines:
         lines.seek(0)
         yield lines
 
 
 def _write(file: int, at: int, record: msgspec.Struct) -> int:
-    """Write a line, all of it or nothing; returns its length."""
+    """Write a line, all of it or nothing; returns its length in bytes."""
     data = to_json(record).encode("utf-8", "backslashreplace") + b"\n"
     try:
         if os.pwrite(file, data, at) < len(data):
@@ -232,7 +233,7 @@ def _write(file: int, at: int, record: msgspec.Struct) -> int:
 
 
 def _entry(line: bytes) -> JournalEntry | None:
-    """What a line holds; None if it is not whole."""
+    """Decode a line; None if it is incomplete."""
     if not line.endswith(b"\n"):
         return None
     try:

@@ -1,6 +1,6 @@
-"""Where an output is: a file, or an object elsewhere that fsspec reads and writes, always whole.
+"""Where an output is: a file, or an address that fsspec reads and writes whole.
 
-The journal of an object is a file in the working folder: an object cannot be added to.
+The journal of an address is a file in the working folder, since objects cannot be appended to.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ Location: TypeAlias = Path | str
 
 
 def parse_location(name: str) -> Location:
-    """Tell what the name of an output stands for."""
+    """Return the path or the address that the name of an output means."""
     return name if is_remote(name) else Path(name)
 
 
 def shown_location(place: Location) -> str:
-    """An output as messages have it."""
+    """An output as messages show it."""
     return shown_name(str(place))
 
 
 def journal_path(output: Location) -> Path:
-    """Where the journal of an output is: beside a file; of an object in the working folder."""
+    """The journal of an output: beside a file; for an address in the working folder."""
     return _path_for(output, JOURNAL_ENDING)
 
 
 def stamps_path(output: Location) -> Path:
-    """Where it is kept what the recordings of an output were like; as with its journal."""
+    """The file with the stamps of the recordings of an output; beside its journal."""
     return _path_for(output, STAMPS_ENDING)
 
 
@@ -55,15 +55,12 @@ def _path_for(output: Location, ending: str) -> Path:
 
 
 def check_output(output: Location, overwrite: bool, advice: str = "") -> None:
-    """Refuse, before the work, an output that cannot be written, or is there already.
+    """Refuse, before the work, an output that cannot be written or exists already.
 
-    Args:
-        output: a file, or an object, of which its kind is known.
-        overwrite: whether it may be there.
-        advice: as for `voz.files.check_new`.
+    `advice` is as for `voz.files.check_new`.
 
     Raises:
-        ConfigError: it is there, there is no such folder, or nothing here knows such addresses.
+        ConfigError: it exists, its folder does not, or nothing here knows such addresses.
     """
     if isinstance(output, Path):
         check_writable(output)
@@ -75,22 +72,22 @@ def check_output(output: Location, overwrite: bool, advice: str = "") -> None:
 
 
 def exists(output: Location) -> bool:
-    """Tell whether there is something already; raises ConfigError if that cannot be found out."""
+    """Whether there is an output already; raises ConfigError if that cannot be found out."""
     if isinstance(output, Path):
         return output.exists()
     system, path = _file_system(output)
     try:
         return bool(system.exists(path))
     except Exception as error:  # each file system fails in its own way
-        raise ConfigError(f"{output}: cannot be looked for ({_reason(error)})") from error
+        raise ConfigError(f"{output}: cannot be checked ({_reason(error)})") from error
 
 
 def object_state(output: Location) -> str:
-    """Tell what an object is like, so that it is seen when another run writes it.
+    """Describe an object, so that a write by another run is noticed.
 
     Returns:
-        What differs when it was written meanwhile; empty if there is none, if that cannot be told,
-        and of a file, whose journal is locked.
+        Text that changes with the object; empty if there is none, if the store does not say, and
+        for a file, whose journal is locked.
     """
     if isinstance(output, Path):
         return ""
@@ -104,7 +101,7 @@ def object_state(output: Location) -> str:
 
 @contextmanager
 def local_copy(output: Location) -> Iterator[Path]:
-    """Have what is there as a file, for a `with` block; raises ConfigError if it is not there."""
+    """Have an output as a local file, in a `with` block; raises ConfigError if it is missing."""
     if isinstance(output, Path):
         yield output
         return
@@ -118,10 +115,7 @@ def local_copy(output: Location) -> Iterator[Path]:
 
 @contextmanager
 def output_file(output: Location) -> Iterator[Path]:
-    """Write an output, in a `with` block: an object when that is over, unless it failed.
-
-    Yields:
-        The file to be written.
+    """Yield a file to write, in a `with` block; for an address it is uploaded at the end.
 
     Raises:
         ConfigError: the object cannot be written.
@@ -142,7 +136,7 @@ def output_file(output: Location) -> Iterator[Path]:
 
 
 def _file_system(address: str) -> tuple[Any, str]:
-    """What reads and writes an object, and what it calls it."""
+    """The file system of an address, and its path there."""
     require_fsspec()
     from fsspec.core import url_to_fs
 

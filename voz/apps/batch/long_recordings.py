@@ -1,11 +1,10 @@
-"""Long recordings in parts that many decode at once, with the results of one.
+"""Long recordings in parts that several workers decode, with the results of one.
 
-What a stream makes of a sound hangs on what was before it: on the voice detector, which never
-forgets, on the level of the room in the last 8 s, and on what was said just before. The first is
-found for all of the recording beforehand, which takes a thousandth of the time; the second from
-the 9 s before a part; and a part begins where nothing is said. What each part hung on at its
-beginning is compared with what the part before it left; where that differs, both are done anew as
-one.
+A stream depends on the sound before: the voice detector on all of it, the level of the room on the
+last 8 s, decoding on what was said just before. So voices are found for the whole recording first,
+in a thousandth of the time; each part has 9 s of warm-up and begins in silence. The state at its
+beginning is compared with that at the end of the part before; where they differ, both parts are
+decoded again as one.
 """
 
 from __future__ import annotations
@@ -32,68 +31,50 @@ from voz.events import Utterance
 from voz.recognition.recognizer import Recognizer
 
 LONG_RECORDING_SECONDS = 600.0
-"""What lasts longer is cut, s."""
+"""Longer recordings are cut, s."""
 
 PART_SECONDS = 300.0
-"""How long a part is at least, s: the 9 s before it are 3 in 100 of it."""
+"""Shortest part, s: its warm-up of 9 s costs 3 %."""
 
 SILENT_FRAMES = 150
-"""Frames without a voice, 4.5 s: what was said before is settled, nothing else has begun."""
+"""Frames without a voice, 4.5 s, after which a cut is possible: all that was said is decoded."""
 
 
 class CutPlan(msgspec.Struct, frozen=True):
-    """How a recording is cut.
+    """How a recording is cut."""
 
-    Attributes:
-        cuts: where parts begin, in frames: 0 first, and the end of the recording last.
-        voices: in which frames there may be a voice, eight in each byte.
-        stamp: what the recording was like before it was read; None if that is not known.
-    """
-
+    # where parts begin, in frames: 0 first, and the end of the recording last
     cuts: tuple[int, ...]
-    voices: bytes
-    stamp: Stamp | None = None
+    voices: bytes  # in which frames there may be a voice, eight in each byte
+    stamp: Stamp | None = None  # from before it was read
 
     def voices_in(self, start: int, end: int) -> bytes:
-        """The same for some frames, a byte for each."""
+        """The voice flags of some frames, a byte for each."""
         bits = np.unpackbits(np.frombuffer(self.voices, np.uint8))
         return bits[start:end].tobytes()
 
 
 class RecordingPart(msgspec.Struct, frozen=True):
-    """A part of a recording that is decoded alone.
+    """A part of a recording that is decoded alone."""
 
-    Attributes:
-        start: where it begins, in frames.
-        end: where it ends; None if that is the end of the recording.
-        voices: a byte for each frame from `WARM_UP_FRAMES` before it: whether a voice may be in it.
-    """
-
-    start: int
-    end: int | None
+    start: int  # in frames
+    end: int | None  # in frames; None for the end of the recording
+    # a byte for each frame, from `WARM_UP_FRAMES` before the start: whether a voice may be in it
     voices: bytes
 
 
 class DecodedPart(msgspec.Struct, frozen=True):
-    """A part that was decoded.
+    """A part that was decoded."""
 
-    Attributes:
-        rows: what was heard; an error is the last one.
-        seconds: how much was heard, s.
-        cpu: processor time that took, s.
-        before: of what hung on the sound before it, at its beginning.
-        after: the same for what follows; empty in the midst of speech.
-    """
-
-    rows: tuple[Row, ...]
-    seconds: float
-    cpu: float
-    before: bytes
-    after: bytes
+    rows: tuple[Row, ...]  # an error is the last one
+    seconds: float  # how much was heard, s
+    cpu: float  # processor time, s
+    before: bytes  # digest of the state of the stream at its beginning
+    after: bytes  # the same at its end; empty in the midst of speech
 
 
 def is_long(path: Path) -> bool:
-    """Whether a recording is worth cutting, by what it promises."""
+    """Whether a recording is worth cutting, by the length in its header."""
     try:
         return header_seconds(path) > LONG_RECORDING_SECONDS
     except AudioError:
@@ -101,11 +82,10 @@ def is_long(path: Path) -> bool:
 
 
 def plan_cuts(path: Path, part: float = PART_SECONDS) -> CutPlan | None:
-    """Find where a recording can be cut; None if it cannot, or cannot be read to its end.
+    """Find where a recording can be cut into parts of at least so many seconds.
 
-    Args:
-        path: the recording.
-        part: how long a part is at least, s.
+    Returns:
+        None if it cannot be cut, or not be read to its end.
     """
     voices = webrtc_detector()
     try:
@@ -123,14 +103,7 @@ def parts_of(plan: CutPlan) -> list[RecordingPart]:
 
 
 def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: str) -> DecodedPart:
-    """Decode a part of a recording; its end belongs to the last one alone.
-
-    Args:
-        recognizer: what understands it.
-        path: the recording.
-        part: which one.
-        file: the name of the recording for the rows.
-    """
+    """Decode a part of a recording, which its rows name `file`."""
     begun = time.process_time()
     stream = recognizer.stream(file, spotting=False, voices=_known(part.voices))
     rows: list[Row] = []
@@ -157,7 +130,7 @@ def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: s
 
 
 def first_mismatch(done: Sequence[DecodedPart]) -> int | None:
-    """Find a part that the next one does not follow from; None if all are right."""
+    """The index of the first part that the next one does not continue; None if all match."""
     for number, (one, other) in enumerate(pairwise(done)):
         if not one.after or one.after != other.before:
             return number
@@ -165,12 +138,12 @@ def first_mismatch(done: Sequence[DecodedPart]) -> int | None:
 
 
 def without_cut(plan: CutPlan, number: int) -> CutPlan:
-    """Take two parts, of which one has this number and the other the next one, for one."""
+    """Join a part, by its index, and the next one."""
     return replace(plan, cuts=tuple(cut for n, cut in enumerate(plan.cuts) if n != number + 1))
 
 
 def outcome_of_parts(file: str, done: Sequence[DecodedPart], stamp: Stamp | None = None) -> Outcome:
-    """The outcome of a recording from those of its parts."""
+    """The outcome of a recording from its parts."""
     rows = tuple(row for part in done for row in part.rows)
     # In whole samples: a sum of seconds may be rounded the other way than those of one process.
     samples = sum(round(part.seconds * SAMPLE_RATE) for part in done)
@@ -186,7 +159,7 @@ def _part(plan: CutPlan, start: int, end: int) -> RecordingPart:
 
 
 def _cuts(voices: npt.NDArray[np.uint8], length: int) -> tuple[int, ...]:
-    """Cut as soon as a part is long enough and it has been silent for a while."""
+    """Cut where it has been silent for a while, as soon as a part is long enough."""
     heard = np.concatenate([[0], np.cumsum(voices)])
     silent = np.flatnonzero(heard[SILENT_FRAMES:] == heard[:-SILENT_FRAMES]) + SILENT_FRAMES
     cuts = [0]
@@ -212,7 +185,7 @@ def _known(flags: bytes) -> VoiceFlags:
 
 
 def _first(blocks: Iterator[Samples], count: int) -> tuple[Samples, Iterator[Samples]]:
-    """The first samples, and the rest."""
+    """The first samples, and the remaining blocks."""
     taken: Samples = np.empty(0, np.int16)
     while len(taken) < count and (block := next(blocks, None)) is not None:
         taken = np.concatenate([taken, block])

@@ -1,4 +1,4 @@
-"""The outputs of all shards as one, the same as if one run had done all of it."""
+"""Merges the outputs of all shards into the one that a single run would have made."""
 
 from __future__ import annotations
 
@@ -21,17 +21,14 @@ Of = TypeVar("Of")
 
 
 def merge(shards: Sequence[Location], output: Location) -> int:
-    """Put the outputs of shards together, in the order of the input.
+    """Merge the outputs of shards, in the order of the input; returns the number of recordings.
 
     Args:
         shards: all of them, in any order and format.
         output: where the whole is written.
 
-    Returns:
-        How many recordings there are.
-
     Raises:
-        ConfigError: one is missing, there twice, not ended, or made by other models.
+        ConfigError: one is missing, there twice, unfinished, or made by other models.
     """
     write = format_of(output).write
     with ExitStack() as files:
@@ -59,7 +56,9 @@ def merge(shards: Sequence[Location], output: Location) -> int:
 
 def _ended(path: Location) -> Location:
     if journal_path(path).exists():
-        raise ConfigError(f"{shown_location(path)}: its run has not ended; go on by --resume first")
+        raise ConfigError(
+            f"{shown_location(path)}: its run is unfinished; continue it with --resume first"
+        )
     return path
 
 
@@ -69,7 +68,9 @@ def _check_headers(headers: Sequence[tuple[Location, Header]]) -> None:
     there = set()
     for path, header in headers:
         if not header.shard:
-            raise ConfigError(f"{shown_location(path)}: is no shard; it was made without --shard")
+            raise ConfigError(
+                f"{shown_location(path)}: is not a shard: it was made without --shard"
+            )
         differing = difference(first, header)
         if not differing and header.inputs != first.inputs:
             differing = "another list of recordings"
@@ -88,7 +89,7 @@ def _check_headers(headers: Sequence[tuple[Location, Header]]) -> None:
 
 
 def _in_turn(groups: Sequence[Iterator[tuple[str, Of]]]) -> Iterator[Of]:
-    """What there is of one recording of each shard after the other, as they were dealt out."""
+    """Interleave the recordings of the shards, as they were dealt out."""
     ended = False
     while True:
         for number, group in enumerate(groups):

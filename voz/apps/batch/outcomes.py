@@ -1,6 +1,6 @@
-"""What is known of a recording once it is decoded: a row for each utterance, or one that says why.
+"""The outcome of decoding a recording: rows, one at least, so that results can be joined to files.
 
-Every recording has a row at least, so that results can be joined to files.
+There is a row for each utterance, or one that says that there was none, or why.
 """
 
 from __future__ import annotations
@@ -15,44 +15,27 @@ from voz.events import Reason, Utterance
 
 
 class UtteranceRow(msgspec.Struct, frozen=True, omit_defaults=True):
-    """An utterance in a recording.
-
-    Attributes:
-        file: the recording.
-        start: where the speech begins in it, s.
-        end: where the speech ends in it, s.
-        text: the sentence heard; empty if none fits.
-        confidence: how sure it is, 0 to 1.
-        accepted: whether it was recognized surely enough.
-        reason: why not, if it would not.
-        between: the two commands that it may be, if that is the reason.
-        score: as in `Utterance`, like those that follow.
-    """
+    """An utterance in a recording."""
 
     file: str
-    start: float
-    end: float
-    text: str
-    confidence: float
+    start: float  # s
+    end: float  # s
+    text: str  # empty if no sentence fits
+    confidence: float  # 0 to 1
     accepted: bool
-    reason: Reason | None = None
-    between: tuple[str, str] | None = None
-    score: float | None = None
+    reason: Reason | None = None  # why it was not accepted
+    between: tuple[str, str] | None = None  # the two commands that it may be, if that is the reason
+    score: float | None = None  # as in `Utterance`, like those that follow
     next_best: str | None = None
     command: str | None = None
     slots: Mapping[str, str | int | float] = {}
 
 
 class SilentRow(msgspec.Struct, frozen=True):
-    """A recording in which nothing was said.
-
-    Attributes:
-        file: the recording.
-        seconds: how long it is, s.
-    """
+    """A recording in which nothing was said."""
 
     file: str
-    seconds: float
+    seconds: float  # length of the recording, s
 
 
 class ErrorRow(msgspec.Struct, frozen=True):
@@ -66,19 +49,12 @@ Row: TypeAlias = UtteranceRow | SilentRow | ErrorRow
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """All that is known of one recording.
+    """All that is known of one recording."""
 
-    Attributes:
-        rows: one at least; an error is the last one.
-        seconds: how much of it was heard, s.
-        cpu: processor time that took, s.
-        stamp: what the recording was like; None if that is not known.
-    """
-
-    rows: tuple[Row, ...]
-    seconds: float = 0.0
-    cpu: float = 0.0
-    stamp: Stamp | None = None
+    rows: tuple[Row, ...]  # one at least; an error is the last one
+    seconds: float = 0.0  # how much was heard, s
+    cpu: float = 0.0  # processor time, s
+    stamp: Stamp | None = None  # None if it is not known
 
     @property
     def failed(self) -> bool:
@@ -87,17 +63,17 @@ class Outcome(msgspec.Struct, frozen=True):
 
 
 def failed_outcome(file: str, error: str, stamp: Stamp | None = None) -> Outcome:
-    """The outcome for a recording that gave nothing but an error."""
+    """The outcome of a recording that gave nothing but an error."""
     return Outcome((ErrorRow(file, error),), stamp=stamp)
 
 
 def make_outcome(file: str, heard: tuple[Row, ...], seconds: float, cpu: float) -> Outcome:
-    """The outcome for a recording, also for one with nothing in it."""
+    """The outcome of a recording, rounded, also of a silent one."""
     return Outcome(heard or (SilentRow(file, round(seconds, 3)),), round(seconds, 3), round(cpu, 4))
 
 
 def utterance_row(heard: Utterance, file: str) -> UtteranceRow:
-    """What was heard, as a row."""
+    """The row of an utterance in a recording."""
     return UtteranceRow(
         file,
         heard.start,
@@ -114,10 +90,13 @@ def utterance_row(heard: Utterance, file: str) -> UtteranceRow:
     )
 
 
-def parse_row(row: Mapping[str, object]) -> Row:
-    """Turn what was read from JSON into the kind of row that it is."""
-    if "error" in row:
-        return msgspec.convert(row, ErrorRow)
-    if "seconds" in row:
-        return msgspec.convert(row, SilentRow)
-    return msgspec.convert(row, UtteranceRow)
+def row_type(fields: Mapping[str, object]) -> type[Row]:
+    """Return the type of a row in a file, which has no tag, by a field that no other type has."""
+    if "error" in fields:
+        return ErrorRow
+    return SilentRow if "seconds" in fields else UtteranceRow
+
+
+def parse_row(fields: Mapping[str, object]) -> Row:
+    """Make a row of its fields in a file."""
+    return msgspec.convert(fields, row_type(fields))

@@ -1,4 +1,4 @@
-"""A run whose results go into a file: what is there already is kept, the rest is added."""
+"""A run that writes an output: results that are there are kept, the others added."""
 
 from __future__ import annotations
 
@@ -28,31 +28,22 @@ from voz.apps.batch.stamps import check_stamps, stamp_of
 from voz.errors import ConfigError
 
 DecodeFunction: TypeAlias = Callable[[Sequence[int]], Iterator[Finished]]
-"""Decodes recordings, given their numbers, in any order."""
+"""Decodes the recordings with these indexes, in any order."""
 
 MOST_NAMED = 10
-"""Recordings that are named to the user at most; there may be a million."""
+"""Changed recordings that are named to the user; there may be a million."""
 
 
 @dataclass(frozen=True)
 class ResumeOptions:
-    """How a run goes on from another one.
+    """How a run goes on from another one."""
 
-    Attributes:
-        resume: whether what is there is kept.
-        failed: whether recordings that failed are tried again.
-        overwrite: whether what is there is replaced.
-        heard: is told of each outcome that is new.
-        total: is told, before any, how many there will be.
-        notice: is told what the user should know of what was there.
-    """
-
-    resume: bool
-    failed: bool
-    overwrite: bool
-    heard: Callable[[Outcome], None]
-    total: Callable[[int], None]
-    notice: Callable[[str], None]
+    resume: bool  # whether what is there is kept
+    failed: bool  # whether recordings that failed are tried again
+    overwrite: bool  # whether what is there is replaced
+    heard: Callable[[Outcome], None]  # called with each new outcome
+    total: Callable[[int], None]  # called first, with how many there will be
+    notice: Callable[[str], None]  # shows the user a message
 
 
 def decode_to_output(
@@ -60,40 +51,48 @@ def decode_to_output(
     header: Header,
     names: Sequence[str],
     decode: DecodeFunction,
-    going: ResumeOptions,
+    options: ResumeOptions,
+    *,
     whole: Callable[[Outcome], None],
 ) -> None:
-    """Decode recordings into a file; until it is whole the old one stays.
+    """Decode recordings into an output; until it is whole the old one stays.
 
     Args:
-        output: a file or an object elsewhere; its ending says how it is written.
-        header: what the results hang on.
+        output: a file or an address; its ending gives the format.
+        header: what the results depend on.
         names: paths and addresses of the recordings.
         decode: decodes some of them.
-        going: how it goes on.
-        whole: is told of all outcomes in order, as they are written.
+        options: how to go on from an earlier run.
+        whole: called with all outcomes in order, as they are written.
 
     Raises:
-        ConfigError: it cannot be written, or holds what cannot be gone on with.
+        ConfigError: it cannot be written, or is of another run.
     """
     write = format_of(output).write
     before = object_state(output)
     shown = [shown_name(name) for name in names]
-    finished = _finished(output, header, going) if going.resume else iter(())
-    with open_journal(output, header, shown, going.resume, finished, going.overwrite) as journal:
-        changed = _changed(journal, names, going) if going.resume else []
-        left = sorted({*journal.missing(going.failed), *changed})
-        going.total(len(left))
+    finished = _finished(output, header, options) if options.resume else iter(())
+    with open_journal(
+        output,
+        header,
+        shown,
+        resume=options.resume,
+        finished=finished,
+        overwrite=options.overwrite,
+    ) as journal:
+        changed = _changed(journal, names, options) if options.resume else []
+        left = sorted({*journal.missing(options.failed), *changed})
+        options.total(len(left))
         for number, outcome in decode(left) if left else ():
             journal.add(shown[number], outcome)
-            going.heard(outcome)
+            options.heard(outcome)
 
         def rows() -> Iterator[Row]:
             for outcome in journal.outcomes():
                 whole(outcome)
                 yield from outcome.rows
 
-        with _telling_what_is_kept(), output_file(output) as path:
+        with _say_that_results_are_kept(), output_file(output) as path:
             if object_state(output) != before:
                 raise ConfigError(f"{shown_location(output)}: was written by another run meanwhile")
             write(path, header, rows())
@@ -102,15 +101,17 @@ def decode_to_output(
 
 
 @contextmanager
-def _telling_what_is_kept() -> Iterator[None]:
+def _say_that_results_are_kept() -> Iterator[None]:
     try:
         yield
     except ConfigError as error:
-        raise ConfigError(f"{error}; what was decoded is kept, go on by --resume") from error
+        raise ConfigError(
+            f"{error}; the results so far are kept, continue with --resume"
+        ) from error
 
 
-def _changed(journal: Journal, names: Sequence[str], going: ResumeOptions) -> list[int]:
-    """Find and name the recordings that are not as they were when they were decoded."""
+def _changed(journal: Journal, names: Sequence[str], options: ResumeOptions) -> list[int]:
+    """Find, and name to the user, the recordings that changed since they were decoded."""
     known = ((number, stamped.stamp) for number, stamped in journal.stamps())
     looked = list(check_stamps(names, known))
     for each in looked:
@@ -120,18 +121,18 @@ def _changed(journal: Journal, names: Sequence[str], going: ResumeOptions) -> li
     if changed:
         some = ", ".join(shown_name(names[number]) for number in changed[:MOST_NAMED])
         more = f" and {len(changed) - MOST_NAMED:,} more" if len(changed) > MOST_NAMED else ""
-        going.notice(f"changed since, decoded again: {some}{more}")
+        options.notice(f"changed since, decoded again: {some}{more}")
     return changed
 
 
-def _finished(output: Location, header: Header, going: ResumeOptions) -> Iterator[JournalEntry]:
-    """What an output holds that is whole; nothing if there is none."""
+def _finished(output: Location, header: Header, options: ResumeOptions) -> Iterator[JournalEntry]:
+    """The entries of a finished output; none if there is no output."""
     if not exists(output):
         return
     with open_output(output) as (there, rows), read_stamps(output) as stamps:
         check_same_run(there, header, output)
         if stamps is None:
-            going.notice(
+            options.notice(
                 f"{shown_location(output)}: has no .recordings file of its own, so its recordings "
                 "count as unchanged; --overwrite decodes them again"
             )
@@ -141,7 +142,7 @@ def _finished(output: Location, header: Header, going: ResumeOptions) -> Iterato
 
 
 def in_input_order(known: Iterator[Finished]) -> Iterator[Outcome]:
-    """Put outcomes into the order of the input; those that came too early are kept until then."""
+    """Put outcomes into the order of the input; early ones wait."""
     early: dict[int, Outcome] = {}
     following = 0
     for number, outcome in known:

@@ -1,4 +1,4 @@
-"""Sound that comes through a pipe: bare samples, or a WAV whose length nobody knows yet."""
+"""Sound from standard input: bare samples, or a WAV whose length is not known yet."""
 
 from __future__ import annotations
 
@@ -14,29 +14,25 @@ from voz.audio.capture.arrays import ArrayConverter
 from voz.errors import AudioError
 
 PIPE_BLOCK_SECONDS = 0.1
-"""Whoever speaks into the pipe is not kept waiting for longer."""
+"""Sound is read in blocks of this length, s, and so delayed by it."""
 
 SAMPLE_BYTES = 2
-"""Bytes of a sample."""
 
 
 def is_wav(stream: BufferedReader) -> bool:
-    """Whether what comes is a WAV; nothing is taken from the stream."""
+    """Whether the stream is a WAV; nothing is consumed."""
     return stream.peek(4)[:4] == b"RIFF"
 
 
 def piped_blocks(stream: BufferedReader, rate: float | None) -> Iterator[Samples]:
-    """Read sound from a pipe as it comes.
+    """Read sound from a pipe as it comes; yields blocks of samples, 16 kHz.
 
     Args:
-        stream: 16-bit samples of one channel, the lower byte first; without a rate, a WAV.
+        stream: 16-bit samples of one channel, little-endian; without a rate, a WAV.
         rate: of the samples, Hz.
 
-    Yields:
-        Blocks of samples, 16 kHz.
-
     Raises:
-        AudioError: it is no such WAV, there is no sound in it, or no speech in such a rate.
+        AudioError: it is no such WAV, is empty, or the rate is too low for speech.
     """
     converter, arrays = _raw(stream, rate) if rate is not None else _wav(stream)
     empty = True

@@ -1,13 +1,14 @@
-"""Recordings that are elsewhere: whatever fsspec opens, fetched by the worker that decodes them."""
+"""Recordings at addresses that fsspec opens, fetched by the worker that decodes them."""
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import quote
 
 from voz.errors import AudioError, ConfigError
@@ -15,23 +16,24 @@ from voz.extras import how_to_install
 from voz.files import shown_path
 
 MOST_FETCHED_BYTES = 4_000_000_000
-"""An address may have no end; a day of sound in 16 bits at 16 kHz has 2.8 GB."""
+"""A stream may be endless; a day of 16 bits at 16 kHz has 2.8 GB."""
 
 FETCH_CHUNK_BYTES = 1 << 20
 
 LONGEST_FILE_NAME = 200
-"""Characters; file systems take 255, the endings included."""
+"""Characters; file systems take 255, with endings."""
 
 
-class LocalRecording(NamedTuple):
-    """A recording on this machine: where it is, and what it is called in results."""
+@dataclass(frozen=True)
+class LocalRecording:
+    """A recording on this machine: its path, and its name in results."""
 
     path: Path
     name: str
 
 
 def is_remote(name: str) -> bool:
-    """Whether a name is an address, as `s3://bucket/file.wav`, and no path."""
+    """Whether a name is an address, as `s3://bucket/file.wav`, and not a path."""
     return "://" in name
 
 
@@ -41,7 +43,7 @@ def shown_name(name: str) -> str:
 
 
 def file_name_for(name: str) -> str:
-    """Make a name of a file of a path or an address: all in one folder, none twice."""
+    """Make a unique file name of a path or an address."""
     quoted = quote(name.encode("utf-8", "surrogateescape"), safe=" ,+@=()[]").lstrip(".") or "_"
     if len(quoted) <= LONGEST_FILE_NAME:
         return quoted
@@ -50,11 +52,11 @@ def file_name_for(name: str) -> str:
 
 @contextmanager
 def local_recording(name: str, base: str = "") -> Iterator[LocalRecording]:
-    """Have a recording on this machine for the length of a `with` block.
+    """Have a recording on this machine, fetched if need be, in a `with` block.
 
     Args:
         name: a path, or an address that fsspec opens.
-        base: the folder that a path is from; empty for the one that this process is in.
+        base: the folder that a path is relative to; empty for the working folder.
 
     Raises:
         AudioError: it cannot be fetched.
@@ -71,7 +73,7 @@ def local_recording(name: str, base: str = "") -> Iterator[LocalRecording]:
 
 
 def remote_info(name: str) -> dict[str, Any] | None:
-    """Ask what a store says of an object, as its size and ETag; None if it says nothing."""
+    """What a store says of an object, as its size and ETag; None if nothing."""
     try:
         from fsspec.core import url_to_fs
 
@@ -103,11 +105,7 @@ def _pieces(name: str) -> Iterator[bytes]:
 
 
 def require_fsspec() -> None:
-    """Find out whether addresses can be opened.
-
-    Raises:
-        ConfigError: fsspec is not installed.
-    """
+    """Raise ConfigError if fsspec, which opens addresses, is not installed."""
     try:
         import fsspec  # noqa: F401
     except ImportError as error:

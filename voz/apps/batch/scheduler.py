@@ -1,4 +1,4 @@
-"""Hands recordings out to workers, and takes care of those that a worker dies of."""
+"""Hands recordings out to workers, and isolates those that workers die of."""
 
 from __future__ import annotations
 
@@ -26,20 +26,23 @@ from voz.errors import AudioError
 from voz.process.worker_pool import WorkerDied
 
 MOST_FILES_PER_TASK = 1000
-"""Handed out at once, however small they are."""
+"""Most recordings in a task, however small they are."""
 
 REMOTE_SIZE_BYTES = 500_000
-"""Taken for that of a recording elsewhere, bytes."""
+"""Assumed size of a recording at an address, bytes."""
 
 TASKS_PER_WORKER = 4
-"""Tasks of what is left for each worker: the last ones are small, so none waits for another."""
+"""The recordings left are split into so many tasks a worker, so that the last ones are small."""
 
 QUEUED_PER_WORKER = 2
-"""Tasks for each worker: it never waits for the next one."""
+"""Tasks that each worker has at a time, so that it never waits for the next one."""
+
+LEAST_BYTES_PER_SECOND = 4000
+"""Lowest rate of a compressed recording, from which the longest length of a file follows."""
 
 
 class Finished(NamedTuple):
-    """What is known of a recording: its place in the input, and the outcome."""
+    """A recording that is decoded: its index in the input, and the outcome."""
 
     number: int
     outcome: Outcome
@@ -47,38 +50,27 @@ class Finished(NamedTuple):
 
 @dataclass(frozen=True)
 class ScheduledTask:
-    """A task that somebody does.
-
-    Attributes:
-        task: what to do.
-        numbers: the recordings in it, by their place in the input.
-        again: whether it is done for the second time, after a worker died of it.
-    """
+    """A task that somebody does."""
 
     task: BatchTask
-    numbers: tuple[int, ...]
-    again: bool = False
+    numbers: tuple[int, ...]  # the indexes of its recordings
+    again: bool = False  # whether a worker died of it already
 
 
 @dataclass
 class CutRecording:
-    """A long recording whose parts are under way.
-
-    Attributes:
-        plan: how it is cut.
-        done: the parts that are done, by where they begin.
-    """
+    """A long recording whose parts are under way."""
 
     plan: CutPlan
-    done: dict[int, DecodedPart] = field(default_factory=dict)
+    done: dict[int, DecodedPart] = field(default_factory=dict)  # by the start of the part
 
 
 class Scheduler:
-    """Decodes recordings by a pool; made once for each input."""
+    """Decodes recordings by an executor; made once for each input."""
 
     def __init__(
         self,
-        pool: Executor,
+        executor: Executor,
         names: Sequence[str],
         numbers: Sequence[int],
         limit: float | None = None,
@@ -86,16 +78,15 @@ class Scheduler:
         """Begin with nothing done.
 
         Args:
-            pool: who decodes.
+            executor: who decodes.
             names: of all recordings.
-            numbers: which of them are to be decoded.
-            limit: how long one recording, or a part of a long one, may take, s; None for as long
-                as it lasts, and a minute.
+            numbers: the indexes of those to be decoded.
+            limit: for one recording, or a part of a long one, s; None for its length and a minute.
         """
-        self._pool, self._names, self._limit = pool, names, limit
+        self._executor, self._names, self._limit = executor, names, limit
         self._left = deque(numbers)
-        self._first: deque[ScheduledTask] = deque()  # what goes before all others
-        self._last: deque[ScheduledTask] = deque()  # what is tried with nothing beside it
+        self._first: deque[ScheduledTask] = deque()  # before all others
+        self._alone: deque[ScheduledTask] = deque()  # with nothing else running
         self._cut: dict[int, CutRecording] = {}
         self._ended: SimpleQueue[tuple[ScheduledTask, Any]] = SimpleQueue()
 
@@ -103,29 +94,31 @@ class Scheduler:
         """Decode; yields the outcomes as they come."""
         under_way = 0
         while True:
-            while under_way < QUEUED_PER_WORKER * self._pool.size and (asked := self._next()):
-                self._submit(asked)
+            while under_way < QUEUED_PER_WORKER * self._executor.size and (
+                scheduled := self._next()
+            ):
+                self._submit(scheduled)
                 under_way += 1
             if not under_way:
-                if not self._last:
+                if not self._alone:
                     return
-                # What else its workers had would be blamed for their deaths, too.
-                self._submit(self._last.popleft())
+                # Else other tasks would be blamed for the death of their workers, too.
+                self._submit(self._alone.popleft())
                 under_way = 1
-            asked, future = self._ended.get()
+            scheduled, future = self._ended.get()
             under_way -= 1
-            yield from self._take(asked, future)
+            yield from self._take(scheduled, future)
 
     def _next(self) -> ScheduledTask | None:
-        """The next task: what is left of a long or suspicious recording, or a few new ones."""
+        """The next task: of a long or suspicious recording, or some new ones."""
         if self._first:
             return self._first.popleft()
         most = max(
-            1, min(MOST_FILES_PER_TASK, len(self._left) // (TASKS_PER_WORKER * self._pool.size))
+            1, min(MOST_FILES_PER_TASK, len(self._left) // (TASKS_PER_WORKER * self._executor.size))
         )
         numbers: list[int] = []
         size = 0
-        while self._left and len(numbers) < most and size < self._pool.batch:
+        while self._left and len(numbers) < most and size < self._executor.batch_bytes:
             numbers.append(self._left.popleft())
             size += _size(self._names[numbers[-1]])
         return self._files(numbers) if numbers else None
@@ -134,63 +127,65 @@ class Scheduler:
         self, numbers: Sequence[int], cut: bool = True, again: bool = False
     ) -> ScheduledTask:
         names = tuple(self._names[number] for number in numbers)
-        return ScheduledTask(DecodeTask(names, cut and self._pool.size > 1), tuple(numbers), again)
+        return ScheduledTask(
+            DecodeTask(names, cut and self._executor.size > 1), tuple(numbers), again
+        )
 
-    def _submit(self, asked: ScheduledTask) -> None:
-        future = self._pool.submit(asked.task, self._limit_for(asked))
-        future.add_done_callback(lambda done: self._ended.put((asked, done)))
+    def _submit(self, scheduled: ScheduledTask) -> None:
+        future = self._executor.submit(scheduled.task, self._limit_for(scheduled))
+        future.add_done_callback(lambda done: self._ended.put((scheduled, done)))
 
-    def _limit_for(self, asked: ScheduledTask) -> float:
+    def _limit_for(self, scheduled: ScheduledTask) -> float:
         if self._limit is not None:
             return self._limit
-        names = [self._names[number] for number in asked.numbers]
+        names = [self._names[number] for number in scheduled.numbers]
         return 60.0 + sum(_size(name) for name in names) / LEAST_BYTES_PER_SECOND
 
-    def _take(self, asked: ScheduledTask, future: Any) -> Iterator[Finished]:
-        """Go on from a task that has ended, one way or the other."""
+    def _take(self, scheduled: ScheduledTask, future: Any) -> Iterator[Finished]:
+        """Handle a task that has ended, one way or the other."""
         try:
-            result = self._pool.result(future)
+            result = self._executor.result(future)
         except TaskTimeout:
-            yield from self._suspect(asked, "takes too long; raise --time-limit", again=False)
+            yield from self._suspect(scheduled, "takes too long; raise --time-limit", again=False)
         except WorkerDied as death:
             said = f"made its worker end twice ({death}); leave it out, or raise --memory-limit"
-            yield from self._suspect(asked, said, again=not asked.again)
+            yield from self._suspect(scheduled, said, again=not scheduled.again)
         except AudioError as error:
-            yield from self._failed(asked, str(error))
+            yield from self._failed(scheduled, str(error))
         else:
             if isinstance(result, tuple):
-                yield from self._heard(asked, result)
+                yield from self._heard(scheduled, result)
             elif isinstance(result, DecodedPart):
-                yield from self._part_done(asked, result)
+                yield from self._part_done(scheduled, result)
             else:
-                self._begin_parts(asked.numbers[0], result)
+                self._begin_parts(scheduled.numbers[0], result)
 
     def _heard(
-        self, asked: ScheduledTask, outcomes: Sequence[Outcome | None]
+        self, scheduled: ScheduledTask, outcomes: Sequence[Outcome | None]
     ) -> Iterator[Finished]:
-        for number, outcome in zip(asked.numbers, outcomes, strict=True):
+        for number, outcome in zip(scheduled.numbers, outcomes, strict=True):
             if outcome is None:
                 self._first.append(ScheduledTask(CutTask(self._names[number]), (number,)))
             else:
                 yield Finished(number, outcome)
 
-    def _suspect(self, asked: ScheduledTask, said: str, again: bool) -> Iterator[Finished]:
-        """Try what a worker died of again: by itself, and then with nothing else under way."""
-        if len(asked.numbers) > 1:
-            self._first.extend(self._files([number]) for number in asked.numbers)
+    def _suspect(self, scheduled: ScheduledTask, said: str, again: bool) -> Iterator[Finished]:
+        """Retry what a worker died of: each recording alone, then with nothing else running."""
+        if len(scheduled.numbers) > 1:
+            self._first.extend(self._files([number]) for number in scheduled.numbers)
         elif again:
-            self._last.append(ScheduledTask(asked.task, asked.numbers, again=True))
+            self._alone.append(ScheduledTask(scheduled.task, scheduled.numbers, again=True))
         else:
-            number = asked.numbers[0]
-            yield from self._failed(asked, f"{shown_name(self._names[number])}: {said}")
+            number = scheduled.numbers[0]
+            yield from self._failed(scheduled, f"{shown_name(self._names[number])}: {said}")
 
-    def _failed(self, asked: ScheduledTask, error: str) -> Iterator[Finished]:
-        """Give a recording up; of a long one other parts may still be under way."""
-        for number in asked.numbers:
-            if isinstance(asked.task, PartTask) and self._cut.pop(number, None) is None:
+    def _failed(self, scheduled: ScheduledTask, error: str) -> Iterator[Finished]:
+        """Give a recording up; other parts of it may still be running."""
+        for number in scheduled.numbers:
+            if isinstance(scheduled.task, PartTask) and self._cut.pop(number, None) is None:
                 continue
             self._first = deque(one for one in self._first if one.numbers != (number,))
-            self._last = deque(one for one in self._last if one.numbers != (number,))
+            self._alone = deque(one for one in self._alone if one.numbers != (number,))
             name = self._names[number]
             yield Finished(number, failed_outcome(shown_name(name), error, stamp_of(name)))
 
@@ -205,12 +200,12 @@ class Scheduler:
         part = parts_of(self._cut[number].plan)[index]
         return ScheduledTask(PartTask(self._names[number], part), (number,))
 
-    def _part_done(self, asked: ScheduledTask, done: DecodedPart) -> Iterator[Finished]:
-        (number,) = asked.numbers
+    def _part_done(self, scheduled: ScheduledTask, done: DecodedPart) -> Iterator[Finished]:
+        (number,) = scheduled.numbers
         cut = self._cut.get(number)
-        if cut is None or not isinstance(asked.task, PartTask):
+        if cut is None or not isinstance(scheduled.task, PartTask):
             return
-        cut.done[asked.task.part.start] = done
+        cut.done[scheduled.task.part.start] = done
         starts = cut.plan.cuts[:-1]
         if len(cut.done) < len(starts):
             return
@@ -225,10 +220,6 @@ class Scheduler:
             cut.plan = without_cut(cut.plan, wrong)
             del cut.done[starts[wrong]], cut.done[starts[wrong + 1]]
             self._first.append(self._part(number, wrong))
-
-
-LEAST_BYTES_PER_SECOND = 4000
-"""Bytes of a recording for each second that it may take at least: few are compressed to less."""
 
 
 def _size(name: str) -> int:

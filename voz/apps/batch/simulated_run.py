@@ -1,7 +1,6 @@
-"""What the robot would have done, had each recording been said to it: its events and its way.
+"""Lets each recording drive the simulated robot; keeps its events and a picture of its way.
 
-No program is started, nothing is published and nothing said: what a command asks for besides
-motion is only in the events.
+No program is started, nothing is published and nothing said.
 """
 
 from __future__ import annotations
@@ -32,15 +31,15 @@ EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
 
 
 def simulation_options(folder: Path, settings: Config, listening: bool) -> SimulationOptions:
-    """Plan to drive by recordings.
+    """Prepare the folder for the events and pictures.
 
     Args:
-        folder: where the events and pictures go.
+        folder: for the events and pictures.
         settings: of the run.
         listening: whether commands are obeyed from the start.
 
     Raises:
-        ConfigError: the folder cannot be made, or there is nothing to draw with.
+        ConfigError: the folder cannot be made, or a drawing library is missing.
     """
     with os_errors_as_config_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -49,11 +48,7 @@ def simulation_options(folder: Path, settings: Config, listening: bool) -> Simul
 
 
 def check_no_events(folder: Path, names: Iterable[str]) -> None:
-    """Refuse to replace what recordings did before.
-
-    Raises:
-        ConfigError: the events of one of them are in the folder.
-    """
+    """Refuse to replace events of an earlier run; raises ConfigError."""
     for name in names:
         check_new(folder / (file_name_for(name) + EVENTS_ENDING), overwrite=False)
 
@@ -61,15 +56,10 @@ def check_no_events(folder: Path, names: Iterable[str]) -> None:
 def simulate_recording(
     recognizer: Recognizer, found: LocalRecording, how: SimulationOptions
 ) -> Outcome:
-    """Let one recording drive the simulated robot, and keep what it did.
-
-    Args:
-        recognizer: what understands it.
-        found: the recording.
-        how: by which rules, and where what it did goes.
+    """Let one recording drive the simulated robot, and keep its events and picture.
 
     Raises:
-        ConfigError: that cannot be written.
+        ConfigError: they cannot be written.
     """
     begun, settings = time.process_time(), _settings(how.settings)
     events: list[Event] = []
@@ -100,7 +90,7 @@ def _named(event: Event, name: str) -> Event:
 
 
 def _noted(items: Iterator[Item], times: list[float]) -> Iterator[Item]:
-    """Note the times that are told: the end of the recording, and when its last command is done."""
+    """Note all times: first the end of the recording, then that of its last command."""
     for item in items:
         if isinstance(item, float):
             times.append(item)
@@ -112,4 +102,6 @@ def _settings(settings: bytes) -> Config:
     try:
         return msgspec.json.decode(settings, type=Config)
     except msgspec.MsgspecError as error:
-        raise ConfigError(f"a worker has another voz ({error}); give all the same") from error
+        raise ConfigError(
+            f"a worker has another voz ({error}); install the same on all machines"
+        ) from error

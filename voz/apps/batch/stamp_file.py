@@ -1,6 +1,6 @@
-"""The file beside a finished output that says what its recordings were like.
+"""The file beside a finished output with the stamps of its recordings.
 
-Its first line is the stamp of the output itself: it says nothing of another one.
+Its first line is the stamp of the output itself, so that it is never used for another output.
 """
 
 from __future__ import annotations
@@ -20,18 +20,16 @@ from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 
 class RecordingStamp(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a recording was like; None if it was not there."""
+    """The stamp of a recording; None if the file was missing."""
 
     file: str
     stamp: Stamp | None = None
 
 
 def write_stamps(output: Location, stamped: Iterable[RecordingStamp]) -> None:
-    """Keep what the recordings of an output were like.
+    """Write the stamps of the recordings of a finished output, in the order of its rows.
 
-    Args:
-        output: it is whole; nothing is kept for what is no regular file.
-        stamped: its recordings, in the order of its rows.
+    Nothing is written for an output that is no regular file, as a pipe.
 
     Raises:
         ConfigError: it cannot be written.
@@ -49,10 +47,10 @@ def write_stamps(output: Location, stamped: Iterable[RecordingStamp]) -> None:
 
 @contextmanager
 def read_stamps(output: Location) -> Iterator[Iterator[RecordingStamp] | None]:
-    """Read what the recordings of an output were like, in a `with` block.
+    """Read the stamps of the recordings of an output, in a `with` block.
 
     Yields:
-        Its recordings in the order of its rows; None if it is not known what they were like.
+        The stamps in the order of its rows; None if there are none for this output.
     """
     path = stamps_path(output)
     try:

@@ -1,7 +1,6 @@
-"""What a recording was like when it was decoded, so that a later run finds those that changed.
+"""Stamps: size, time and checksum of a recording when it was decoded, to find changed ones.
 
-A recording whose size and time are still the same is taken as it was; only otherwise its bytes are
-read and their checksum compared.
+The checksum is compared only if size or time differ.
 """
 
 from __future__ import annotations
@@ -9,10 +8,10 @@ from __future__ import annotations
 import stat
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 from msgspec.structs import replace
@@ -23,53 +22,41 @@ from voz.errors import VozError
 CHECKSUM_CHUNK_BYTES = 1 << 20
 
 CHECK_THREADS = 16
-"""They wait for disks and servers; one alone would wait for each recording in turn."""
+"""Threads, since they mostly wait for disks and servers."""
 
 RECORDINGS_PER_THREAD = 64
-"""Recordings for each thread at a time: to look at a file takes less than to hand it over."""
+"""Recordings for a thread at a time: checking one takes less time than handing it over."""
 
 UNINFORMATIVE_FIELDS = ("name", "size", "type", "url", "mimetype", "partial")
-"""What a store says of an object that a changed one may have, too."""
+"""What a store says of an object that stays the same when it changes."""
 
 
 class Stamp(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a file or an object was like.
+    """What a file or an object was like."""
 
-    Attributes:
-        size: bytes; None if a server does not say it.
-        version: of a file the time of its last change, ns; of an object the digest of what its
-            store says of it, as an ETag; empty if that is nothing.
-        checksum: of the bytes; empty if they were not read.
-    """
-
-    size: int | None
-    version: str
-    checksum: str = ""
+    size: int | None  # bytes; None if a server does not say it
+    version: str  # time of the last change of a file, ns; digest of what a store says of an object
+    checksum: str = ""  # of the bytes; empty if they were not read
 
 
-class StampCheck(NamedTuple):
-    """A recording that was looked at again.
+@dataclass(frozen=True)
+class StampCheck:
+    """A recording that was looked at again."""
 
-    Attributes:
-        number: which one.
-        now: what it is like.
-        changed: whether its bytes are others.
-    """
-
-    number: int
+    number: int  # index of the recording
     now: Stamp
-    changed: bool
+    changed: bool  # whether its bytes are others
 
 
 def stamp_of(name: str, base: str = "") -> Stamp | None:
-    """Look at a recording without reading it.
+    """Make the stamp of a recording without reading it, and so without a checksum.
 
     Args:
         name: a path, or an address that fsspec opens.
-        base: the folder that a path is from; empty for the one that this process is in.
+        base: the folder that a path is relative to; empty for the working folder.
 
     Returns:
-        Its stamp without a checksum; None if it is not there, or no regular file.
+        None if it is missing, or no regular file.
     """
     if is_remote(name):
         return _stamp_of_object(name)
@@ -97,15 +84,15 @@ def with_checksum(stamp: Stamp, path: Path) -> Stamp:
 def check_stamps(
     names: Sequence[str], known: Iterable[tuple[int, Stamp | None]]
 ) -> Iterator[StampCheck]:
-    """Look which recordings are no longer as they were.
+    """Find the recordings whose stamps differ from the known ones.
 
     Args:
         names: paths and addresses of all recordings.
-        known: the numbers of some, and what they were like; None for what was not there.
+        known: index and stamp of some; None for what was missing.
 
     Yields:
-        Those that changed, and those that have the same bytes but another time. What is not there
-        now has not changed.
+        Those that changed, and those with the same bytes but another time. A recording that is
+        missing now has not changed.
     """
 
     def look(some: list[tuple[int, Stamp | None]]) -> list[StampCheck]:
@@ -128,13 +115,13 @@ def check_stamps(
 
 
 def is_unchanged(name: str, known: Stamp) -> bool:
-    """Whether a file or an object has the same bytes as when it had a stamp."""
+    """Whether a file or an object has the bytes that a stamp was made of."""
     now = _now(name, known)
     return now is not None and _same_bytes(known, now)
 
 
 def _now(name: str, known: Stamp | None) -> Stamp | None:
-    """What a recording is like now; it is read only if nothing else says whether it changed."""
+    """The stamp now; the file is read only if nothing else says whether it changed."""
     now = stamp_of(name)
     if now is None or known is None or now.size != known.size:
         return now

@@ -1,4 +1,4 @@
-"""What a run came to, in a few lines; and how well what a manifest lists was understood. Pure."""
+"""What a run came to, and how well the recordings of a manifest were understood. Pure."""
 
 from __future__ import annotations
 
@@ -15,25 +15,15 @@ from voz.files import shown_path
 
 @dataclass
 class Totals:
-    """What outcomes add up to.
+    """What outcomes add up to."""
 
-    Attributes:
-        files: how many recordings.
-        failed: how many of them could not be read to their end.
-        silent: how many have nothing in them.
-        utterances: in all of them.
-        accepted: how many of these were recognized surely enough.
-        seconds: how much was heard, s.
-        cpu: processor time that took, s.
-    """
-
-    files: int = 0
-    failed: int = 0
-    silent: int = 0
+    files: int = 0  # recordings
+    failed: int = 0  # recordings that could not be read to their end
+    silent: int = 0  # recordings with nothing in them
     utterances: int = 0
-    accepted: int = 0
-    seconds: float = 0.0
-    cpu: float = 0.0
+    accepted: int = 0  # utterances
+    seconds: float = 0.0  # how much was heard, s
+    cpu: float = 0.0  # processor time, s
 
     def add(self, outcome: Outcome) -> None:
         """Count one more recording."""
@@ -47,11 +37,7 @@ class Totals:
         self.cpu += outcome.cpu
 
     def lines(self, took: float) -> list[str]:
-        """Say it in words.
-
-        Args:
-            took: how long the run was, s.
-        """
+        """Write it in words; `took` is the duration of the run, s."""
         hours = self.seconds / 3600
         each = f", {hours / (self.cpu / 3600):.0f} hours of sound per core-hour" if self.cpu else ""
         return [
@@ -62,11 +48,9 @@ class Totals:
 
 
 def results_for_clips(clips: Iterable[Clip], outcomes: Mapping[str, Outcome]) -> Iterator[Result]:
-    """Put what was heard beside what was said; stretches of streams are left to `voz eval`.
+    """Combine manifests with outcomes, by the name of the recording in results.
 
-    Args:
-        clips: what was said.
-        outcomes: what was heard, by the name of the recording in results.
+    Stretches of streams are left to `voz eval`.
     """
     for clip in clips:
         outcome = outcomes.get(shown_path(clip.path))

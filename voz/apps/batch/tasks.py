@@ -1,4 +1,4 @@
-"""What is handed to a worker, and what comes back. Both are pickled on the way."""
+"""Tasks for workers and their results. Both are pickled."""
 
 from __future__ import annotations
 
@@ -12,61 +12,40 @@ from voz.settings import Recognition
 
 
 class SimulationOptions(msgspec.Struct, frozen=True):
-    """How recordings drive.
+    """How recordings drive."""
 
-    Attributes:
-        folder: where the events and pictures go, beside each other.
-        settings: all of them, as JSON: the safety rules, the commands, the room.
-        listening: whether commands are obeyed before a `start speech`.
-    """
-
-    folder: str
-    settings: bytes
-    listening: bool = False
+    folder: str  # for the events and pictures
+    settings: bytes  # all of them, as JSON
+    listening: bool = False  # whether commands are obeyed before a `start speech`
 
 
 class WorkerSetup(msgspec.Struct, frozen=True):
-    """What all workers are told once.
+    """What all workers are told once."""
 
-    Attributes:
-        folder: the language files.
-        settings: how speech becomes text.
-        profile: the name of a speaker's.
-        memory: how much more than to begin with a worker may need, bytes; None is no limit.
-        fingerprint: of all that results hang on; a worker elsewhere that has another one refuses.
-        base: the folder that paths are from, if workers may be in another one.
-        driving: how the recordings drive a robot; None if they do not.
-    """
-
-    folder: str
+    folder: str  # the language files
     settings: Recognition
-    profile: str | None = None
-    memory: int | None = None
-    fingerprint: str | None = None
-    base: str = ""
-    driving: SimulationOptions | None = None
+    profile: str | None = None  # the name of a speaker's
+    memory: int | None = None  # that a worker may need besides the models, bytes; None is no limit
+    fingerprint: str | None = None  # a worker with another one refuses
+    base: str = ""  # the folder that paths are relative to, on a cluster
+    simulation: SimulationOptions | None = None  # None if recordings drive no robot
 
 
 class DecodeTask(msgspec.Struct, frozen=True):
-    """Recordings to be decoded.
+    """Recordings to be decoded."""
 
-    Attributes:
-        names: paths, or addresses with `://` in them.
-        cut: whether long ones come back as they are, to be cut.
-    """
-
-    names: tuple[str, ...]
-    cut: bool = False
+    names: tuple[str, ...]  # paths and addresses
+    cut: bool = False  # whether long ones come back as None, to be cut
 
 
 class CutTask(msgspec.Struct, frozen=True):
-    """A long recording, for which it is to be found where it can be cut."""
+    """Find where a long recording can be cut."""
 
     name: str
 
 
 class PartTask(msgspec.Struct, frozen=True):
-    """A part of a long recording, to be decoded."""
+    """Decode a part of a long recording."""
 
     name: str
     part: RecordingPart

@@ -1,4 +1,4 @@
-"""What a worker does: the models are loaded once in each, and a bad recording is only a row."""
+"""Executes a task in a worker: the models are loaded once, and a bad recording is only a row."""
 
 from __future__ import annotations
 
@@ -30,15 +30,18 @@ def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
     """Do a task.
 
     Raises:
-        AudioError: it is of one recording, with which something is wrong.
-        VozError: the models cannot be loaded, or are others than where the results go.
+        AudioError: it is of one recording, which cannot be decoded.
+        VozError: the models cannot be loaded, or differ from those of the output.
     """
     recognizer = _loaded(setup)
     if isinstance(task, DecodeTask):
         return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
     # Before it is read: if it changes meanwhile, its stamp is the old one.
     stamp = stamp_of(task.name, setup.base) if isinstance(task, CutTask) else None
-    with _one_line(task.name, setup.memory), local_recording(task.name, setup.base) as found:
+    with (
+        _errors_as_audio_error(task.name, setup.memory),
+        local_recording(task.name, setup.base) as found,
+    ):
         if isinstance(task, CutTask):
             stamp = stamp and with_checksum(stamp, found.path)
             plan = plan_cuts(found.path)
@@ -48,11 +51,11 @@ def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
 
 
 def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: WorkerSetup) -> Outcome | None:
-    """Decode a recording; None if it should be cut. Whatever is wrong with it is its last row."""
+    """Decode a recording, with any error as its last row; None if it should be cut."""
     stamp = stamp_of(name, setup.base)
     try:
-        with _one_line(name, setup.memory), local_recording(name, setup.base) as found:
-            if cut and not setup.driving and is_long(found.path):
+        with _errors_as_audio_error(name, setup.memory), local_recording(name, setup.base) as found:
+            if cut and not setup.simulation and is_long(found.path):
                 return None
             stamp = stamp and with_checksum(stamp, found.path)
             outcome = _heard(recognizer, found, setup)
@@ -62,16 +65,16 @@ def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: WorkerSetup) -
 
 
 def _heard(recognizer: Recognizer, found: LocalRecording, setup: WorkerSetup) -> Outcome:
-    if setup.driving is None:
+    if setup.simulation is None:
         return decode_recording(recognizer, found.path, found.name)
     from voz.apps.batch.simulated_run import simulate_recording
 
-    return simulate_recording(recognizer, found, setup.driving)
+    return simulate_recording(recognizer, found, setup.simulation)
 
 
 @contextmanager
-def _one_line(name: str, memory: int | None) -> Iterator[None]:
-    """Raise AudioError for whatever goes wrong: it must not cost the other recordings."""
+def _errors_as_audio_error(name: str, memory: int | None) -> Iterator[None]:
+    """Turn any exception into an AudioError: it must not cost the other recordings."""
     shown = shown_name(name)
     try:
         yield
@@ -86,7 +89,7 @@ def _one_line(name: str, memory: int | None) -> Iterator[None]:
 
 
 def _named(rows: tuple[Row, ...], found: LocalRecording) -> tuple[Row, ...]:
-    """Name in an error what the user named, not where it was fetched to."""
+    """Name in an error what the user named, not the temporary file."""
     if not rows or not isinstance(last := rows[-1], ErrorRow):
         return rows
     error = last.error.replace(shown_path(found.path), found.name)
@@ -106,7 +109,7 @@ def _loaded(setup: WorkerSetup) -> Recognizer:
 
 
 def _limit_memory(more: int) -> None:
-    """Let what asks for more memory than that fail; only Linux tells what there is now."""
+    """Limit this process to so much more memory than now, bytes; on Linux."""
     status = Path("/proc/self/status")
     if status.is_file():
         lines = dict(line.split(":", 1) for line in status.read_text().splitlines() if ":" in line)

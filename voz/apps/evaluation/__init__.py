@@ -1,7 +1,5 @@
 """How well commands are understood: recordings with known texts, scores and pictures.
 
-`manifest` reads which recordings there are, `recognize` hears them with one of the `engines`
-(in the `noise` of a room, if asked), `streams` finds what was heard in which stretch of them,
-`scores`, `curves` and `comparison` count, and `tables`, `plots` and `report` show it. What passes
-between them is in `results`.
+`recognize` hears the recordings with one of the `engines`, in `noise` if asked; `stretches` assigns
+what was heard; `scores`, `curves` and `comparison` count; `tables`, `plots` and `page` show it.
 """

@@ -1,4 +1,4 @@
-"""Two evaluations of the same clips: which recognizes more, and is that by chance? Pure."""
+"""Compares two evaluations of the same clips. Pure."""
 
 from __future__ import annotations
 
@@ -12,43 +12,24 @@ from voz.apps.evaluation.statistics import AlarmRate, mcnemar
 
 
 class Difference(msgspec.Struct, frozen=True):
-    """A set of commands, heard in two ways.
-
-    Attributes:
-        set: the manifest they come from.
-        snr: at which signal-to-noise ratio, dB; None is without added noise.
-        clips: how many were heard in both ways.
-        this: share of them that is right and accepted here.
-        other: the same there.
-        only_this: clips that are right and accepted here only.
-        only_other: clips that are right and accepted there only.
-        p: how likely a difference at least as large is by chance: McNemar's exact test.
-    """
+    """A set of commands, heard in two ways."""
 
     set: str
-    snr: float | None
-    clips: int
-    this: float
-    other: float
-    only_this: int
-    only_other: int
-    p: float
+    snr: float | None  # dB; None without added noise
+    clips: int  # heard in both
+    this: float  # share right and accepted here
+    other: float  # the same in the other evaluation
+    only_this: int  # clips right and accepted only here
+    only_other: int  # clips right and accepted only there
+    p: float  # of McNemar's exact test
 
 
 class AlarmDifference(msgspec.Struct, frozen=True):
-    """Sound that should move nothing, heard in two ways.
-
-    Attributes:
-        set: the manifest it comes from.
-        kind: what it is.
-        snr: at which signal-to-noise ratio, dB; None is without added noise.
-        this: what would be obeyed here.
-        other: the same there.
-    """
+    """Sound that should move nothing, heard in two ways."""
 
     set: str
     kind: ScoredKind
-    snr: float | None
+    snr: float | None  # dB; None without added noise
     this: AlarmRate
     other: AlarmRate
 
@@ -56,20 +37,19 @@ class AlarmDifference(msgspec.Struct, frozen=True):
 def compare(these: Iterable[Result], others: Iterable[Result]) -> list[Difference]:
     """Compare two evaluations by the commands that both have heard.
 
-    Clips are the same if their manifests have the same name, call them the same and they were
-    heard in the same noise; where the files are does not matter.
+    Clips are the same if set, file and noise have the same names, wherever the files are.
     """
     pairs: dict[tuple[str, float | None], list[tuple[bool, bool]]] = {}
-    for result, other in _both(these, others, ("command",)):
+    for result, other in _pairs(these, others, ("command",)):
         both = (result.is_right_and_accepted, other.is_right_and_accepted)
         pairs.setdefault((result.set, result.snr), []).append(both)
     return [_difference(name, snr, outcomes) for (name, snr), outcomes in pairs.items()]
 
 
 def compare_alarms(these: Iterable[Result], others: Iterable[Result]) -> list[AlarmDifference]:
-    """Compare two evaluations by what both have heard that should move nothing while it goes on."""
+    """Compare two evaluations by the false alarms in the sound that both have heard."""
     pairs: dict[tuple[str, ScoredKind, float | None], list[tuple[Result, Result]]] = {}
-    for result, other in _both(these, others, ("talk", "noise", OUT_OF_NOTHING)):
+    for result, other in _pairs(these, others, ("talk", "noise", OUT_OF_NOTHING)):
         pairs.setdefault((result.set, result.kind, result.snr), []).append((result, other))
     return [
         AlarmDifference(*group, alarms_in(r for r, _ in pair), alarms_in(o for _, o in pair))
@@ -91,10 +71,9 @@ def _difference(name: str, snr: float | None, outcomes: list[tuple[bool, bool]])
     )
 
 
-def _both(
+def _pairs(
     these: Iterable[Result], others: Iterable[Result], kinds: Collection[str]
 ) -> Iterator[tuple[Result, Result]]:
-    """Pair what both have heard."""
     there = {_key(result): result for result in others if result.error is None}
     for result in these:
         other = there.get(_key(result))

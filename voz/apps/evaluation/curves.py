@@ -1,4 +1,4 @@
-"""What a confidence is worth, and which command is taken for which. Pure."""
+"""Curves over the confidence, and which command is taken for which. Pure."""
 
 from __future__ import annotations
 
@@ -10,77 +10,48 @@ import msgspec
 from voz.apps.evaluation.results import Result
 
 RELIABILITY_BINS = 10
-"""Of the reliability curve, each a tenth of the confidences wide."""
+"""Each is a tenth of the confidences wide."""
 
 TAKEN_FOR_NOTHING = "(nothing)"
 TAKEN_FOR_REFUSED = "(refused)"
 
 
 class CurvePoint(msgspec.Struct, frozen=True):
-    """What a threshold would do.
-
-    Attributes:
-        threshold: what confidence is needed.
-        hits: share of the commands heard right that would be obeyed; 1 minus it is missed.
-        false_alarms: share of the near-misses that would be let through.
-    """
+    """What a threshold would do."""
 
     threshold: float
-    hits: float
-    false_alarms: float
+    hits: float  # share of the commands heard right that would be obeyed
+    false_alarms: float  # share of the near-misses that would be obeyed
 
 
 class OperatingCurve(msgspec.Struct, frozen=True):
-    """How well confidences tell commands from near-misses: the points of the ROC and DET curves.
+    """How well confidences tell commands from near-misses: the points of the ROC and DET curves."""
 
-    Attributes:
-        points: one for each confidence that was seen, the highest first.
-        area: under the ROC curve: how often a command is surer than a near-miss, ties by half.
-    """
-
-    points: list[CurvePoint]
-    area: float
+    points: list[CurvePoint]  # one for each confidence, the highest first
+    area: float  # under the ROC curve
 
 
 class ReliabilityBin(msgspec.Struct, frozen=True):
-    """Utterances that are about equally sure.
+    """Utterances that are about equally sure."""
 
-    Attributes:
-        confidence: their mean confidence.
-        right: share of them that were said.
-        utterances: how many they are.
-    """
-
-    confidence: float
-    right: float
-    utterances: int
+    confidence: float  # mean
+    right: float  # share that was said
+    utterances: int  # how many
 
 
 class Reliability(msgspec.Struct, frozen=True):
-    """Whether utterances with confidence 0.8 are right in 8 of 10.
+    """Whether utterances with confidence 0.8 are right in 8 of 10."""
 
-    Attributes:
-        bins: those with utterances in them, by confidence.
-        expected_error: the mean difference of confidence and share right over all utterances,
-            the expected calibration error.
-    """
-
-    bins: list[ReliabilityBin]
-    expected_error: float
+    bins: list[ReliabilityBin]  # those with utterances, by confidence
+    expected_error: float  # expected calibration error
 
 
 class ConfusionMatrix(msgspec.Struct, frozen=True):
-    """Which command was taken for which.
+    """Which command was taken for which."""
 
-    Attributes:
-        said: what was said: the rows.
-        heard: what was obeyed, then `(refused)` and `(nothing)`: the columns.
-        counts: clips, a list for each row.
-    """
-
-    said: list[str]
-    heard: list[str]
-    counts: list[list[int]]
+    said: list[str]  # the rows
+    heard: list[str]  # the columns: commands, then `(refused)` and `(nothing)`
+    counts: list[list[int]]  # clips, a list for each row
 
 
 class Curves(msgspec.Struct, frozen=True):
@@ -92,7 +63,7 @@ class Curves(msgspec.Struct, frozen=True):
 
 
 def curves(results: Iterable[Result]) -> Curves:
-    """Draw all curves of an evaluation; clips with an error or with noise mixed in are left out."""
+    """Compute all curves; clips with an error or with added noise are left out."""
     clean = [r for r in results if r.error is None and r.snr is None]
     commands = [r for r in clean if r.kind == "command"]
     sure = [max(u.confidence for u in r.heard if u.text) for r in commands if r.is_right]
@@ -116,7 +87,7 @@ def curves(results: Iterable[Result]) -> Curves:
 
 
 def operating_curve(commands: Sequence[float], near_misses: Sequence[float]) -> OperatingCurve:
-    """Sweep the threshold.
+    """Sweep the threshold over all confidences.
 
     Args:
         commands: confidences of commands that were heard right.
@@ -135,11 +106,7 @@ def operating_curve(commands: Sequence[float], near_misses: Sequence[float]) -> 
 
 
 def reliability(utterances: Sequence[tuple[float, bool]]) -> Reliability:
-    """Compare confidences with how often they are right.
-
-    Args:
-        utterances: confidence from 0 to 1 and whether it is right; at least one.
-    """
+    """Compare confidences, 0 to 1, with how often they are right; at least one utterance."""
     bins: list[list[tuple[float, bool]]] = [[] for _ in range(RELIABILITY_BINS)]
     for confidence, right in utterances:
         bins[min(int(confidence * RELIABILITY_BINS), RELIABILITY_BINS - 1)].append(
@@ -151,11 +118,7 @@ def reliability(utterances: Sequence[tuple[float, bool]]) -> Reliability:
 
 
 def confusion(pairs: Sequence[tuple[str, str]]) -> ConfusionMatrix:
-    """Count what was said and what it was taken for.
-
-    Args:
-        pairs: what was said, and `taken_for` of the clip.
-    """
+    """Count pairs of what was said and what it was taken for (see `taken_for`)."""
     counts = Counter(pairs)
     said = sorted({pair[0] for pair in pairs})
     others = {pair[1] for pair in pairs} - set(said) - {TAKEN_FOR_REFUSED, TAKEN_FOR_NOTHING}
@@ -164,7 +127,7 @@ def confusion(pairs: Sequence[tuple[str, str]]) -> ConfusionMatrix:
 
 
 def taken_for(result: Result) -> str:
-    """Tell what the robot would do first after a clip: a command, or why it does nothing."""
+    """Return the first command that a clip would make the robot obey, or why there is none."""
     if result.obeyed:
         return result.obeyed[0]
     return TAKEN_FOR_REFUSED if result.is_refused else TAKEN_FOR_NOTHING

@@ -33,34 +33,25 @@ Raises AudioError, one line with the reason, if it cannot make anything of this 
 """
 
 PHONE_LOOP_THRESHOLD = -21.2
-"""Refuses 5 % of the right commands by American and British synthetic voices.
-
-In pocketsphinx's own logarithms to the base 1.0001, for each frame of 10 ms.
-"""
+"""Log-likelihood, base 1.0001, per frame of 10 ms; refuses 5 % of right synthetic commands."""
 
 LONGEST_SINGLE_COMMAND = 3.0
-"""A recording of one command is shorter; what is longer may hold several utterances, s."""
+"""A recording of one command is shorter, s; a longer one may hold several utterances."""
 
 PROGRAM_PREFIX = "command:"
-"""Begins the name of an engine that is a program."""
+"""Prefix of the name of an engine that is a program."""
 
 PROGRAM_TIMEOUT = 60.0
-"""A program that takes longer for one recording hangs."""
+"""A program that takes longer for one recording has failed, s."""
 
 
 @dataclass(frozen=True)
 class EngineChoice:
-    """An engine that is not loaded yet: what a process is told to load it by.
+    """An engine that is not loaded yet: what a process is told to load it by."""
 
-    Attributes:
-        name: one of `ENGINES` or `command:PROGRAM ARGUMENTS`.
-        language: the language files.
-        settings: of voz's own recognizer.
-    """
-
-    name: str
+    name: str  # one of `ENGINES` or `command:PROGRAM ARGUMENTS`
     language: LanguageFiles
-    settings: Recognition
+    settings: Recognition  # of voz's own recognizer
 
 
 def load_engine(choice: EngineChoice) -> Engine:
@@ -82,7 +73,7 @@ def load_engine(choice: EngineChoice) -> Engine:
 
 
 def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
-    """Load voz: it finds the speech, what was said in it, and how sure that is."""
+    """Load voz itself."""
     from voz.recognition.recognizer import Recognizer
 
     recognizer = Recognizer(language, settings)
@@ -102,10 +93,7 @@ def first_ear(language: LanguageFiles, settings: Recognition) -> Engine:
 
 
 def plain_pocketsphinx(language: LanguageFiles, _settings: Recognition) -> Engine:
-    """Load pocketsphinx with voz's grammar as its documentation shows it: what voz began from.
-
-    It takes the whole recording for one utterance and is always sure.
-    """
+    """Load pocketsphinx as its documentation shows it: one utterance, always sure."""
     from pocketsphinx import Decoder
 
     check_files(language)
@@ -119,16 +107,16 @@ def plain_pocketsphinx(language: LanguageFiles, _settings: Recognition) -> Engin
         decoder.end_utt()
         hypothesis = decoder.hyp()
         text = str(hypothesis.hypstr) if hypothesis else ""
-        return _the_whole(samples, text, accepted=True)
+        return _single_utterance(samples, text, accepted=True)
 
     return recognize
 
 
 def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition) -> Engine:
-    """Load pocketsphinx with what it has to refuse other speech by: a free loop of phones.
+    """Load pocketsphinx with a free loop of phones, its own way to refuse other speech.
 
-    A command is obeyed if it explains the speech nearly as well as any phones would. A recording
-    that is too long for one command is cut by pocketsphinx's end-pointer with its own settings.
+    A command is accepted if it explains the speech nearly as well as any phones would. Longer
+    recordings are cut by pocketsphinx's end-pointer with its own settings.
     """
     from pocketsphinx import Decoder, get_model_path
 
@@ -141,9 +129,9 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition
     def recognize(samples: Samples) -> list[Understood]:
         heard = []
         for data, start, end in _parts(samples):
-            text, score = _searched(grammar, data)
+            text, score = _decode(grammar, data)
             if text:
-                accepted = _better(score, phones, data) >= PHONE_LOOP_THRESHOLD
+                accepted = _score_per_frame(score, phones, data) >= PHONE_LOOP_THRESHOLD
                 heard.append(Understood(text, float(accepted), accepted, start, end))
         return heard
 
@@ -158,13 +146,12 @@ ENGINES: dict[str, Callable[[LanguageFiles, Recognition], Engine]] = {
 }
 
 
-def _the_whole(samples: Samples, text: str, accepted: bool) -> list[Understood]:
-    """What is understood by those who take a recording for one utterance and are always sure."""
+def _single_utterance(samples: Samples, text: str, accepted: bool) -> list[Understood]:
     return [Understood(text, 1.0, accepted, 0.0, len(samples) / SAMPLE_RATE)] if text else []
 
 
 def _parts(samples: Samples) -> Iterator[tuple[bytes, float, float]]:
-    """The utterances of a recording, and where they begin and end, s: all of it if it is short."""
+    """The utterances of a recording, with their start and end, s; one if it is short."""
     from pocketsphinx import Endpointer
 
     data = samples.tobytes()
@@ -184,8 +171,8 @@ def _parts(samples: Samples) -> Iterator[tuple[bytes, float, float]]:
             said.clear()
 
 
-def _searched(decoder: Any, data: bytes) -> tuple[str, float]:
-    """Decode an utterance as if it were alone; its words and their log-likelihood."""
+def _decode(decoder: Any, data: bytes) -> tuple[str, float]:
+    """Decode an utterance as if it were alone: its words and their log-likelihood."""
     decoder.reinit_feat()
     decoder.start_utt()
     decoder.process_raw(data, full_utt=True)
@@ -196,9 +183,9 @@ def _searched(decoder: Any, data: bytes) -> tuple[str, float]:
     return str(hypothesis.hypstr), math.log(hypothesis.score, 1.0001)
 
 
-def _better(score: float, phones: Any, data: bytes) -> float:
-    """How much better a score is than that of the phones, for each frame that they speak in."""
-    _, against = _searched(phones, data)
+def _score_per_frame(score: float, phones: Any, data: bytes) -> float:
+    """Return how much better a score is than that of the phone loop, per frame of speech."""
+    _, against = _decode(phones, data)
     spoken = [s for s in phones.seg() or () if s.word != "SIL" and not s.word.startswith("+")]
     frames = sum(segment.end_frame - segment.start_frame + 1 for segment in spoken)
     # Where there are no phones, there is nothing that could be a command.
@@ -210,10 +197,9 @@ def program_engine(command: str, commands: Collection[str]) -> Engine:
 
     Args:
         command: the program and its arguments, quoted as for a shell, though none runs it. The
-            path of a WAV file, 16 kHz, mono, 16 bit, is added as the last argument; what the
-            program writes to standard output is the transcript.
-        commands: what is obeyed if it is the transcript, which may be in any case and with
-            punctuation.
+            path of a WAV file, 16 kHz, mono, 16 bit, is added as the last argument; the
+            transcript is what the program writes to standard output.
+        commands: the transcripts that are obeyed, in any case and with any punctuation.
 
     Raises:
         ConfigError: there is no such program.
@@ -222,7 +208,7 @@ def program_engine(command: str, commands: Collection[str]) -> Engine:
 
     def recognize(samples: Samples) -> list[Understood]:
         text = normalized_words(_transcript(arguments, samples))
-        return _the_whole(samples, text, accepted=text in commands)
+        return _single_utterance(samples, text, accepted=text in commands)
 
     return recognize
 
@@ -242,7 +228,7 @@ def _arguments(command: str) -> list[str]:
 
 
 def _transcript(arguments: list[str], samples: Samples) -> str:
-    """Run a program on a recording; give what it writes to standard output."""
+    """Run a program on a recording; returns its standard output."""
     import soundfile
 
     name = arguments[0]
@@ -272,5 +258,5 @@ def _because(lines: list[str]) -> str:
 
 
 def normalized_words(transcript: str) -> str:
-    """Take the words of a transcript as commands are written: lower case, no punctuation."""
+    """Return the words of a transcript as commands are written: lower case, no punctuation."""
     return " ".join(re.findall(r"[^\W_]+(?:'[^\W_]+)*", transcript.lower()))

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -27,62 +26,44 @@ TOO_LITTLE_TALK = (
 )
 
 
-class RecordingExamples(NamedTuple):
-    """What is in a recording; nothing if it cannot be read.
+@dataclass(frozen=True)
+class RecordingExamples:
+    """What is in a recording; nothing if it cannot be read."""
 
-    Attributes:
-        examples: its utterances, with the network.
-        alone: the same by pocketsphinx alone.
-        talk: how much talk it is, s.
-        commands: those that are said in it.
-    """
-
-    examples: list[Example]
-    alone: list[Example]
-    talk: float
-    commands: list[Clip]
+    examples: list[Example]  # with the network
+    alone: list[Example]  # by pocketsphinx alone
+    talk: float  # s
+    commands: list[Clip]  # those that are said in it
 
 
 @dataclass(frozen=True)
 class Example:
-    """What is known of one utterance.
-
-    Attributes:
-        clip: the recording or the stretch of one that it is in.
-        text: the command that was heard.
-        values: its features.
-        trust: how far it is to be trusted to be speech, 0 to 1.
-        around: what is around it.
-        right: whether it is the command that was said.
-    """
+    """What is known of one utterance."""
 
     clip: Clip
-    text: str
-    values: dict[str, float]
-    trust: float
+    text: str  # the command that was heard
+    values: dict[str, float]  # its features
+    trust: float  # in its being speech, 0 to 1
     around: Context
-    right: bool
+    right: bool  # whether it is what was said
 
 
 def collect_examples(
     clips: Sequence[Clip], lm: str | None, processes: int | None
 ) -> Iterator[RecordingExamples]:
-    """Recognize labeled recordings and keep what the confidence is computed from.
+    """Recognize labeled recordings; yields the examples of each, in order.
 
     Args:
         clips: the recordings, and stretches of streams.
-        lm: folder of the language files, None for the usual ones.
+        lm: folder of the language files; None for the default ones.
         processes: how many work at the same time; None for one on each core.
-
-    Returns:
-        What is in each recording, in their order.
     """
     tasks = tasks_for(clips, [], [], room=False)
     return in_processes(partial(_examples, lm=lm), tasks, processes)
 
 
 def describe_set(clips: Iterable[Clip], name: str) -> str:
-    """Tell of a set of recordings how many there are of each kind, and by how many speakers."""
+    """Count the recordings of each kind and the speakers of a set, in one line."""
     chosen = [clip for clip in clips if clip.set == name]
     kinds = Counter(clip.kind for clip in chosen)
     counts = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
@@ -90,7 +71,7 @@ def describe_set(clips: Iterable[Clip], name: str) -> str:
 
 
 def check_talk(clips: Iterable[Clip]) -> None:
-    """Refuse recordings without any talk, before minutes go by; raises ConfigError."""
+    """Raise ConfigError if no recording is talk, before minutes of work."""
     if not any(clip.kind == "talk" for clip in clips):
         raise ConfigError(TOO_LITTLE_TALK)
 
@@ -101,7 +82,7 @@ def _recognizer(lm: str | None, second_ear: bool) -> Recognizer:
 
 
 def _examples(task: Task, lm: str | None) -> RecordingExamples:
-    """Recognize a recording; what is heard around the stretches of a stream is nothing's."""
+    """Recognize a recording; what is heard around the stretches of a stream counts as noise."""
     first = task.clips[0]
     try:
         blocks = list(read_blocks(first.path))

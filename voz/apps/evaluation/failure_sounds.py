@@ -1,4 +1,4 @@
-"""The sound of clips that went wrong, as an engine heard it, for a page where it can be played."""
+"""The sound of clips that went wrong, as the engine heard it."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from voz.audio import SAMPLE_RATE
 from voz.errors import AudioError
 
 MOST_SOUNDS = 100
-"""Failures that can be heard on a page: each is some 50 kB in it."""
+"""Sounds on a page; each takes some 50 kB."""
 
 LONGEST_SOUND = 20.0
-"""Of one of them, s."""
+"""Longest sound of one failure, s."""
 
 
 def sounds_of_failures(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failure, bytes]:
-    """Read the first of some failures, with the noise and the room that they were heard in.
+    """Read the sound of the first failures, with the noise and the room that they were heard in.
 
     Args:
         failed: what went wrong.
-        tasks: for each result the one that it is of.
+        tasks: the task of each result.
 
     Returns:
-        FLAC; nothing for what cannot be read.
+        FLAC; what cannot be read is left out.
     """
     import soundfile
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from voz.apps.evaluation.results import Result, Understood
 
 ALARM_CONTEXT = 0.5
-"""So much is heard before and after what was obeyed in talk, s."""
+"""Sound kept before and after a false alarm, s."""
 
 OBEYED, MISHEARD, REFUSED, UNHEARD, UNREAD = (
     "obeyed what was not said",
@@ -20,28 +20,18 @@ OBEYED, MISHEARD, REFUSED, UNHEARD, UNREAD = (
 WORST_FIRST = (OBEYED, MISHEARD, REFUSED, UNHEARD, UNREAD)
 
 
-class Failure(NamedTuple):
-    """A clip that went wrong, or a stretch of it.
+@dataclass(frozen=True)
+class Failure:
+    """A clip that went wrong, or a stretch of it."""
 
-    Attributes:
-        number: which result.
-        what: went wrong; one of `WORST_FIRST`.
-        heard: what was heard there.
-        stretch: where it is in what was heard, from when to when, s; None for all of it.
-    """
-
-    number: int
-    what: str
+    number: int  # of the result
+    what: str  # one of `WORST_FIRST`
     heard: tuple[Understood, ...]
-    stretch: tuple[float, float] | None = None
+    stretch: tuple[float, float] | None = None  # start and end, s; None for all of the clip
 
 
 def failures(results: Sequence[Result]) -> list[Failure]:
-    """Find what went wrong.
-
-    Args:
-        results: of each clip.
-    """
+    """Find what went wrong, the worst first."""
     found = [failure for n, result in enumerate(results) for failure in _failures(n, result)]
     return sorted(found, key=lambda failure: WORST_FIRST.index(failure.what))
 
@@ -71,7 +61,7 @@ def _what(result: Result) -> str:
 
 
 def _said_at(result: Result) -> tuple[float, float] | None:
-    """Where a clip is in its stream; None if it is a recording of its own."""
+    """Where a clip is in its stream, s; None if it is a recording of its own."""
     if result.start is None or result.end is None:
         return None
     return result.start, result.end

@@ -1,4 +1,4 @@
-"""Makes the model of the confidence anew: a logistic model, fitted on labeled recordings."""
+"""Fits the confidence: a logistic model of labeled recordings."""
 
 from __future__ import annotations
 
@@ -62,16 +62,16 @@ def fit_models(
     Args:
         examples: utterances, some of them right, some of them in talk, with the network.
         alone: the same by pocketsphinx alone.
-        fitted_on: what to write into the models about them.
-        hours: how long the talk is.
-        commands: what was said.
+        fitted_on: a description of them, which is written into the models.
+        hours: length of the talk, h.
+        commands: all commands that were said.
 
     Returns:
-        The models, and how likely each example is by both ears, by models that never heard its
-        speaker.
+        The models, and the probability of each example by both ears, by models that were fitted
+        without its speaker.
 
     Raises:
-        ConfigError: what `fit` and `with_alarms` raise.
+        ConfigError: as `fit` and `with_alarms`.
     """
     likely, likely_alone = (
         cross_validated(examples, NETWORK_FEATURES),
@@ -90,18 +90,10 @@ def fit_models(
 
 
 def fit(examples: Sequence[Example], fitted_on: list[str], names: Sequence[str]) -> Model:
-    """Fit a model but for its false alarms.
+    """Fit a model, without its false alarms; raises ConfigError if no example, or each, is right.
 
-    How many near-misses there are among recordings says nothing about life, so both classes are
-    weighed as if `COMMAND_SHARE` of all utterances were commands.
-
-    Args:
-        examples: utterances, some of them right.
-        fitted_on: what to write into the model about them.
-        names: the features that it shall have.
-
-    Raises:
-        ConfigError: there are no right ones, or no others.
+    Near-misses are not as frequent among recordings as in life, so both classes are weighed as if
+    `COMMAND_SHARE` of all utterances were commands.
     """
     # What is no speech is refused for that, and would only distort the weights.
     examples = [example for example in examples if example.trust > 0]
@@ -133,10 +125,10 @@ def with_alarms(
     (1975, doi:10.1214/aos/1176343247). Talk in which the command was said is no false alarm.
 
     Args:
-        model: what `fit` gave.
+        model: the result of `fit`.
         examples: utterances, those in talk among them.
-        probabilities: how likely each is right, by models that did not hear its speaker.
-        hours: how long the talk is.
+        probabilities: of each to be right, by models that were fitted without its speaker.
+        hours: length of the talk, h.
 
     Raises:
         ConfigError: there is too little talk.
@@ -164,13 +156,10 @@ def with_costs(
     probabilities: Sequence[float],
     commands: Collection[Clip],
 ) -> Model:
-    """Add to a model how many commands are missed at several rates of false alarms.
+    """Add to a model the share of commands that is missed at several rates of false alarms.
 
-    Args:
-        model: what `with_alarms` gave.
-        examples: utterances of the commands, and others.
-        probabilities: how likely each is right, by models that did not hear its speaker.
-        commands: all that were said, also those of which nothing was heard.
+    `commands` are all that were said, also those of which nothing was heard; the rest is as with
+    `with_alarms`.
     """
     costs = []
     for alarms in rates_around(model.usual_alarms):
@@ -186,15 +175,7 @@ def with_costs(
 
 
 def cross_validated(examples: Sequence[Example], names: Sequence[str]) -> list[float]:
-    """Tell how likely each example is right, by models that never heard its speaker.
-
-    Args:
-        examples: utterances of several speakers.
-        names: the features of the models.
-
-    Returns:
-        A probability for each.
-    """
+    """Return the probability of each example by models that were fitted without its speaker."""
     # One name is one speaker, in whatever set: clips may be heard again in rooms.
     speakers = sorted({e.clip.speaker for e in examples})
     rng = np.random.default_rng(0)
@@ -211,11 +192,7 @@ def cross_validated(examples: Sequence[Example], names: Sequence[str]) -> list[f
 def acceptance(
     examples: Iterable[Example], probabilities: Iterable[float], threshold: float
 ) -> dict[str, tuple[float, int]]:
-    """Count what a threshold lets through.
-
-    Returns:
-        By set, kind, condition and whether it is right: the share accepted, and of how many.
-    """
+    """Return the share accepted and the count, by set, kind, condition and whether it is right."""
     groups: dict[str, list[bool]] = {}
     for example, likely in zip(examples, probabilities, strict=True):
         clip = example.clip
@@ -245,7 +222,7 @@ def _logistic(x: Matrix, y: Matrix, weights: Matrix) -> tuple[float, Matrix]:
 def _held_out(
     examples: Sequence[Example], folds: Sequence[int], names: Sequence[str]
 ) -> list[float]:
-    """Tell how likely each example is right, by the model of the other folds."""
+    """Return the probability of each example by the model of the other folds."""
     models = [
         fit([e for e, f in zip(examples, folds, strict=True) if f != fold], [], names)
         for fold in range(FOLDS)
@@ -267,6 +244,6 @@ def _likely(model: Model, example: Example) -> float:
 
 
 def _is_in(command: str, talk: Clip) -> bool:
-    """Tell whether all words of a command are in what was said: `stop` is in `it stopped`."""
+    """Whether all words of a command are in what was said: `stop` is in `it stopped`."""
     said = talk.text.split()
     return all(any(word.startswith(one) for word in said) for one in command.split())

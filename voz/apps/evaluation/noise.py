@@ -1,8 +1,4 @@
-"""Noise and rooms for clean recordings: the same seed gives the same samples.
-
-rng = generator_for("commands/stop.flac")
-heard = within(kitchen, reverberated(clean, room_response(rng)), 10, rng)
-"""
+"""Noise and rooms for clean recordings: the same seed gives the same samples."""
 
 from __future__ import annotations
 
@@ -19,46 +15,43 @@ from voz.errors import AudioError, ConfigError
 Floats = npt.NDArray[np.float64]
 
 NOISE_SEED = 1
-"""The one seed of everything random here; another would only give another average."""
+"""For everything random here."""
 
 POWER_FRAME = SAMPLE_RATE // 50
-"""Samples of 20 ms, in which speech is either there or not."""
+"""Length of a frame of speech or pause, samples: 20 ms."""
 
 ACTIVE_RANGE_DB = 30.0
-"""Frames that are quieter than the loudest by more than this are pauses, dB."""
+"""Frames that are quieter than the loudest by more than this, dB, are pauses."""
 
 REVERBERATION_TIME = 0.4
-"""Until the room is quieter by 60 dB, s: a furnished living room."""
+"""RT60 of a furnished living room, s."""
 
 DIRECT_TO_REVERBERANT = 3.0
-"""How much stronger the direct path is than all echoes together, dB: about a metre away."""
+"""Power of the direct path to that of all echoes, dB: about a meter away."""
 
 NOISE_BEFORE, NOISE_AFTER = 5.0, 3.0
-"""For how long noise goes on before and after what is said in it, s.
+"""Noise before and after speech, s.
 
-What is said has to be found in it, as in life: noise that begins and ends with a command gives it
-away. Who follows the background knows it after 5 s; and what goes on for 3 s more is too long for
-a command, so that none is heard only because the recording is over.
+5 s are enough to learn the background; 3 s more are too long for a command, so that none is heard
+only because the recording ends.
 """
 
 NOISE_ENDINGS = (".wav", ".flac", ".ogg", ".mp3")
-"""What is taken for noise in a folder; a file that is named may have any ending."""
+"""Of files in a folder of noise; a file that is named may have any ending."""
 
 LOWEST_RATIO, HIGHEST_RATIO = -20.0, 60.0
-"""Below and above these signal-to-noise ratios there is nothing to measure, dB."""
+"""Signal-to-noise ratios that can be asked for, dB."""
 
 
 def generator_for(file: str) -> np.random.Generator:
-    """Make the randomness of one clip, so that it does not hang on which others there are."""
+    """Make the random generator of one clip: the same whatever other clips there are."""
     return np.random.default_rng([NOISE_SEED, zlib.crc32(file.encode(errors="surrogateescape"))])
 
 
 def speech_power(samples: Samples) -> float:
-    """Measure speech without its pauses.
+    """Return the mean square of speech without its pauses; 0 for digital silence.
 
-    Returns:
-        The mean square of the active frames: those of 20 ms within 30 dB of the loudest; 0 for
-        digital silence. What does not fill a frame at the end is left out.
+    Counted are frames of 20 ms within 30 dB of the loudest; an incomplete last frame is not.
     """
     whole = samples[: max(len(samples) // POWER_FRAME, 1) * POWER_FRAME].astype(np.float64)
     powers = (whole.reshape(-1, min(POWER_FRAME, len(whole))) ** 2).mean(axis=1)
@@ -69,8 +62,7 @@ def speech_power(samples: Samples) -> float:
 def mix(speech: Samples, noise: Samples, ratio: float) -> Samples:
     """Mix noise into speech at a signal-to-noise ratio.
 
-    The ratio is that of the power of the speech over its active frames (`speech_power`) to the
-    power of the noise over its whole length.
+    The ratio is that of `speech_power` to the mean power of the noise.
 
     Args:
         speech: at least one sample.
@@ -78,7 +70,7 @@ def mix(speech: Samples, noise: Samples, ratio: float) -> Samples:
         ratio: how much louder the speech is, dB.
 
     Returns:
-        The sum; speech and noise are both turned down where they would overdrive 16 bits.
+        The sum, turned down where it would exceed 16 bits.
     """
     return _within_range(speech + _gain(speech, noise, ratio) * noise)
 
@@ -86,17 +78,10 @@ def mix(speech: Samples, noise: Samples, ratio: float) -> Samples:
 def embed_in_noise(
     noise: Samples, speech: Samples, ratio: float, rng: np.random.Generator
 ) -> Samples:
-    """Let something be said in noise that goes on before and after it.
+    """Mix speech into noise that goes on for `NOISE_BEFORE` and `NOISE_AFTER` around it.
 
-    Args:
-        noise: not all 0. The ratio is that to its mean: where it comes and goes, as talk does,
-            something may be said in a pause or against its loudest.
-        speech: at least one sample.
-        ratio: as for `mixed`, dB.
-        rng: chooses the stretch of the noise.
-
-    Returns:
-        The sum, with `NOISE_BEFORE` and `NOISE_AFTER` around the speech.
+    The stretch of the noise is random. The ratio, dB, is that to the mean power of all the noise:
+    where that comes and goes, as talk does, the speech may be in a pause or in its loudest part.
     """
     around = (round(NOISE_BEFORE * SAMPLE_RATE), round(NOISE_AFTER * SAMPLE_RATE))
     padded = np.pad(speech, around)
@@ -105,17 +90,16 @@ def embed_in_noise(
 
 
 def random_stretch(noise: Samples, length: int, rng: np.random.Generator) -> Samples:
-    """Cut a random stretch of so many samples out of noise, which is repeated if it is shorter."""
+    """Cut a random stretch of so many samples out of noise, repeated if it is shorter."""
     repeated = np.tile(noise, math.ceil(length / len(noise)))
     start = rng.integers(len(repeated) - length + 1)
     return repeated[start : start + length]
 
 
 def room_response(rng: np.random.Generator) -> Floats:
-    """Make the impulse response of a room: the direct path and exponentially decaying noise.
+    """Make the impulse response of a room, at 16 kHz.
 
-    Returns:
-        At 16 kHz: 1 for the direct path, then 0.4 s of echoes, which fall by 60 dB in that time.
+    That is 1 for the direct path, then 0.4 s of noise, which decays by 60 dB in that time.
     """
     length = int(REVERBERATION_TIME * SAMPLE_RATE)
     echoes = rng.standard_normal(length) * 10 ** (-3 * np.arange(length) / length)
@@ -124,29 +108,14 @@ def room_response(rng: np.random.Generator) -> Floats:
 
 
 def reverberate(samples: Samples, response: Floats) -> Samples:
-    """Play samples in a room.
-
-    Args:
-        samples: at least one.
-        response: the room's impulse response at 16 kHz.
-
-    Returns:
-        The convolution, longer by the response; turned down if it would overdrive 16 bits.
-    """
+    """Convolve samples with an impulse response; turned down where it would exceed 16 bits."""
     length = len(samples) + len(response) - 1
     spectrum = np.fft.rfft(samples.astype(np.float64), length) * np.fft.rfft(response, length)
     return _within_range(np.fft.irfft(spectrum, length))
 
 
 def noise_options(snr: str | None, path: Path | None) -> tuple[tuple[float, ...], list[Path]]:
-    """Read what noise is asked for.
-
-    Args:
-        snr: signal-to-noise ratios in dB, with commas between them; None for no noise.
-        path: a recording of noise, or a folder with recordings in it and below it.
-
-    Returns:
-        The ratios and the recordings; both empty for no noise.
+    """Read `--snr`, ratios in dB, and `--noise`, a recording or a folder; None for no noise.
 
     Raises:
         ConfigError: only one of them is given, or one cannot be used.
@@ -154,16 +123,12 @@ def noise_options(snr: str | None, path: Path | None) -> tuple[tuple[float, ...]
     if snr is None and path is None:
         return (), []
     if snr is None or path is None:
-        raise ConfigError("noise needs both, --snr for how loud and --noise for which; see --help")
+        raise ConfigError("--snr and --noise are needed together: how loud, and which noise")
     return parse_ratios(snr), noise_files(path)
 
 
 def noise_files(path: Path) -> list[Path]:
-    """Find the recordings of noise: the file itself, or all in a folder and those below it.
-
-    Raises:
-        ConfigError: there is none.
-    """
+    """Return the file itself, or all recordings below a folder; raises ConfigError without any."""
     inside = sorted(path.rglob("*")) if path.is_dir() else []
     files = [path] if path.is_file() else [f for f in inside if f.suffix.lower() in NOISE_ENDINGS]
     if not files:
@@ -172,18 +137,14 @@ def noise_files(path: Path) -> list[Path]:
 
 
 def parse_ratios(text: str) -> tuple[float, ...]:
-    """Read signal-to-noise ratios in dB as they are typed: `20,10,5`.
-
-    Raises:
-        ConfigError: it is no list of numbers, or one is out of all sense.
-    """
+    """Read signal-to-noise ratios in dB, as `20,10,5`; raises ConfigError for anything else."""
     try:
         ratios = tuple(float(number) for number in text.split(","))
     except ValueError:
         ratios = (math.nan,)
     if not all(LOWEST_RATIO <= ratio <= HIGHEST_RATIO for ratio in ratios):
         raise ConfigError(
-            f'--snr "{text}" is no list of ratios from {LOWEST_RATIO:g} to {HIGHEST_RATIO:g} dB; '
+            f'invalid --snr "{text}": ratios are from {LOWEST_RATIO:g} to {HIGHEST_RATIO:g} dB; '
             "write for instance 20,10,5"
         )
     return ratios
@@ -196,7 +157,7 @@ def check_not_silent(noise: Samples, path: Path) -> None:
 
 
 def _gain(speech: Samples, noise: Samples, ratio: float) -> float:
-    """What noise is multiplied by to be that much below speech, dB."""
+    """The factor that makes noise so much quieter than speech, dB."""
     noise_power = float(np.mean(noise.astype(np.float64) ** 2))
     return math.sqrt(speech_power(speech) / noise_power / 10 ** (ratio / 10))
 

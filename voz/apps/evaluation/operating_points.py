@@ -1,4 +1,4 @@
-"""What `false_alarms_per_hour` costs: the commands missed at other settings of it. Pure."""
+"""The commands missed at other settings of `false_alarms_per_hour`. Pure."""
 
 from __future__ import annotations
 
@@ -17,31 +17,23 @@ from voz.settings import Recognition
 
 
 class OperatingPoint(msgspec.Struct, frozen=True):
-    """One rate of false alarms that may be asked for, and what it costs.
+    """One rate of false alarms that may be asked for, and what it costs."""
 
-    Attributes:
-        false_alarms_per_hour: what is asked for.
-        threshold: the confidence that most commands then need.
-        missed: share of the commands that are not right and accepted; None without commands.
-        let_through: share of the near-misses that would be obeyed; None without any.
-        talk: what is obeyed in the talk that was heard; None without any.
-    """
-
-    false_alarms_per_hour: float
-    threshold: float
-    missed: float | None
-    let_through: float | None
-    talk: AlarmRate | None
+    false_alarms_per_hour: float  # the setting
+    threshold: float  # that most commands need
+    missed: float | None  # share of the commands not right and accepted; None without any
+    let_through: float | None  # share of the near-misses obeyed; None without any
+    talk: AlarmRate | None  # false alarms in talk; None without any
 
 
 def operating_points(
     results: Iterable[Result], model: Model, settings: Recognition, commands: Iterable[str]
 ) -> list[OperatingPoint]:
-    """Tell what would be obeyed at several rates of false alarms.
+    """Compute what would be obeyed at several rates of false alarms.
 
     Args:
-        results: what voz itself made of clips; those in added noise do not count.
-        model: knows the threshold for each setting.
+        results: what voz itself made of clips; those in added noise are left out.
+        model: has the threshold for each setting.
         settings: which commands must not be missed.
         commands: all sentences.
     """

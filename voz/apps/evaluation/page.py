@@ -1,4 +1,4 @@
-"""An evaluation as a page of its own. Pure."""
+"""An evaluation as an HTML page. Pure."""
 
 from __future__ import annotations
 
@@ -35,22 +35,15 @@ what was obeyed before, between and after what was said in a stream or in noise.
 matrix are of all sets together, without the clips in noise."""
 
 MOST_LISTED_FAILURES = 1000
-"""Failures that a page lists; `--json` has all."""
+"""Failures on a page; `--json` has all."""
 
 FAILURE_COLUMNS = ("", "what went wrong", "said", "heard (confidence)", "speaker", "where", "clip")
-"""Of the list of failures."""
 
 
 def to_html(
     evaluation: Evaluation, pictures: Mapping[str, str], sounds: Mapping[Failure, bytes]
 ) -> str:
-    """Write a page that needs nothing else: no other file, no network, no script.
-
-    Args:
-        evaluation: what it shows.
-        pictures: SVG elements by their titles.
-        sounds: of failures, as FLAC.
-    """
+    """Write a page that needs no other file, network or script: SVG by title, FLAC by failure."""
     made = [("voz", evaluation.voz), ("date", evaluation.date), ("machine", evaluation.machine)]
     parts = [
         "<h1>voz eval</h1>",
@@ -71,7 +64,6 @@ def to_html(
 
 
 def _failed(results: list[Result], sounds: Mapping[Failure, bytes]) -> str:
-    """List what went wrong, with its sound."""
     failed = failures(results)
     if not failed:
         return "<h2>What went wrong: nothing</h2>"
@@ -93,7 +85,7 @@ def _failed(results: list[Result], sounds: Mapping[Failure, bytes]) -> str:
 
 
 def _described(failure: Failure, result: Result) -> tuple[str, ...]:
-    """What a row says: see `FAILURE_COLUMNS`; the sound is not in it."""
+    """The texts of a row, in the order of `FAILURE_COLUMNS` after the sound."""
     heard = ", ".join(f"{one.text or '?'} ({one.confidence:.2f})" for one in failure.heard)
     noise = "" if result.snr is None else f"{result.noise}, {result.snr:g} dB"
     at = "" if failure.stretch is None else f"{failure.stretch[0]:.1f} s"

@@ -1,12 +1,13 @@
-"""The curves as pictures: SVG to put into a page, and PNG. Needs matplotlib."""
+"""The curves as pictures, SVG and PNG. Needs matplotlib."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from io import BytesIO, StringIO
 from statistics import NormalDist
-from typing import Any, NamedTuple
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -24,19 +25,18 @@ PLOT_STYLE: Any = {  # its type would be a literal of all names that matplotlib 
 }
 
 DET_TICKS = (0.001, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)
-"""Where the axes of the DET curve are labeled."""
+"""Rates at the ticks of both axes."""
 
 NO_NOISE_LABEL = "quiet"
-"""Where no noise was added."""
 
 PNG_DOTS_PER_INCH = 200
-"""Of a PNG, in an inch."""
 
 CELL_INCHES = 0.42
-"""Width and height of a cell of the confusion matrix, inches."""
+"""Width and height of a cell of the confusion matrix."""
 
 
-class Plot(NamedTuple):
+@dataclass(frozen=True)
+class Plot:
     """A picture: as an SVG element, and as PNG."""
 
     svg: str
@@ -44,15 +44,7 @@ class Plot(NamedTuple):
 
 
 def pictures(curves: Curves, commands: Sequence[CommandScores]) -> dict[str, Plot]:
-    """Draw what there is to draw.
-
-    Args:
-        curves: of all sets together.
-        commands: of which those at a signal-to-noise ratio are shown.
-
-    Returns:
-        Pictures by their titles.
-    """
+    """Draw what there is to draw; returns pictures by their titles."""
     drawn = {}
     if curves.operating:
         drawn["Commands and near-misses (ROC)"] = roc(curves.operating)
@@ -88,9 +80,9 @@ def roc(curve: OperatingCurve) -> Plot:
 
 
 def det(curve: OperatingCurve) -> Plot:
-    """Draw the same on axes where normally distributed confidences give a straight line.
+    """Draw missed against let through, on axes where normal distributions give a straight line.
 
-    What is beyond the axes, a rate of 0 too, is drawn at their ends.
+    Rates beyond the axes, as 0, are drawn at their ends.
     """
     scale = NormalDist().inv_cdf
     lowest, highest = DET_TICKS[0], DET_TICKS[-1]
@@ -146,7 +138,7 @@ def reliability(curve: Reliability) -> Plot:
 
 
 def accuracy_against_noise(commands: Sequence[CommandScores]) -> Plot:
-    """Draw the share of commands right and accepted in each noise over its ratio, and in quiet."""
+    """Draw the share of commands right and accepted over the ratio, a line for each noise."""
     lines = noise_lines(commands)
     found = {score.group.snr for scores in lines.values() for score in scores}
     places = sorted(found - {None}, key=lambda snr: -(snr or 0))
@@ -173,12 +165,7 @@ def accuracy_against_noise(commands: Sequence[CommandScores]) -> Plot:
 
 
 def noise_lines(commands: Sequence[CommandScores]) -> dict[str, list[CommandScores]]:
-    """Put together what a line of that picture shows, by the name of the line.
-
-    Returns:
-        Of each noise the scores at its ratios, and of what has no noise one; sets are named where
-        there are several.
-    """
+    """Return the scores on each line of that picture; several sets are named in its label."""
     chosen = [
         score.group
         for score in commands
@@ -215,7 +202,7 @@ def confusion(matrix: ConfusionMatrix) -> Plot:
 
 
 def _picture(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4.0) -> Plot:
-    """Let a function draw on a figure of so many inches."""
+    """Draw on a figure of so many inches."""
     with rc_context(PLOT_STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         draw(figure.subplots())

@@ -1,4 +1,4 @@
-"""Many clips through an engine, in many processes. An edge: it reads recordings and takes time."""
+"""Recognizes many clips with an engine, in many processes. An edge: it reads recordings."""
 
 from __future__ import annotations
 
@@ -31,30 +31,23 @@ Output = TypeVar("Output")
 
 @dataclass(frozen=True)
 class Task:
-    """A recording, and what is done to it before it is heard.
+    """A recording, and what is done to it before it is heard."""
 
-    Attributes:
-        clips: what is in it: one clip that is all of it, or the stretches of a stream.
-        room: whether it is played in a room.
-        noise: recordings of which one is mixed in; empty for none.
-        snr: how much louder the speech is than the noise, dB; None for no noise.
-    """
-
-    clips: tuple[Clip, ...]
-    room: bool = False
-    noise: tuple[Path, ...] = ()
-    snr: float | None = None
+    clips: tuple[Clip, ...]  # one that is all of the recording, or the stretches of a stream
+    room: bool = False  # whether it is played in a room
+    noise: tuple[Path, ...] = ()  # recordings of which one is mixed in
+    snr: float | None = None  # speech to noise, dB; None for no noise
 
 
 def tasks_for(
     clips: Iterable[Clip], noise_paths: Iterable[Path], ratios: Iterable[float], room: bool
 ) -> list[Task]:
-    """List what is to be heard: each recording as it is, and what is said alone in noise too.
+    """List what is to be heard: each recording as it is, and commands and near-misses in noise too.
 
     Args:
         clips: the recordings; stretches of the same one are a stream, which is heard once.
-        noise_paths: recordings of noise, of which each command and each near-miss gets one.
-        ratios: the signal-to-noise ratios that they are heard at, dB.
+        noise_paths: recordings of noise, of which each clip gets one.
+        ratios: the signal-to-noise ratios, dB.
         room: whether all is played in a room.
     """
     paths, ratios = tuple(noise_paths), tuple(ratios)
@@ -74,20 +67,12 @@ def tasks_for(
 def recognize_all(
     tasks: Iterable[Task], choice: EngineChoice, processes: int | None
 ) -> Iterator[list[Result]]:
-    """Recognize recordings, each as if it were alone.
-
-    Args:
-        tasks: the recordings.
-        choice: the engine.
-        processes: how many work at the same time; None for one on each core.
-
-    Returns:
-        The results of each task, in their order; of one that its worker dies of, errors.
+    """Recognize recordings, each as if it were alone; yields the results of each task, in order.
 
     Raises:
         VozError: the engine cannot be loaded.
     """
-    return in_processes(partial(recognize, choice=choice), tasks, processes, _lost)
+    return in_processes(partial(recognize, choice=choice), tasks, processes, _results_of_lost)
 
 
 def in_processes(
@@ -96,17 +81,14 @@ def in_processes(
     processes: int | None,
     lost: Callable[[Item, str], Output] | None = None,
 ) -> Iterator[Output]:
-    """Do the same work on many items, in many processes.
+    """Do the same work on many items in many processes; yields the outcomes in order.
 
     Args:
-        work: a function of a module, or a partial of one.
+        work: a function of a module, or a partial of one: it is pickled.
         items: what it is done on.
         processes: how many work at the same time; None for one on each core.
-        lost: gives the outcome for an item that two workers died of, and is told why; None if all
-            ends with it.
-
-    Yields:
-        The outcomes, in the order of the items.
+        lost: makes the outcome of an item that two workers died of, of it and the reason; None
+            raises ConfigError.
 
     Raises:
         VozError: the work raised it, or its workers died.
@@ -116,19 +98,21 @@ def in_processes(
         while begun:
             item, future = begun.popleft()
             try:
-                outcome = _at_last(pool, work, item, future)
+                outcome = _result_or_retry(pool, work, item, future)
             except WorkerDied as death:
                 if lost is None:
                     raise ConfigError(
-                        f"a process that recognizes ended twice on the same recording ({death}), "
-                        "perhaps for want of memory; use fewer by --jobs"
+                        f"a worker ended twice on the same recording ({death}), "
+                        "perhaps out of memory; use fewer with --jobs"
                     ) from death
                 outcome = lost(item, str(death))
             yield outcome
 
 
-def _at_last(pool: WorkerPool, work: Callable[[Item], Output], item: Item, future: Any) -> Output:
-    """The outcome for an item; if its worker died, another one tries: it may have been innocent."""
+def _result_or_retry(
+    pool: WorkerPool, work: Callable[[Item], Output], item: Item, future: Any
+) -> Output:
+    """Return the outcome of an item; another worker tries if its worker died."""
     try:
         outcome: Output = future.result()
     except WorkerDied:
@@ -136,18 +120,17 @@ def _at_last(pool: WorkerPool, work: Callable[[Item], Output], item: Item, futur
     return outcome
 
 
-def _lost(task: Task, how: str) -> list[Result]:
-    """What is known of a recording that two workers died of."""
+def _results_of_lost(task: Task, how: str) -> list[Result]:
     error = f"{shown_path(task.clips[0].path)}: made its worker end twice ({how}); use --jobs 1"
     return [replace(empty_result(clip), snr=task.snr, error=error) for clip in task.clips]
 
 
 def recognize(task: Task, choice: EngineChoice) -> list[Result]:
-    """Recognize one recording; the engine is loaded once in each process.
+    """Recognize one recording; each process loads the engine once.
 
     Returns:
-        A result for each clip in it, and where something goes on around them one more, for what
-        was heard there. If it cannot be read each has the error.
+        A result for each clip in it, and one for what was heard around them, if there is anything
+        around. If it cannot be read, each has the error.
     """
     engine = _loaded(choice)
     results = [replace(empty_result(clip), snr=task.snr) for clip in task.clips]
@@ -170,13 +153,12 @@ def recognize(task: Task, choice: EngineChoice) -> list[Result]:
 
 
 def prepared(task: Task) -> tuple[Samples, str]:
-    """Read a recording and do to it what the task says.
+    """Read a recording, with the room and the noise that the task asks for.
 
-    The room, the recording of noise and the stretch of it are random, but the same each time for
-    the same clip, and the same for all signal-to-noise ratios.
+    They are random, but the same each time for the same clip and for all signal-to-noise ratios.
 
     Returns:
-        The samples, and the name of the noise; without noise it is empty.
+        The samples, and the name of the noise, empty without noise.
 
     Raises:
         AudioError: the recording or the noise cannot be read, or the noise is silent.
@@ -195,11 +177,7 @@ def prepared(task: Task) -> tuple[Samples, str]:
 
 
 def _stretches(task: Task, seconds: float) -> list[Stretch]:
-    """Where each clip is in what was prepared, s.
-
-    Raises:
-        AudioError: the recording is over before one of them begins.
-    """
+    """Where each clip is, s; raises AudioError if the recording is over before it."""
     if task.snr is not None:
         return [(noise.NOISE_BEFORE, seconds - noise.NOISE_AFTER)]
     stretches = []
@@ -215,7 +193,7 @@ def _stretches(task: Task, seconds: float) -> list[Stretch]:
 
 
 def _rest(result: Result, heard: list[Understood], seconds: float) -> Result:
-    """What was heard around the clips of a recording, of which one result is known."""
+    """The result for what was heard around the clips; one of their results is given."""
     return replace(
         result,
         text="",
@@ -240,6 +218,6 @@ def _read(path: Path) -> Samples:
 
 
 def _cpu_seconds() -> float:
-    """Processor time of this process and of the programs that it ran to their end."""
+    """Processor time of this process and of the programs that it has waited for, s."""
     programs = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + programs.ru_utime + programs.ru_stime

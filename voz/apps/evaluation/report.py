@@ -1,4 +1,4 @@
-"""An evaluation as JSON and as text. Writes and reads no file but to compare with."""
+"""An evaluation as JSON and as text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from voz import __version__, events
+from voz import __version__
 from voz.apps.evaluation.comparison import AlarmDifference, Difference, compare, compare_alarms
 from voz.apps.evaluation.curves import Curves, curves
 from voz.apps.evaluation.operating_points import OperatingPoint
@@ -21,30 +21,17 @@ from voz.files import read_json
 
 
 class Evaluation(msgspec.Struct, frozen=True):
-    """All that was found out, as `--json` writes it.
+    """All that was found out, as `--json` writes it."""
 
-    Attributes:
-        voz: the version.
-        settings: what was asked for, by the names of the options.
-        scores: figures of groups of clips.
-        curves: of all sets together.
-        comparison: with another evaluation; empty if there is none.
-        alarm_comparison: the same of false alarms.
-        operating_points: what other false alarm rates would cost; empty for other engines.
-        results: of each clip.
-        date: when it was made, as ISO 8601 has it.
-        machine: what it was made on.
-    """
-
-    voz: str
-    settings: dict[str, str]
+    voz: str  # version
+    settings: dict[str, str]  # by the names of the options
     scores: Scores
-    curves: Curves
-    comparison: list[Difference]
+    curves: Curves  # of all sets together
+    comparison: list[Difference]  # with another evaluation
     alarm_comparison: list[AlarmDifference]
-    operating_points: list[OperatingPoint]
+    operating_points: list[OperatingPoint]  # empty for other engines
     results: list[Result]
-    date: str = ""
+    date: str = ""  # ISO 8601
     machine: str = ""
 
 
@@ -55,28 +42,18 @@ class _Saved(msgspec.Struct):
 
 
 def require_libraries(pictures: bool) -> None:
-    """Check that what counts and draws is installed, before the work and not after it.
-
-    Args:
-        pictures: whether there will be any.
-
-    Raises:
-        ConfigError: a library is missing; the message has the line that installs it.
-    """
+    """Raise ConfigError, before the work, if what counts or draws is not installed."""
     for library in ["jiwer", *(["matplotlib"] if pictures else [])]:
         if find_spec(library) is None:
             raise ConfigError(f"{library} is not installed; {how_to_install('report')}")
 
 
 def read_results(path: Path, in_noise: bool) -> list[Result]:
-    """Read the results of an earlier evaluation.
-
-    Args:
-        path: what `--json` has written.
-        in_noise: whether what is said in noise is to be compared, too.
+    """Read the results that an earlier evaluation wrote by `--json`.
 
     Raises:
-        ConfigError: it cannot be read or is something else, or its noise is another.
+        ConfigError: it cannot be read or is something else; or `in_noise`, and its noise is
+            that of an older voz.
     """
     results = read_json(path, _Saved, ConfigError, "name what `voz eval --json` wrote").results
     if in_noise and any(result.snr is not None and not result.noise for result in results):
@@ -104,13 +81,13 @@ def evaluate(
         made: when, and on which machine.
 
     Raises:
-        ConfigError: the two have nothing in common that is compared.
+        ConfigError: the two have no clip in common that is compared.
     """
     differences = compare(results, others or [])
     alarms = compare_alarms(results, others or [])
     if others is not None and not (differences or alarms):
         raise ConfigError(
-            "the evaluation to compare with has none of these commands; "
+            "--compare: the other evaluation has none of these commands; "
             "make it from the same manifests"
         )
     return Evaluation(
@@ -127,13 +104,8 @@ def evaluate(
     )
 
 
-def to_json(evaluation: Evaluation) -> str:
-    """Write an evaluation as one line of JSON."""
-    return events.to_json(evaluation)
-
-
 def to_text(evaluation: Evaluation) -> str:
-    """Write the most important figures for the terminal."""
+    """Write the main figures for the terminal."""
     tables = [table_text(table) for table in all_tables(evaluation)]
     lines = []
     if operating := evaluation.curves.operating:
@@ -144,7 +116,7 @@ def to_text(evaluation: Evaluation) -> str:
 
 
 def all_tables(evaluation: Evaluation) -> list[Table]:
-    """The tables that the terminal and the page show."""
+    """Return the tables that the terminal and the page show."""
     found = evaluation
     return main_tables(
         found.scores, found.comparison, found.operating_points, found.alarm_comparison

@@ -1,4 +1,4 @@
-"""What passes between the parts of an evaluation: a clip, and what an engine made of it."""
+"""What passes between the parts of an evaluation."""
 
 from __future__ import annotations
 
@@ -9,56 +9,36 @@ import msgspec
 from voz.apps.recordings.clips import BETWEEN_COMMANDS, Clip, Kind
 
 OUT_OF_NOTHING = "out-of-nothing"
-"""What is left of a stream: where nobody said anything."""
+"""The kind of the parts of a stream where nobody said anything."""
 
 ScoredKind = Literal[Kind, "out-of-nothing"]
-"""What is scored: what a manifest lists, and what is left."""
 
 
 class Understood(msgspec.Struct, frozen=True):
-    """What an engine heard in a stretch of speech.
+    """What an engine heard in a stretch of speech."""
 
-    Attributes:
-        text: the words, lower case; empty if it fits no command.
-        confidence: how sure it is, 0 to 1.
-        accepted: whether it would be obeyed.
-        start: where it begins in what was heard, s; 0 in results that an older voz kept.
-        end: where it ends there, s.
-    """
-
-    text: str
-    confidence: float
+    text: str  # lower case; empty if it fits no command
+    confidence: float  # 0 to 1
     accepted: bool
-    start: float = 0.0
-    end: float = 0.0
+    start: float = 0.0  # s; 0 in results of an older voz
+    end: float = 0.0  # s
 
 
 class Result(msgspec.Struct, frozen=True):
-    """What an engine made of a clip.
+    """What an engine made of a clip."""
 
-    Attributes:
-        set: as in `Clip`, like the next five, and `start` and `end`.
-        snr: how much louder the speech is than the noise mixed into it, dB; None without noise.
-        heard: the utterances in their order.
-        seconds: how long the clip is, s.
-        cpu: processor time that recognizing took, without loading the engine, s; of a stream, a
-            clip's part of it.
-        error: why the clip could not be read or recognized; None if it was.
-        noise: the recording of noise that was mixed in; empty without noise.
-    """
-
-    set: str
+    set: str  # as in `Clip`, like the next five, `start` and `end`
     file: str
     text: str
     speaker: str
     kind: ScoredKind
     condition: str
-    snr: float | None = None
-    heard: tuple[Understood, ...] = ()
-    seconds: float = 0.0
-    cpu: float = 0.0
-    error: str | None = None
-    noise: str = ""
+    snr: float | None = None  # speech to noise, dB; None without noise
+    heard: tuple[Understood, ...] = ()  # in their order
+    seconds: float = 0.0  # length of the clip
+    cpu: float = 0.0  # processor time, s, without loading the engine; of a stream, the clip's part
+    error: str | None = None  # why it could not be read or recognized
+    noise: str = ""  # name of the noise; empty without
     start: float | None = None
     end: float | None = None
 
@@ -69,7 +49,7 @@ class Result(msgspec.Struct, frozen=True):
 
     @property
     def texts(self) -> list[str]:
-        """What was heard; utterances that fit no command move nothing and do not count."""
+        """What was heard, without utterances that fit no command."""
         return [utterance.text for utterance in self.heard if utterance.text]
 
     @property
@@ -81,7 +61,7 @@ class Result(msgspec.Struct, frozen=True):
     def is_right(self) -> bool:
         """Whether exactly what was said was heard: one utterance for each command.
 
-        What is refused beside what would be obeyed moves nothing, and does not count.
+        Refused utterances beside accepted ones do not count.
         """
         return self.said in (self.texts, self.obeyed)
 
@@ -103,6 +83,6 @@ class Result(msgspec.Struct, frozen=True):
 
 
 def empty_result(clip: Clip) -> Result:
-    """Begin the result of a clip, before it is heard."""
+    """The result of a clip before it is heard."""
     said = (clip.set, clip.file, clip.text, clip.speaker, clip.kind, clip.condition)
     return Result(*said, start=clip.start, end=clip.end)

@@ -1,4 +1,4 @@
-"""How many are right, refused, let through: figures for groups of clips. Pure."""
+"""Figures for groups of clips. Pure."""
 
 from __future__ import annotations
 
@@ -16,75 +16,41 @@ GroupedBy = Literal["all", "condition", "snr", "noise", "speaker"]
 
 
 class Group(msgspec.Struct, frozen=True):
-    """Clips that are scored together.
-
-    Attributes:
-        set: the manifest they come from.
-        kind: what they are.
-        by: what else they have in common; `all` is the whole set.
-        name: the condition, the ratio, both noise and ratio, or the speaker; empty for the whole
-            set.
-        snr: at which signal-to-noise ratio they were heard, dB; None is without added noise.
-        noise: which noise that was; empty for all of them, and without added noise.
-    """
+    """Clips that are scored together."""
 
     set: str
     kind: ScoredKind
-    by: GroupedBy
-    name: str
-    snr: float | None = None
-    noise: str = ""
+    by: GroupedBy  # what else they have in common; `all` is the whole set
+    name: str  # of the condition, noise or speaker; empty for the whole set
+    snr: float | None = None  # dB; None without added noise
+    noise: str = ""  # empty for all of them, and without added noise
 
 
 class CommandScores(msgspec.Struct, frozen=True):
-    """Scores of recordings of commands, one or several in each.
-
-    Attributes:
-        group: which.
-        clips: how many.
-        speakers: how many people or voices.
-        right: share of clips in which exactly what was said was heard.
-        right_and_accepted: share of clips that also would be obeyed.
-        word_error_rate: wrong, missing and extra words for each word said.
-        refused: share of clips in which something was heard and all of it refused.
-        wrongly_obeyed: share of clips after which the robot would do something else.
-        cpu_ms: mean processor time for each clip, ms.
-    """
+    """Scores of recordings of commands, one or several in each."""
 
     group: Group
     clips: int
     speakers: int
-    right: Estimate
-    right_and_accepted: Estimate
-    word_error_rate: Estimate
-    refused: Estimate
-    wrongly_obeyed: Estimate
-    cpu_ms: float
+    right: Estimate  # share of clips in which exactly what was said was heard
+    right_and_accepted: Estimate  # share of clips
+    word_error_rate: Estimate  # wrong, missing and extra words for each word said
+    refused: Estimate  # share of clips in which all that was heard was refused
+    wrongly_obeyed: Estimate  # share of clips
+    cpu_ms: float  # mean processor time for each clip, ms
 
 
 class NearMissScores(msgspec.Struct, frozen=True):
-    """Scores of speech that is no command, a phrase in each clip.
-
-    Attributes:
-        group: which.
-        clips: how many.
-        speakers: how many people or voices.
-        let_through: share of clips with an utterance that would be obeyed.
-    """
+    """Scores of speech that is no command, a phrase in each clip."""
 
     group: Group
     clips: int
     speakers: int
-    let_through: Estimate
+    let_through: Estimate  # share of clips
 
 
 class AlarmScores(msgspec.Struct, frozen=True):
-    """Scores of sound that goes on: running speech, noise, or what is between commands.
-
-    Attributes:
-        group: which.
-        rate: utterances that would be obeyed.
-    """
+    """Scores of sound that goes on: running speech, noise, or what is between commands."""
 
     group: Group
     rate: AlarmRate
@@ -99,11 +65,7 @@ class Scores(msgspec.Struct, frozen=True):
 
 
 def score(results: Iterable[Result]) -> Scores:
-    """Count, for each set, condition, speaker, noise and signal-to-noise ratio.
-
-    Args:
-        results: clips with an error are left out.
-    """
+    """Score each set, condition, speaker, noise and ratio; clips with an error are left out."""
     groups = grouped([result for result in results if result.error is None])
     scores = Scores([], [], [])
     for group, members in groups.items():
@@ -117,11 +79,10 @@ def score(results: Iterable[Result]) -> Scores:
 
 
 def grouped(results: Sequence[Result]) -> dict[Group, list[Result]]:
-    """Put results together by set and kind, and within them by condition, noise and speaker.
+    """Group results by set and kind, and within them by condition, noise and speaker.
 
-    Returns:
-        The groups as a table shows them: each set as a whole, then its parts. A condition or
-        speaker that would be all of its set is left out, and so are those of clips in noise.
+    They are in the order of a table: each set as a whole, then its parts. A condition or a speaker
+    that would be all of its set is left out, and so are those of clips in noise.
     """
     groups: dict[Group, list[Result]] = {}
     for result in results:
@@ -164,12 +125,12 @@ def score_near_misses(group: Group, results: Sequence[Result]) -> NearMissScores
 
 
 def score_alarms(group: Group, results: Sequence[Result]) -> AlarmScores:
-    """Score what should move nothing for as long as it goes on; there is at least one clip."""
+    """Score sound that should move nothing; there is at least one clip."""
     return AlarmScores(group, alarms_in(results))
 
 
 def alarms_in(results: Iterable[Result]) -> AlarmRate:
-    """Count what would be obeyed of sound that should move nothing; it has some length."""
+    """Count what would be obeyed in sound that should move nothing; it is longer than 0 s."""
     counted = [(len(result.obeyed), result.seconds) for result in results]
     return alarm_rate(
         sum(alarms for alarms, _ in counted), sum(seconds for _, seconds in counted) / 3600

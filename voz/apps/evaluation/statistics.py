@@ -1,4 +1,4 @@
-"""How far a figure can be trusted, and whether two figures differ. Pure."""
+"""Confidence intervals, and whether two figures differ. Pure."""
 
 from __future__ import annotations
 
@@ -9,22 +9,16 @@ import msgspec
 import numpy as np
 
 BOOTSTRAP_SAMPLES = 1000
-"""Enough that the ends of the interval move by no more than a few thousandths."""
+"""With so many the ends of the interval are right to a few thousandths."""
 
 BOOTSTRAP_SEED = 1
 
 INTERVAL_TAIL = 0.025
-"""Beyond each end of a 95 % confidence interval."""
+"""Probability beyond each end of a 95 % interval."""
 
 
 class Estimate(msgspec.Struct, frozen=True):
-    """A figure with its 95 % confidence interval.
-
-    Attributes:
-        value: the figure.
-        low: the lower end of the interval.
-        high: the upper end of the interval.
-    """
+    """A figure with its 95 % confidence interval."""
 
     value: float
     low: float
@@ -32,13 +26,7 @@ class Estimate(msgspec.Struct, frozen=True):
 
 
 class AlarmRate(msgspec.Struct, frozen=True):
-    """How often something was obeyed that nobody said.
-
-    Attributes:
-        alarms: how many times.
-        hours: in how long.
-        per_hour: the same for each hour.
-    """
+    """How often something was obeyed that nobody said."""
 
     alarms: int
     hours: float
@@ -46,19 +34,15 @@ class AlarmRate(msgspec.Struct, frozen=True):
 
 
 def estimate(counts: Sequence[float], of: Sequence[float], speakers: Sequence[str]) -> Estimate:
-    """Give a share or a rate, and how much it might differ with other speakers.
+    """Return a share or a rate with its interval: the percentile bootstrap over the speakers.
 
-    The interval is the percentile bootstrap over speakers: whoever misses one command of a
-    speaker will miss more of the same. Where there is only one speaker, it is over the clips, and
-    says nothing about other speakers. Where all clips agree it has no width; that is no proof.
+    Where there is one speaker it is over the clips, and says nothing about other speakers. Where
+    all clips agree it has no width; that is no proof.
 
     Args:
         counts: for each clip, what is counted: 1 if it is right, its word errors, ...
         of: for each clip, what it is counted of: 1, its words, its hours, ...; the sum is not 0.
         speakers: for each clip, who speaks.
-
-    Returns:
-        The sum of the counts divided by the sum of what they are counted of.
     """
     numbers = {speaker: number for number, speaker in enumerate(dict.fromkeys(speakers))}
     if len(numbers) > 1:
@@ -75,15 +59,9 @@ def estimate(counts: Sequence[float], of: Sequence[float], speakers: Sequence[st
 
 
 def alarm_rate(alarms: int, hours: float) -> AlarmRate:
-    """Give a rate, and how much it might be by chance, also where there was no alarm at all.
+    """Return the rate of alarms in so many hours, above 0, with its exact Poisson interval.
 
-    The interval is exact if alarms come one by one and at random, as Poisson has it (Garwood 1936,
-    Biometrika 28, doi:10.1093/biomet/28.3-4.437): at its upper end so few alarms, and at its lower
-    end so many, would come in 1 of 40 times.
-
-    Args:
-        alarms: how many there were.
-        hours: in how long, above 0.
+    Garwood 1936, Biometrika 28, doi:10.1093/biomet/28.3-4.437.
     """
     low = _mean_for(alarms - 1, 1 - INTERVAL_TAIL) if alarms else 0.0
     ends = (alarms / hours, low / hours, _mean_for(alarms, INTERVAL_TAIL) / hours)
@@ -91,14 +69,11 @@ def alarm_rate(alarms: int, hours: float) -> AlarmRate:
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
-    """Test whether two ways of recognizing the same clips differ: McNemar's exact test.
+    """Return the two-sided p-value of McNemar's exact test.
 
     Args:
-        only_first: clips that only the first gets right.
+        only_first: clips that only the first of two engines gets right.
         only_second: clips that only the second gets right.
-
-    Returns:
-        The two-sided p-value: how likely a difference at least as large is if neither is better.
     """
     discordant = only_first + only_second
     ways = tail = 1  # math.comb(discordant, wins), which takes seconds for thousands of wins
@@ -109,7 +84,7 @@ def mcnemar(only_first: int, only_second: int) -> float:
 
 
 def _mean_for(most: int, probability: float) -> float:
-    """Find the mean with which a Poisson count is at most so many with this probability."""
+    """Find the mean of a Poisson count that is at most so many with this probability."""
     counts = np.arange(most + 1)
     log_factorials = np.cumsum(np.log(np.maximum(counts, 1)))
     low, high = 0.0, most + 10 * math.sqrt(most + 1) + 10

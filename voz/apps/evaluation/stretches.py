@@ -1,4 +1,4 @@
-"""Which of what was heard in a stream belongs to which of what was said in it. Pure."""
+"""Which utterances belong to which stretch of a stream. Pure."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
 Stretch = tuple[float, float]
-"""Where something begins and ends in a stream, s."""
+"""Start and end in a stream, s."""
 
 
 class HasTimes(Protocol):
-    """What begins and ends, s."""
+    """Something with a start and an end, s."""
 
     @property
     def start(self) -> float:
@@ -27,15 +27,9 @@ Heard = TypeVar("Heard", bound=HasTimes)
 def assign_to_stretches(
     heard: Sequence[Heard], stretches: Sequence[Stretch]
 ) -> tuple[list[list[Heard]], list[Heard]]:
-    """Give each stretch of a stream what was heard in it.
+    """Return the utterances in each stretch, and those outside of all.
 
-    Args:
-        heard: the utterances.
-        stretches: where something was said. What overlaps with two belongs to the earlier one,
-            wherever that stands in the list.
-
-    Returns:
-        What was heard in each stretch, and what was heard where nobody said anything.
+    What overlaps with two stretches belongs to the earlier one, wherever that stands in the list.
     """
     parts: list[list[Heard]] = [[] for _ in stretches]
     rest: list[Heard] = []
@@ -48,7 +42,7 @@ def assign_to_stretches(
 
 
 def seconds_outside(stretches: Sequence[Stretch], seconds: float) -> float:
-    """Tell for how long of a stream of so many seconds nobody says anything, s."""
+    """How much of a stream of so many seconds is in no stretch, s."""
     said = covered = 0.0
     for start, end in sorted(stretches):
         said += max(0.0, min(end, seconds) - max(start, covered))

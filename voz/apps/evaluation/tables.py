@@ -1,4 +1,4 @@
-"""The figures as tables, for the terminal and for the page. Pure."""
+"""The figures as tables of texts. Pure."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from voz.apps.evaluation.scores import AlarmScores, CommandScores, Group, NearMi
 from voz.apps.evaluation.statistics import AlarmRate, Estimate
 
 TABLE_INDENT = "  "
-"""Before the name of a group that is part of the one above it."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts.
-
-    Attributes:
-        header: the names of the columns.
-        rows: a text for each column; the first names the row.
-    """
+    """A table of texts."""
 
     header: tuple[str, ...]
-    rows: Sequence[tuple[str, ...]]
+    rows: Sequence[tuple[str, ...]]  # a text for each column; the first names the row
 
 
 def main_tables(
@@ -33,7 +27,7 @@ def main_tables(
     operating_points: Sequence[OperatingPoint] = (),
     alarms: Sequence[AlarmDifference] = (),
 ) -> list[Table]:
-    """Make the tables of what matters most: each set, its conditions, noise, rates of alarms."""
+    """Make the tables of sets, conditions, noise, alarms, operating points and comparisons."""
     noises = {score.group.noise for score in scores.commands if score.group.noise}
     by = ("all", "condition", "snr", *(["noise"] if len(noises) > 1 else []))
     tables = [
@@ -172,7 +166,7 @@ def table_text(table: Table) -> str:
 
 
 def estimate_text(figure: Estimate, digits: int = 3) -> str:
-    """Write a figure with its interval, which needs a digit less: `0.943 (0.92-0.96)`."""
+    """Write a figure with its interval, which has a digit less: `0.943 (0.92-0.96)`."""
     low, high = (f"{end:.{digits - 1}f}" for end in (figure.low, figure.high))
     return f"{figure.value:.{digits}f} ({low}-{high})"
 
@@ -194,7 +188,7 @@ def _label(group: Group) -> str:
 
 
 def _alarm_label(group: Group) -> str:
-    """Name a group of alarms; what goes on around commands in noise has no whole above it."""
+    """Name a group of alarms; those in noise have no whole set above them."""
     if group.snr is None:
         return _label(group)
     return f"{group.set}, {group.kind}, {group.name}"

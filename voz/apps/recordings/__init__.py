@@ -1,1 +1,1 @@
-"""What was heard, kept: manifests, folders of recordings, bags."""
+"""Recordings that are kept: manifests, folders of recordings, bags."""

@@ -1,7 +1,7 @@
-"""Bags on the disk that can be read at any time: after a full disk, and after `kill -9`.
+"""Bags on the disk that can be read at any time, even after a full disk or `kill -9`.
 
-rosbags keeps much in memory and writes what makes a bag readable, its end, when all is over. Here
-the end is written again and again, each time behind what was added, in the place of the end before.
+rosbags writes the end, which makes a bag readable, only when it is closed. Here the end is written
+again and again: each new end replaces the one before, behind the messages that were added.
 """
 
 from __future__ import annotations
@@ -23,34 +23,29 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 METADATA_VERSION: Literal[8] = 8
-"""Of ROS 2's bags; the oldest that rosbags writes is read by the most."""
+"""The oldest that rosbags writes: most readers know it."""
 
 EMPTY_DATABASE = 2**16
-"""More than one without messages takes, bytes."""
+"""Room for a database without messages, bytes."""
 
 
 class BagFile(ABC):
-    """A bag that is being written, by a writer of rosbags."""
+    """A bag that a writer of rosbags writes."""
 
     writer: Any
     topics: dict[str, Any]
 
     def write(self, topic: str, stamp: int, data: Any) -> None:
-        """Add a serialised message with its time, ns; raises what `save` does."""
+        """Add a serialized message with its time, ns; raises what `save` does."""
         self.writer.write(self.topics[topic], stamp, data)
 
     @abstractmethod
     def save(self) -> None:
-        """Put what was written on the disk, as a whole bag.
-
-        Raises:
-            OSError: there is no room for it, for instance; the bag is as it was before.
-            sqlite3.Error: as OSError.
-        """
+        """Write the whole bag to the disk; after an OSError or sqlite3.Error it is as before."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of it, without what was not saved."""
+        """Close it, without what was not saved."""
 
 
 def open_bag(path: Path, topics: Mapping[str, str], types: Typestore) -> BagFile:
@@ -58,12 +53,11 @@ def open_bag(path: Path, topics: Mapping[str, str], types: Typestore) -> BagFile
 
     Args:
         path: of the bag, where nothing is yet.
-        topics: what will be written, and of which type.
+        topics: the type of each topic that will be written.
         types: has the types.
 
     Raises:
-        OSError: as `BagFile.save`, like the next; nothing is left of the bag.
-        sqlite3.Error: as OSError.
+        OSError: nothing is left of the bag; as with sqlite3.Error.
     """
     kind = {".bag": _Ros1, ".mcap": _Mcap}.get(path.suffix, _Database)
     try:
@@ -86,7 +80,7 @@ def open_bag(path: Path, topics: Mapping[str, str], types: Typestore) -> BagFile
 
 
 class _Pieces:
-    """What a writer of rosbags takes for a file: keeps in memory what is written, and where to."""
+    """A file for a writer of rosbags: keeps in memory what is written, and at which offset."""
 
     def __init__(self, at: int) -> None:
         self.begin(at)
@@ -109,10 +103,9 @@ class _Pieces:
 
 
 class _OneFile(BagFile):
-    """A bag that is a file, which is written from its beginning to its end."""
+    """A bag that is one file, written from its beginning to its end."""
 
     def __init__(self, path: Path) -> None:
-        """Go on behind what the writer has written into the file, and let it have none."""
         self._file = path.open("r+b", buffering=0)
         self._added = _Pieces(path.stat().st_size)
         self._end: list[tuple[int, bytearray]] = []
@@ -142,11 +135,11 @@ class _OneFile(BagFile):
 
     @abstractmethod
     def _finish_chunk(self) -> None:
-        """Let the writer add what it holds back."""
+        """Let the writer add what it buffers."""
 
     @abstractmethod
     def _write_end(self, end: _Pieces) -> None:
-        """Let the writer write its end there, and not know of it."""
+        """Let a copy of the writer write its end there."""
 
 
 class _Ros1(_OneFile):
@@ -199,7 +192,7 @@ class _Mcap(_OneFile):
 
 
 class _Database(BagFile):
-    """A database of SQLite: a file, or in a folder with a description beside it."""
+    """An SQLite database: a file, or in a folder with a description beside it."""
 
     def __init__(self, path: Path) -> None:
         from rosbags.rosbag2 import StoragePlugin
@@ -238,7 +231,7 @@ class _Database(BagFile):
 
 
 class _Nowhere:
-    """The path of a description that is not written: a bag that is one file needs none beside."""
+    """The path of a description that is not written: a bag in one file needs none."""
 
     def with_suffix(self, _: str) -> _Nowhere:
         return self

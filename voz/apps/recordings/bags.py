@@ -1,7 +1,7 @@
-"""Bags, the recordings of ROS: keeps what a run publishes, and reads what another one heard.
+"""Bags, the recordings of ROS: writes what a run publishes, and reads what was heard.
 
-No ROS is needed; the package rosbags writes and reads them. Its ending tells what a bag is: `.mcap`
-and `.db3` are files of ROS 2, no ending is a folder as `ros2 bag` makes it, `.bag` is of ROS 1.
+The package rosbags does it, without ROS. `.mcap` and `.db3` are files of ROS 2, no ending is a
+folder as `ros2 bag` makes it, `.bag` is of ROS 1.
 """
 
 from __future__ import annotations
@@ -35,24 +35,26 @@ BAG_SOURCE = "bag"
 BAG_TOPICS = {"/cmd_vel": TWIST, "/selected_object": INT16, HEARD_TOPIC: STRING}
 
 SAVE_INTERVAL, SAVE_INTERVAL_SHARE = 5.0, 0.002
-"""How often a bag is saved, s, or the part of its length if that is longer: each time is as long as
-the list of all times before."""
+"""A bag is saved after this time, s, or this share of its length if that is longer: each save
+writes the list of all messages again."""
 
 
 SECONDS_PER_DAY = 24 * 60 * 60.0
 LONGEST_BAG = 7 * SECONDS_PER_DAY
-"""Nobody drives a robot for longer by one bag, s: a time in it is damaged, its end never comes."""
+"""A longer bag, s, has a damaged time stamp."""
 
 
 def check_bag(path: Path) -> None:
-    """Find out whether a bag can be written, before the run that it will keep.
+    """Check that a bag can be written, before the run that it will keep.
 
     Raises:
-        ConfigError: the name or the place does not do, it is there already, or rosbags is missing.
+        ConfigError: the name or the folder cannot be used, it exists, or rosbags is missing.
     """
     _check_installed()
     if path.suffix not in BAG_ENDINGS:
-        raise ConfigError(f"{path}: is no name for a bag; end it with .mcap, .db3, .bag or nothing")
+        raise ConfigError(
+            f"{path}: invalid name of a bag; end it with .mcap, .db3, .bag or nothing"
+        )
     if path.exists():
         raise ConfigError(f"{path}: is there already; name a new bag")
     if not path.parent.is_dir():
@@ -61,19 +63,15 @@ def check_bag(path: Path) -> None:
 
 @contextmanager
 def write_bag(path: Path) -> Iterator[Receiver]:
-    """Keep what a run publishes for the length of a `with` block, however that ends.
+    """Write what a run publishes into a new bag, for the length of a `with` block.
 
-    The bag is whole at any time: what kills the program, or fills the disk, costs no more than what
-    was published since it was last saved, some seconds before.
-
-    Args:
-        path: the new bag; its times are those of the events, from now on.
+    It is saved every few seconds: a kill or a full disk costs only what came after.
 
     Yields:
-        What takes the events; it raises ConfigError once the bag cannot be written.
+        A receiver of events; it raises ConfigError once the bag cannot be written.
 
     Raises:
-        ConfigError: as in `check_bag`, or it cannot be written.
+        ConfigError: as `check_bag`, or it cannot be written.
     """
     check_bag(path)
     types = _types(path)
@@ -100,11 +98,8 @@ def write_bag(path: Path) -> Iterator[Receiver]:
 def read_sayings(path: Path) -> Sayings:
     """Read what a recognizer published on `recognizer/output`, in any namespace.
 
-    Args:
-        path: a bag of ROS 1 or 2.
-
     Raises:
-        ConfigError: there is no such bag, it cannot be read, holds no such topic, or no end.
+        ConfigError: the bag of ROS 1 or 2 cannot be read, has no such topic, or is too long.
     """
     with _opened(path) as bag:
         heard = [
@@ -129,18 +124,15 @@ def read_sayings(path: Path) -> Sayings:
 
 
 def is_bag(path: Path) -> bool:
-    """Tell by the name whether something is a bag; what is no folder and has no ending is none."""
+    """Whether a path is a bag, by its name; a file without an ending is none."""
     return path.is_dir() or (path.suffix != "" and path.suffix in BAG_ENDINGS)
 
 
 def read_events(path: Path) -> list[Event]:
-    """Read the velocities, the objects and the sentences of a bag, in any namespace.
-
-    Args:
-        path: a bag of ROS 1 or 2; times are from its begin on.
+    """Read velocities, objects and sentences of a bag, in any namespace, with times from its start.
 
     Raises:
-        ConfigError: as in `read_sayings`, but that it may have any of the topics.
+        ConfigError: the bag of ROS 1 or 2 cannot be read.
     """
     with _opened(path) as bag:
         known = [c for c in bag.connections if _is_known(c.topic, c.msgtype)]
@@ -155,7 +147,6 @@ def _is_known(topic: str, kind: str) -> bool:
 
 
 def _event(kind: str, t: float, message: Any) -> Event:
-    """What was published with a message."""
     if kind == TWIST:
         return Twist(t, message.linear.x, message.angular.z)
     if kind == INT16:
@@ -175,11 +166,11 @@ def _opened(path: Path) -> Iterator[AnyReader]:
         with AnyReader([path], default_typestore=_types(path)) as bag:
             yield bag
     except Exception as error:  # a broken bag makes its readers fail in any way
-        raise ConfigError(f"{path}: is no bag that can be read ({error})") from error
+        raise ConfigError(f"{path}: cannot be read as a bag ({error})") from error
 
 
 class _Bag:
-    """A bag that is saved again and again, and that tells in one line why it cannot be."""
+    """A bag that is saved every few seconds; raises ConfigError when it cannot be written."""
 
     def __init__(self, path: Path, types: Typestore) -> None:
         self._path = path
@@ -188,14 +179,14 @@ class _Bag:
         self._last = 0
         self._kept = "nothing is kept"
         self._usable = True
-        with self._told():
+        with self._errors_as_config_error():
             self._file = open_bag(path, BAG_TOPICS, types)
 
     def write(self, topic: str, stamp: int, data: Any) -> None:
-        """Add a message; raises ConfigError if that fails, after which nothing more is added."""
+        """Add a message; does nothing once a write has failed."""
         if not self._usable:
             return
-        with self._told():
+        with self._errors_as_config_error():
             self._file.write(topic, stamp, data)
             self._first, self._last = self._first or stamp, stamp
             now = time.monotonic()
@@ -204,10 +195,10 @@ class _Bag:
                 self._next = now + max(SAVE_INTERVAL, (now - self._begun) * SAVE_INTERVAL_SHARE)
 
     def close(self) -> None:
-        """Save it a last time, and let go of it; raises ConfigError unless `write` already has."""
+        """Save and close it."""
         try:
             if self._usable:
-                with self._told():
+                with self._errors_as_config_error():
                     self._save()
         finally:
             self._file.close()
@@ -218,7 +209,7 @@ class _Bag:
         self._kept = f"it has what was published in the first {seconds:.1f} s"
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _errors_as_config_error(self) -> Iterator[None]:
         try:
             yield
         except (OSError, sqlite3.Error) as error:
@@ -228,7 +219,7 @@ class _Bag:
 
 
 def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> Receiver:
-    """What publishes events as the ROS robots do; what was refused is not published."""
+    """A receiver that publishes events as the ROS robots do, without what was refused."""
     make = types.types
 
     def receive(event: Event) -> None:
@@ -245,7 +236,7 @@ def _receiver(types: Typestore, write: Callable[[str, float, object], None]) -> 
 
 
 def _stamps() -> Callable[[float], int]:
-    """Make what gives a time of the run, s, as one of the world, ns: a bag's times are of it."""
+    """Return a function from the time of the run, s, to the time of day, ns."""
     begun = time.time_ns()
     return lambda t: begun + round(t * 1e9)
 

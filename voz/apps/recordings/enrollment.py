@@ -1,4 +1,4 @@
-"""Asks a speaker for commands and keeps the recordings. An edge: it hears, shows and writes."""
+"""Asks a speaker for commands and saves the recordings. An edge: it hears, shows and writes."""
 
 from __future__ import annotations
 
@@ -27,35 +27,30 @@ from voz.recognition.speaker.calibration import FEWEST, Said, sentences_in
 from voz.terminal.level_bar import level_bar
 
 PROMPT_COUNT = 24
-"""Commands to say: at 4 to 5 s each it takes two minutes."""
+"""Commands to say; at 4 to 5 s each they take two minutes."""
 
 ENROLLMENT_COLUMNS = ("path", "text", "speaker", "kind")
 
 MOST_TRIES = 2
-"""Times that a sentence is heard wrongly until it is kept: whoever reads it twice has said it."""
+"""A sentence that is misheard so often is saved as it is."""
 
 SPEECH_MARGIN = int(0.5 * SAMPLE_RATE)
-"""Kept before the speech, so that the end-pointer finds it again."""
+"""Samples before the speech, with which the end-pointer finds it again."""
 
 CLIPPING_LEVEL = 32_700
-"""What is as loud as this is cut off at the top."""
+"""Samples of this amplitude are clipped."""
 
 PROMPT_INDENT = " " * 12  # what stands below "  1 of 24   "
 
 
 def choose_prompts(commands: Sequence[str], name: str) -> list[str]:
-    """Choose what is to be said: every command, and some of them twice.
-
-    Args:
-        commands: the sentences of the language.
-        name: of the profile; the same one gives the same order.
-    """
+    """Choose what is to be said: every command, some twice, in an order that the name decides."""
     order = random.Random(name).sample(commands, len(commands))
     return (order + order)[:PROMPT_COUNT]
 
 
 def missing_prompts(asked: Sequence[str], said: Iterable[Said]) -> list[str]:
-    """Tell which prompts have no recording yet, in their order."""
+    """Return the prompts without a recording, in their order."""
     there = Counter(sentence.text for sentence in said)
     left = []
     for text in asked:
@@ -73,15 +68,15 @@ def record_prompts(
     name: str,
     console: Console,
 ) -> None:
-    """Let a speaker say commands, show what is heard, and keep each as soon as it is said.
+    """Ask a speaker for commands, show what is heard, and save each as soon as it is said.
 
     Args:
         asked: the commands, in the order in which they are shown.
-        blocks: what the microphone hears, without an end.
-        recognizer: hears what is said; what it mishears is asked for once more.
-        folder: where the recordings and their manifest are; it is made if need be.
+        blocks: sound of the microphone, without an end.
+        recognizer: what it mishears is asked for once more.
+        folder: for the recordings and their manifest; it is made if need be.
         name: of the speaker, for the manifest.
-        console: where the prompts and the level are shown.
+        console: shows the prompts and the level.
 
     Raises:
         ConfigError: the recordings cannot be written.
@@ -99,7 +94,7 @@ def record_prompts(
 
 
 def check_recording(text: str, samples: Samples, recognizer: Recognizer) -> tuple[bool, str]:
-    """Recognize a recording of a sentence: whether that is heard, and what is heard, in words."""
+    """Recognize a sentence; returns whether it was heard, and what was heard, in words."""
     heard = sentences_in(samples, recognizer)
     words = (u.text if u.accepted else f"{u.text} (unsure)" for u in heard)
     return [u.text for u in heard] == [text], " and ".join(words) or "no command"
@@ -112,7 +107,7 @@ def _listen_for(
     voice: VoiceDetector,
     console: Console,
 ) -> Samples:
-    """Listen until a sentence is heard right, or `MOST_TRIES` times wrong; returns the last."""
+    """Listen until a sentence is heard right, or `MOST_TRIES` times wrong."""
     misheard = 0
     while True:
         samples = _next_speech(blocks)
@@ -129,14 +124,10 @@ def _listen_for(
 
 
 def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
-    """Read the recordings of one speaker; those of other sentences are left out.
-
-    Args:
-        manifest: a list of recordings, as `voz eval` reads it.
-        commands: the sentences of the language.
+    """Read the recordings of one speaker whose text is one of the commands.
 
     Raises:
-        ConfigError: the list cannot be used, or holds too few commands or several speakers.
+        ConfigError: the manifest cannot be used, or has too few commands or several speakers.
         AudioError: a recording cannot be read.
     """
     clips = [c for c in read_manifest(manifest) if c.kind == "command" and c.text in commands]
@@ -155,7 +146,7 @@ def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
 
 
 def read_saved_recordings(folder: Path, commands: Collection[str]) -> list[Said]:
-    """Read what `record` has kept so far; nothing if there is nothing."""
+    """Read what `record_prompts` has saved so far."""
     manifest = folder / MANIFEST_NAME
     if not manifest.exists():
         return []

@@ -1,4 +1,4 @@
-"""Lists of recordings with what is said in them. An edge: it reads them."""
+"""Reads manifests: lists of recordings with what is said in them. An edge."""
 
 from __future__ import annotations
 
@@ -19,32 +19,31 @@ REQUIRED_COLUMNS = {
     "speaker": ("speaker", "voice"),
     "kind": ("kind",),
 }
-"""What a manifest must have, and the names that the column may have."""
+"""Columns that a manifest must have, with the names they may have."""
 
 MANIFEST_KINDS = {kind: kind for kind in get_args(Kind)} | {"format": "command"}
-"""The kinds in manifests; a command in an odd file format is a command."""
+"""Kinds in manifests, and what they are read as; `format` is a command in an odd file format."""
 
 OPTIONAL_COLUMNS = ("condition", "start", "end")
 
 ALL_CONDITIONS = "all"
-"""The condition where a manifest tells none apart."""
+"""The condition where a manifest has none."""
 
 
 def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
     """Read a manifest: tab-separated values, the names of the columns in the first line.
 
     Args:
-        path: the manifest. Its columns are `path` or `file` (relative to the manifest),
-            `text`, `speaker` or `voice`, `kind`, and `condition` if there are several;
-            `start` and `end` in seconds where something is only a stretch of a recording;
-            others are ignored.
-        streams: whether stretches can be used; else each line is all of its recording.
+        path: the manifest. Its columns are `path` or `file` (relative to the manifest), `text`,
+            `speaker` or `voice`, `kind`, and perhaps `condition`; `start` and `end`, s, where
+            something is a stretch of a recording; others are ignored.
+        streams: whether stretches are allowed; else each line is a whole recording.
 
     Returns:
-        The recordings and stretches in their order. Whether they exist is not looked at.
+        The recordings and stretches in their order; they need not exist.
 
     Raises:
-        ConfigError: the manifest cannot be read or used; the message says which line and why.
+        ConfigError: the manifest cannot be read or used; the message has the line.
     """
     (_, header), *rows = _rows(path)
     columns = _columns(header, path)
@@ -69,12 +68,12 @@ def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
 
 
 def read_manifests(paths: Iterable[Path], streams: bool = False) -> list[Clip]:
-    """Read several manifests, one after the other; the rest is as with `read_manifest`."""
+    """Read several manifests, one after the other; see `read_manifest`."""
     return [clip for path in paths for clip in read_manifest(path, streams)]
 
 
 def set_name(path: Path) -> str:
-    """Name a manifest for reports: `manifest.tsv` says nothing, its folder does."""
+    """Name a manifest for reports: by its folder if it is called `manifest.tsv`."""
     return shown_path(Path(path.resolve().parent.name if path.stem == "manifest" else path.stem))
 
 
@@ -85,7 +84,7 @@ def _rows(path: Path) -> list[ManifestLine]:
 
 
 def _columns(header: list[str], path: Path) -> dict[str, int]:
-    """Find where each column stands."""
+    """Return the index of each column."""
     names = [name.strip() for name in header]
     columns = {}
     for column, allowed in REQUIRED_COLUMNS.items():
@@ -103,7 +102,7 @@ def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
     file, text, kind = row["file"], normalize(row["text"]), row["kind"]
     if kind not in MANIFEST_KINDS:
         kinds = ", ".join(MANIFEST_KINDS)
-        raise ConfigError(f'{path}:{number}: the kind "{kind}" is none of {kinds}')
+        raise ConfigError(f'{path}:{number}: invalid kind "{kind}"; use one of {kinds}')
     if not file or "\0" in file:
         raise ConfigError(f"{path}:{number}: names no file; write its path")
     if not text and MANIFEST_KINDS[kind] in ("command", "long"):
@@ -125,7 +124,7 @@ def _clip(row: dict[str, str], path: Path, number: int) -> Clip:
 def _stretch(
     row: dict[str, str], path: Path, number: int
 ) -> tuple[float, float] | tuple[None, None]:
-    """Where in its recording something is, s; it is all of it if the line does not say."""
+    """Start and end of a stretch, s; None for a whole recording."""
     times = row.get("start", ""), row.get("end", "")
     if times == ("", ""):
         return None, None

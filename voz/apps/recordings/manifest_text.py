@@ -1,4 +1,4 @@
-"""How the lines of a manifest are written: fields with a tab between them. Pure."""
+"""The text of a manifest: lines of fields with tabs between them. Pure."""
 
 from __future__ import annotations
 
@@ -6,24 +6,19 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 MANIFEST_NAME = "manifest.tsv"
-"""What the list of a folder of recordings is called."""
 
 
 class ManifestLine(NamedTuple):
-    """A line of a manifest: where it stands, from 1 on, and its fields."""
+    """A line of a manifest: its number, from 1, and its fields."""
 
     number: int
     fields: list[str]
 
 
 def parse_lines(text: str) -> list[ManifestLine]:
-    """Part the text of a manifest into its lines; empty ones are left out.
+    """Split the text of a manifest into its lines, header first; empty ones are left out.
 
-    Args:
-        text: as an editor may have left it: with carriage returns, or no last end of a line.
-
-    Returns:
-        The lines in their order, the first of which names the columns.
+    Carriage returns, and a last line without an end, are accepted: editors write such.
     """
     numbered = enumerate(text.split("\n"), start=1)
     return [
@@ -34,11 +29,11 @@ def parse_lines(text: str) -> list[ManifestLine]:
 
 
 def parse_records(text: str) -> list[dict[str, str]]:
-    """Part the text of a manifest into its rows, each as its fields by the names of the columns."""
+    """Split the text of a manifest into its rows, each by the names of the columns."""
     header, *rows = parse_lines(text)
     return [dict(zip(header.fields, row.fields, strict=True)) for row in rows]
 
 
 def join_lines(rows: Iterable[Sequence[str]]) -> str:
-    """Write rows as the text of a manifest, the end of the last line included."""
+    """Write lines as the text of a manifest."""
     return "".join("\t".join(fields) + "\n" for fields in rows)

@@ -1,10 +1,10 @@
-"""The last seconds of a stream, from which the sound of an utterance is cut: pure."""
+"""The last seconds of a stream, from which the sound of utterances is cut. Pure."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,13 +12,14 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.events import Utterance
 
 EXCERPT_MARGIN = int(0.3 * SAMPLE_RATE)
-"""Kept on either side, so that the end-pointer finds the same speech in it."""
+"""Samples on either side, with which the end-pointer finds the same speech in it."""
 
 LONGEST_KEPT = 30 * SAMPLE_RATE
-"""An utterance of 10 s may be settled only after the next, of another 10 s."""
+"""Samples: an utterance of 10 s may be settled only after the next one of 10 s."""
 
 
-class Excerpt(NamedTuple):
+@dataclass(frozen=True)
+class Excerpt:
     """What was heard, and its sound."""
 
     utterance: Utterance
@@ -26,7 +27,7 @@ class Excerpt(NamedTuple):
 
 
 class RecentSound:
-    """Takes a stream block by block, and gives the sound of its utterances."""
+    """Takes a stream block by block, and returns the sound of its utterances."""
 
     def __init__(self) -> None:
         self._blocks: deque[Samples] = deque()
@@ -35,11 +36,7 @@ class RecentSound:
         self._open: list[tuple[int, int, Utterance]] = []  # the sound after them is to come
 
     def feed(self, block: Samples) -> Iterator[Excerpt]:
-        """Take the next samples, 16 kHz.
-
-        Yields:
-            The utterances marked before whose sound is complete by now.
-        """
+        """Take the next samples, 16 kHz; yields marked utterances whose sound is complete."""
         self._blocks.append(block)
         self._end += len(block)
         while self._end - self._begin - len(self._blocks[0]) >= LONGEST_KEPT:
@@ -47,13 +44,7 @@ class RecentSound:
         yield from self._cut([piece for piece in self._open if piece[1] <= self._end])
 
     def mark(self, start: float, end: float, utterance: Utterance) -> None:
-        """Ask for the sound of an utterance.
-
-        Args:
-            start: where it begins in the stream, s.
-            end: where it ends, s.
-            utterance: what was heard.
-        """
+        """Ask for the sound of an utterance from `start` to `end` of the stream, s."""
         first, last = round(start * SAMPLE_RATE), round(end * SAMPLE_RATE)
         self._open.append((first - EXCERPT_MARGIN, last + EXCERPT_MARGIN, utterance))
 

@@ -1,4 +1,4 @@
-"""Keeps what is heard on disk while the microphone is listened to."""
+"""Records what is heard while the microphone is listened to."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from voz.events import Utterance
 BYTES_PER_GIGABYTE = 1_000_000_000
 
 MOST_UNSAVED = 20
-"""Utterances that wait for a slow disk."""
+"""Jobs that wait for a slow disk: utterances and corrections."""
 
 RECORDER_CLOSE_TIMEOUT = 2.0
-"""For what is still to be written, s."""
+"""To write what is waiting when the run ends, s."""
 
 MOST_UNREAD_SAVED = 100
-"""Recordings that wait for somebody to take note of them, if anybody does."""
+"""Entries in `Recorder.kept` that nobody has read yet."""
 
 
 class SavedRecording(NamedTuple):
@@ -40,71 +40,61 @@ _Job: TypeAlias = Callable[[RecordingFolder], None]
 
 
 class Recorder:
-    """Writes recordings on a thread of its own, so that nobody waits for the disk.
+    """Writes recordings on a thread of its own, so that the disk delays nobody.
 
-    Whatever is wrong with the disk is told once, and the run goes on. Use it in a `with` block.
+    A failure of the disk is reported once, and the run goes on. Use it in a `with` block.
 
     Attributes:
-        folder: where to.
-        kept: what was written; who takes note of it takes it out.
+        folder: where the recordings go.
+        kept: what was written; whoever reads it removes it.
     """
 
     def __init__(self, folder: Path, gigabytes: float, warn: Callable[[str], None]) -> None:
         """Prepare to record.
 
         Args:
-            folder: where to.
-            gigabytes: what all recordings in it may take.
-            warn: called with what is wrong, and with what a user must know.
+            folder: where the recordings go.
+            gigabytes: size of all recordings in it.
+            warn: reports failures, and what a user must know.
         """
         self.folder = folder
         self.kept: deque[SavedRecording] = deque(maxlen=MOST_UNREAD_SAVED)
         self._said = f"what is said is recorded in {folder}"
         self._limit = gigabytes * BYTES_PER_GIGABYTE
         self._warn = warn
-        self._tape = RecentSound()
+        self._recent = RecentSound()
         self._waiting: queue.Queue[_Job | None] = queue.Queue(MOST_UNSAVED)
         self._late = False
         self._thread = threading.Thread(target=self._work, name="voz-recorder", daemon=True)
 
     @property
     def note(self) -> str:
-        """What is to be seen all the time; nothing if it does not record any more."""
+        """The notice that is shown while it records; empty once it has failed."""
         return self._said if self._thread.is_alive() else ""
 
     def feed(self, block: Samples) -> None:
-        """Take what the microphone gave."""
-        for excerpt in self._tape.feed(block):
+        """Take the next samples of the microphone."""
+        for excerpt in self._recent.feed(block):
             self._put(excerpt)
 
     def mark(self, utterance: Utterance, begun: float) -> None:
-        """Keep what was heard.
-
-        Args:
-            utterance: with the times of the run.
-            begun: when the stream began in the run, s.
-        """
-        self._tape.mark(utterance.start - begun, utterance.end - begun, utterance)
+        """Record an utterance of a stream that began at this time of the run, s."""
+        self._recent.mark(utterance.start - begun, utterance.end - begun, utterance)
 
     def end_stream(self) -> None:
-        """Note that what follows is another stream."""
-        for excerpt in self._tape.finish():
+        """End a stream; another one follows."""
+        for excerpt in self._recent.finish():
             self._put(excerpt)
-        self._tape = RecentSound()
+        self._recent = RecentSound()
 
     def correct(self, file: str, text: str, kind: Kind) -> Future[None]:
-        """Let it be written what was really said in a recording.
-
-        Args:
-            file: of the recording.
-            text: what was said.
-            kind: what that is.
+        """Write into the manifest what was really said in a recording.
 
         Returns:
-            When that is done; it may raise AudioError or OSError.
+            A future, which may raise AudioError or OSError.
 
         Raises:
-            AudioError: nothing is written any more, or too much is still to be.
+            AudioError: recording has failed, or the disk is too slow.
         """
         done: Future[None] = Future()
 

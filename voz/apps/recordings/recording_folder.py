@@ -1,4 +1,4 @@
-"""A folder of recordings with a manifest, as the evaluation reads it: a test set of one's own."""
+"""A folder of recordings with a manifest, as the evaluation reads it."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ FOLDER_COLUMNS = ("file", "text", "speaker", "kind", "event")
 DEFAULT_SPEAKER = "user"
 
 FREED_SHARE = 0.05
-"""Part of the limit that is made free when it is reached: the manifest is seldom written anew."""
+"""Share of the limit that is freed at a time, so that the manifest is seldom rewritten."""
 
 
 class RecordingFolder:
-    """Recordings with a manifest, to which more are added; with a limit on what they take.
+    """Recordings with a manifest and a limit on their size, to which more are added.
 
-    A user may correct the manifest meanwhile: it is read anew whenever it is changed.
+    A user may edit the manifest meanwhile: it is read again before each change.
     """
 
     def __init__(self, path: Path, limit: float) -> None:
-        """Open a folder, or make it.
+        """Open or make a folder.
 
         Args:
             path: of the folder.
-            limit: what the recordings may take, bytes; beyond it the oldest are removed.
+            limit: size of all recordings, bytes; beyond it the oldest are removed.
 
         Raises:
-            AudioError: its manifest is another one.
+            AudioError: its manifest is something else.
             OSError: it cannot be written.
         """
         self._path = path
@@ -45,7 +45,7 @@ class RecordingFolder:
         self._write(rows)
 
     def add(self, excerpt: Excerpt) -> str:
-        """Keep a recording; gives the name of its file, or raises OSError."""
+        """Save a recording; returns the name of its file, or raises OSError."""
         utterance = excerpt.utterance
         kind = "command" if utterance.accepted else "near-miss"
         fields = [utterance.text, DEFAULT_SPEAKER, kind, to_json(utterance)]
@@ -56,21 +56,16 @@ class RecordingFolder:
         return path.name
 
     def correct(self, name: str, text: str, kind: Kind) -> None:
-        """Write what was really said in a recording.
-
-        Args:
-            name: of its file.
-            text: what was said.
-            kind: what that is.
+        """Write into the manifest what was really said in a recording.
 
         Raises:
-            AudioError: it is not there any more.
+            AudioError: the recording is gone.
             OSError: the manifest cannot be written.
         """
         rows = self._rows()
         row = next((row for row in rows if _is_recorded(row) and row[0] == name), None)
         if row is None:
-            raise AudioError(f"{self._path / name}: is not there any more; mark another one")
+            raise AudioError(f"{self._path / name}: was removed; mark another one")
         row[FOLDER_COLUMNS.index("text")], row[FOLDER_COLUMNS.index("kind")] = text, kind
         self._write(rows)
 
@@ -88,7 +83,9 @@ class RecordingFolder:
         text = self._manifest.read_text(encoding="utf-8-sig")
         rows = [row.fields for row in parse_lines(text)]
         if rows and tuple(rows.pop(0)) != FOLDER_COLUMNS:
-            raise AudioError(f"{self._manifest}: is not one of recordings; name another folder")
+            raise AudioError(
+                f"{self._manifest}: is not a manifest of recordings; name another folder"
+            )
         if (
             not text.endswith("\n") and rows and len(rows[-1]) < len(FOLDER_COLUMNS)
         ):  # the power failed
@@ -105,5 +102,5 @@ class RecordingFolder:
 
 
 def _is_recorded(row: list[str]) -> bool:
-    """Whether a row is not a user's own; those stay, with their files."""
+    """Whether voz wrote a row; a user's own rows stay, with their files."""
     return len(row) == len(FOLDER_COLUMNS) and row[-1] != "" and Path(row[0]).name == row[0] != ""

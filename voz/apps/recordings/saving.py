@@ -1,4 +1,4 @@
-"""Keeps recordings in a folder with a list of them. An edge: it writes files."""
+"""Saves recordings in a folder with a manifest. An edge: it writes files."""
 
 from __future__ import annotations
 
@@ -17,16 +17,13 @@ from voz.files import append_line, atomic_write
 def save_recording(
     samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]
 ) -> Path:
-    """Write a recording, then its line: whatever interrupts it, what is listed is there.
+    """Write a recording, then its line in the manifest, so that a listed file always exists.
 
     Args:
-        samples: the recording.
-        folder: where it is kept, beside whatever is there.
-        header: the names of the list's columns, if there is no list yet.
-        fields: what stands in them, but for the first, which is the name of the file.
-
-    Returns:
-        The file.
+        samples: 16 kHz.
+        folder: where it is saved.
+        header: the names of the columns, for a new manifest.
+        fields: all columns but the first, which is the name of the file.
 
     Raises:
         OSError: it cannot be written.
@@ -44,7 +41,7 @@ def save_recording(
 
 
 def _new_path(folder: Path) -> Path:
-    """Name a file that never was: a name that was deleted may still be in a list."""
+    """Return a path that was never used: the name of a deleted file may be in the manifest."""
     name = f"{datetime.now():%Y%m%d-%H%M%S-%f}"
     paths = (folder / f"{name}{more}.flac" for more in ("", *"abcdefghij"))
     return next(path for path in paths if not path.exists())

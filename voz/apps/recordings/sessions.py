@@ -1,4 +1,4 @@
-"""Sessions that were kept: what `voz run --events` wrote, or a bag. An edge: it reads files."""
+"""Reads sessions: what `voz run --events` wrote, or a bag. An edge."""
 
 from __future__ import annotations
 
@@ -15,22 +15,19 @@ SESSION_ADVICE = "name what `voz run --events FILE` wrote, or a bag"
 
 
 def read_session(path: Path) -> list[Event]:
-    """Read what happened in a run, in order.
-
-    Args:
-        path: lines of JSON, one for each event; or a bag of ROS 1 or 2.
+    """Read the events of a run: lines of JSON, or a bag of ROS 1 or 2.
 
     Raises:
-        ConfigError: it cannot be read, or nothing is in it.
+        ConfigError: it cannot be read, or has no event.
     """
     events = read_events(path) if is_bag(path) else _written(path)
     if not events:
-        raise ConfigError(f"{shown_path(path)}: has no event of a run; {SESSION_ADVICE}")
+        raise ConfigError(f"{shown_path(path)}: has no events; {SESSION_ADVICE}")
     return events
 
 
 def _written(path: Path) -> list[Event]:
-    """Read lines of JSON; a last one that was cut short does not count."""
+    """Read lines of JSON; a last one that was cut short is left out."""
     lines = read_text(path, ConfigError, SESSION_ADVICE).split("\n")
     decoder = msgspec.json.Decoder(Event)
     events: list[Event] = []
@@ -38,6 +35,6 @@ def _written(path: Path) -> list[Event]:
         try:
             events.append(decoder.decode(line))
         except (msgspec.DecodeError, RecursionError) as error:
-            why = f"is no event of voz ({error})"
+            why = f"is not an event of voz ({error})"
             raise ConfigError(f"{shown_path(path)}:{number}: {why}; {SESSION_ADVICE}") from None
     return events

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import BrowserContext, ConsoleMessage, Page, expect
 
-AXE = Path(__file__).parent / "web" / "node_modules" / "axe-core" / "axe.min.js"
+AXE = Path(__file__).parent / "apps" / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
 SECONDS = 30_000
 """A busy machine may need that long, ms."""

@@ -106,7 +106,7 @@ class Page:
         self.send("drive", over=over)
         return bool(self.wait_for(lambda record: record["type"] == "drive")["driving"])
 
-    def take_the_wheel(self) -> None:
+    def start_driving(self) -> None:
         """Drive, once the server knows that whoever drove before is gone."""
         wait_until(self.drive)
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 import voz
-from voz.apps.web.answers import decoded
-from voz.apps.web.messages import Alarms
+from voz.apps.web.json_requests import decode_json
+from voz.apps.web.page_messages import Alarms
 from voz.config import Config, load_config, overridden
 from voz.control.motion import Motion, moved
 from voz.control.safety import apply_safety
@@ -126,7 +126,7 @@ def test_every_record_with_limits_is_among_them() -> None:
     public = {kind for kind in public if isinstance(kind, type)}
     assert {kind for kind in public if issubclass(kind, msgspec.Struct)} <= set(RECORDS)
     for name in modules_with_limits():
-        if name != "voz.apps.web.messages":
+        if name != "voz.apps.web.page_messages":
             own = vars(importlib.import_module(name)).values()
             assert any(kind in RECORDS or kind is CheckedRecord for kind in own), name
 
@@ -242,7 +242,7 @@ def test_what_a_page_sends_is_in_the_range_of_the_setting(value: object) -> None
         sent = msgspec.json.encode({"page": "p", "alarms": value})
     except (UnicodeEncodeError, OverflowError):
         return
-    taken = decoded(sent, Alarms)
+    taken = decode_json(sent, Alarms)
     made = outcome(lambda: Recognition(false_alarms_per_hour=value))  # type: ignore[arg-type]
     if taken is None:
         assert not isinstance(made, Recognition)

@@ -24,6 +24,16 @@ class VozError(Exception):
     def __init__(self, message: object) -> None:
         super().__init__(printable(str(message)))
 
+    @property
+    def problem(self) -> str:
+        """What was wrong, and where: the message up to its first semicolon."""
+        return str(self).partition("; ")[0]
+
+    @property
+    def remedy(self) -> str | None:
+        """What to do: the message after its first semicolon, if it has one."""
+        return str(self).partition("; ")[2] or None
+
 
 class ConfigError(VozError, ValueError):
     """A setting in voz.toml, on the command line or in a program cannot be.

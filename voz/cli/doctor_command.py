@@ -54,12 +54,12 @@ def doctor(
     driven = _driven(robots, yes) if base else None
     well = True
     with quiet_libraries():
-        from voz.apps.doctor.everything import findings, stopping
+        from voz.apps.doctor.all_checks import check_all, check_base_stops
 
-        for finding in findings(settings, robots, device):
-            well = _told(finding, json) and well
+        for finding in check_all(settings, robots, device):
+            well = _show(finding, json) and well
         if driven:
-            well = _told(stopping(settings, driven, odom), json) and well
+            well = _show(check_base_stops(settings, driven, odom), json) and well
     if not well:
         raise typer.Exit(NOT_WELL)
 
@@ -76,15 +76,15 @@ def _driven(robots: Sequence[str], yes: bool) -> str:
     return possible[0]
 
 
-def _told(finding: Finding, json: bool) -> bool:
-    """Show a finding; tell whether all that is needed is well by it."""
+def _show(finding: Finding, json: bool) -> bool:
+    """Show a finding; returns whether the robot can do with it."""
     from voz.events import to_json
 
     if json:
         put(to_json(finding))
     else:
-        mark = "ok" if finding.well else "NO" if finding.needed else "--"
-        show(f"{mark}  {finding.what + ':':22} {finding.told}")
-        if finding.to_do:
-            show(f"{'':27}{finding.to_do}")
-    return finding.well or not finding.needed
+        mark = "ok" if finding.ok else "NO" if finding.required else "--"
+        show(f"{mark}  {finding.part + ':':22} {finding.status}")
+        if finding.remedy:
+            show(f"{'':27}{finding.remedy}")
+    return finding.ok or not finding.required

@@ -14,7 +14,7 @@ from voz.errors import AudioError, ConfigError
 from voz.files import data_folder
 
 if TYPE_CHECKING:
-    from voz.apps.web.site import Site
+    from voz.apps.web.page_address import PageAddress
     from voz.inbox import Inbox
     from voz.language.sentences.command_set import Commands
     from voz.robot.drawing.room_view import RoomView
@@ -65,26 +65,26 @@ def check_installed() -> None:
 
 
 @contextmanager
-def page_site(options: Running) -> Iterator[Site]:
+def page_site(options: Running) -> Iterator[PageAddress]:
     """Take the page's address for a `with` block, and tell it.
 
     Raises:
         ConfigError: it cannot be had, or a part of voz is not installed.
     """
     check_installed()
-    from voz.apps.web.addresses import qr_code
-    from voz.apps.web.site import open_site
+    from voz.apps.web.host_addresses import qr_code
+    from voz.apps.web.page_address import open_page_address
 
     authority = data_folder("certificates") if options.https else None
-    with open_site(options.web_host, options.web_port, authority) as site:
+    with open_page_address(options.web_host, options.web_port, authority) as site:
         tell(f"operator page: {site.link}")
-        if site.doors.locked:
+        if site.access.needs_token:
             _show_code(qr_code(site.link))
         yield site
 
 
 def page_of(
-    site: Site,
+    site: PageAddress,
     commands: Callable[[], Commands],
     view: RoomView | None,
     microphone: str | None,
@@ -97,12 +97,12 @@ def page_of(
         view: the simulated room, if there is one.
         microphone: the robot's own; None if the browser is one.
     """
-    from voz.apps.web.operator_page import OperatorPage
-    from voz.apps.web.picture import ReckonedPicture, RoomPicture
+    from voz.apps.web.live_page import LivePage
+    from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
 
-    picture = RoomPicture(view.settings, view.state) if view else ReckonedPicture()
-    return lambda inbox, clock: OperatorPage(
-        site, inbox, clock, commands, picture, microphone is None
+    picture = RoomPicture(view.settings, view.state) if view else DeadReckoningPicture()
+    return lambda inbox, clock: LivePage(
+        site, inbox, clock, commands, picture=picture, browser_listens=microphone is None
     )
 
 

@@ -38,7 +38,7 @@ def serve(options: Serving) -> None:
         from voz.extras import how_to_install
 
         raise ConfigError(f"wyoming is not installed; {how_to_install('wyoming')}")
-    from voz.apps.wyoming.server import serve as serve_wyoming
+    from voz.apps.wyoming.wyoming_server import serve as serve_wyoming
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile
 

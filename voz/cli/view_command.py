@@ -29,12 +29,12 @@ def view(
     """
     check_installed()
     from voz.apps.recordings.sessions import read_session
-    from voz.apps.web.kept_page import show_session
-    from voz.apps.web.session import session_record
-    from voz.apps.web.site import open_site
+    from voz.apps.web.page_address import open_page_address
+    from voz.apps.web.session_page import show_session
+    from voz.apps.web.session_record import session_record
     from voz.files import shown_path
 
     record = session_record(str(shown_path(session)), read_session(session))
-    with open_site(LOCAL, web_port, None) as site:
+    with open_page_address(LOCAL, web_port, None) as site:
         tell(f"the session is at {site.link}")
         show_session(site, record)

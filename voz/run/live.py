@@ -49,7 +49,7 @@ class Page(Protocol):
     def sound(self) -> SoundSource | None:
         """Its browser as a microphone; None if the robot's own is listened to."""
 
-    def beside(self, own: Playback | None) -> Playback:
+    def audible_playback(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""
 
     def receive(self, event: Event) -> None:
@@ -138,7 +138,7 @@ def run_live(
         mixer = speaker.mixer if speaker else None
         own = mixer if settings.speech.half_duplex else None
         sound = (page.sound if page else None) or sound_card(options.device)
-        playback = page.beside(own) if page else own
+        playback = page.audible_playback(own) if page else own
         never_missed = settings.recognition.never_missed
         hearing = enter(
             Hearing(recognizer, sound, inbox, clock.now, playback, never_missed, recorder)

@@ -12,7 +12,14 @@ from pathlib import Path
 import pytest
 from cryptography import x509
 
-from voz.apps.web.certificates import AUTHORITY_FOR, CERTIFICATE, KEY, LEAF, LEAF_FOR, Certificates
+from voz.apps.web.certificates import (
+    AUTHORITY_CERTIFICATE,
+    AUTHORITY_KEY,
+    AUTHORITY_LIFETIME,
+    LEAF_CERTIFICATE,
+    LEAF_LIFETIME,
+    Certificates,
+)
 from voz.errors import ConfigError
 
 NOW = datetime.now(timezone.utc)
@@ -53,7 +60,7 @@ def test_it_is_made_once_and_by_this_user_alone(tmp_path: Path) -> None:
     again.renew(NAMES, NOW)
     assert again.authority == first.authority
     shake_hands(again, first.authority, "robot.local")
-    for name in (KEY, CERTIFICATE, LEAF):
+    for name in (AUTHORITY_KEY, AUTHORITY_CERTIFICATE, LEAF_CERTIFICATE):
         assert stat.S_IMODE((tmp_path / name).stat().st_mode) == 0o600
     other = Certificates(tmp_path / "other")
     other.renew(NAMES, NOW)
@@ -64,7 +71,7 @@ def test_it_is_made_once_and_by_this_user_alone(tmp_path: Path) -> None:
 def test_it_vouches_for_nobody_in_the_world(tmp_path: Path) -> None:
     certificates = Certificates(tmp_path)
     certificates.renew([*NAMES, "example.org", "93.184.216.34"], NOW)
-    leaf = x509.load_pem_x509_certificate((tmp_path / LEAF).read_bytes())
+    leaf = x509.load_pem_x509_certificate((tmp_path / LEAF_CERTIFICATE).read_bytes())
     names = leaf.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     assert "example.org" not in names.get_values_for_type(x509.DNSName)
     assert [str(a) for a in names.get_values_for_type(x509.IPAddress)] == [
@@ -87,27 +94,27 @@ def test_it_renews_itself_a_month_before_its_end_and_for_another_address(tmp_pat
     certificates = Certificates(tmp_path)
     assert certificates.renew(NAMES, NOW)
     assert not certificates.renew(reversed(NAMES), NOW + timedelta(days=1))
-    assert certificates.renew(NAMES, NOW + LEAF_FOR - timedelta(days=29))
-    assert certificates.renew([*NAMES, "192.168.1.8"], NOW + LEAF_FOR - timedelta(days=29))
+    assert certificates.renew(NAMES, NOW + LEAF_LIFETIME - timedelta(days=29))
+    assert certificates.renew([*NAMES, "192.168.1.8"], NOW + LEAF_LIFETIME - timedelta(days=29))
     certificates.renew([*NAMES, "10.0.0.1"], NOW)
     shake_hands(certificates, certificates.authority, "10.0.0.1")
-    assert LEAF_FOR < timedelta(days=398) < AUTHORITY_FOR
+    assert LEAF_LIFETIME < timedelta(days=398) < AUTHORITY_LIFETIME
 
 
 @pytest.mark.parametrize("broken", [b"", b"nonsense"])
-@pytest.mark.parametrize("name", [KEY, CERTIFICATE])
+@pytest.mark.parametrize("name", [AUTHORITY_KEY, AUTHORITY_CERTIFICATE])
 def test_a_broken_one_is_one_line(name: str, broken: bytes, tmp_path: Path) -> None:
     Certificates(tmp_path)
     (tmp_path / name).write_bytes(broken)
-    with pytest.raises(ConfigError, match="holds no authority"):
+    with pytest.raises(ConfigError, match="holds no usable certificate authority"):
         Certificates(tmp_path)
 
 
 def test_two_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
     Certificates(tmp_path / "one")
     Certificates(tmp_path / "two")
-    (tmp_path / "one" / KEY).write_bytes((tmp_path / "two" / KEY).read_bytes())
-    with pytest.raises(ConfigError, match="holds no authority"):
+    (tmp_path / "one" / AUTHORITY_KEY).write_bytes((tmp_path / "two" / AUTHORITY_KEY).read_bytes())
+    with pytest.raises(ConfigError, match="holds no usable certificate authority"):
         Certificates(tmp_path / "one")
 
 

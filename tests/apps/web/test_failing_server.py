@@ -11,7 +11,7 @@ import pytest
 from programs import wait_until
 from starlette.applications import Starlette
 
-from voz.apps.web.server import listening_socket, serving
+from voz.apps.web.web_server import open_listening_socket, running_server
 from voz.errors import ConfigError
 
 
@@ -25,8 +25,10 @@ def test_what_fails_is_told_and_ends_the_server() -> None:
         raise ZeroDivisionError
 
     with (
-        listening_socket("127.0.0.1", 0) as at,
-        serving(Starlette(), at, None, lambda: [asyncio.create_task(fail())], warnings.append),
+        open_listening_socket("127.0.0.1", 0) as at,
+        running_server(
+            Starlette(), at, None, lambda: [asyncio.create_task(fail())], warnings.append
+        ),
     ):
         address = f"http://127.0.0.1:{at.getsockname()[1]}/"
         assert httpx.get(address).status_code == 404
@@ -36,16 +38,16 @@ def test_what_fails_is_told_and_ends_the_server() -> None:
 
 
 def test_it_ends_with_its_block_and_frees_its_address() -> None:
-    with listening_socket("127.0.0.1", 0) as at:
+    with open_listening_socket("127.0.0.1", 0) as at:
         port = at.getsockname()[1]
         with pytest.raises(ConfigError, match="choose another"):
-            listening_socket("127.0.0.1", port)
-        with serving(Starlette(), at, None, list, lambda _: None):
+            open_listening_socket("127.0.0.1", port)
+        with running_server(Starlette(), at, None, list, lambda _: None):
             begun = time.monotonic()
     assert time.monotonic() - begun < 30
-    listening_socket("127.0.0.1", port).close()
+    open_listening_socket("127.0.0.1", port).close()
 
 
 def test_a_host_that_is_not_this_computer_is_one_line() -> None:
     with pytest.raises(ConfigError, match="the operator page cannot be at 203"):
-        listening_socket("203.0.113.1", 8737)
+        open_listening_socket("203.0.113.1", 8737)

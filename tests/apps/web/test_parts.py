@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.apps.web.board import REMEMBERED, Board, encoded
-from voz.apps.web.doors import MOST_SESSIONS, Doors, new_token
-from voz.apps.web.limits import Limit, LimitOfEach
-from voz.apps.web.picture import ReckonedPicture
-from voz.apps.web.sound import HEADER, MOST_SAMPLES, PageClock, read_block
-from voz.apps.web.watcher import MOST_WAITING, Watcher
-from voz.apps.web.wheel import NO_SIGN, VACANT, Wheel
+from voz.apps.web.access_control import MAX_SESSIONS, AccessControl, new_token
+from voz.apps.web.audio_blocks import BLOCK_HEADER, MAX_BLOCK_SAMPLES, PageClock, read_block
+from voz.apps.web.driver_lock import DRIVER_TIMEOUT, RELEASE_TIMEOUT, DriverLock
+from voz.apps.web.event_history import MAX_REMEMBERED, EventHistory, encode_record
+from voz.apps.web.open_page import MAX_PENDING_RECORDS, OpenPage
+from voz.apps.web.picture import DeadReckoningPicture
+from voz.apps.web.rate_limits import RateLimit, RateLimitPerClient
 from voz.events import Twist, Utterance, Warning
 
 # Limits
@@ -24,7 +24,7 @@ from voz.events import Twist, Utterance, Warning
 
 @given(st.lists(st.floats(0, 10), max_size=200))
 def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
-    limit, now, through = Limit(2.0, 5.0), 0.0, 0
+    limit, now, through = RateLimit(2.0, 5.0), 0.0, 0
     for pause in pauses:
         now += pause
         through += limit.allows(now)
@@ -33,8 +33,8 @@ def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 10)), max_size=200))
 def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None:
-    limits, now = LimitOfEach(2.0, 5.0), 0.0
-    own = {one: Limit(2.0, 5.0) for one in "abc"}
+    limits, now = RateLimitPerClient(2.0, 5.0), 0.0
+    own = {one: RateLimit(2.0, 5.0) for one in "abc"}
     for one, pause in asked:
         now += pause
         assert limits.allows(one, now) == own[one].allows(now)
@@ -44,54 +44,54 @@ def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None
 
 
 def test_the_first_page_that_asks_drives_until_another_takes_over() -> None:
-    wheel = Wheel()
-    assert wheel.take(1, False, 0.0)
-    assert not wheel.take(2, False, 0.0)
-    assert wheel.driver == 1
-    assert wheel.take(2, True, 0.0)
-    assert wheel.driver == 2
-    assert not wheel.leave(1)
+    lock = DriverLock()
+    assert lock.acquire(1, False, 0.0)
+    assert not lock.acquire(2, False, 0.0)
+    assert lock.driver == 1
+    assert lock.acquire(2, True, 0.0)
+    assert lock.driver == 2
+    assert not lock.release(1)
 
 
 def test_a_page_that_gives_no_sign_is_missed_only_by_a_robot_that_moves() -> None:
-    wheel = Wheel()
-    wheel.take(1, False, 0.0)
-    assert wheel.trouble(NO_SIGN + 0.01, moving=False) is None
-    assert wheel.trouble(NO_SIGN + 0.01, moving=True)
-    assert wheel.trouble(NO_SIGN + 0.02, moving=False)  # until it is back
-    wheel.seen(1, 1.0)
-    assert wheel.trouble(1.0, moving=True) is None
+    lock = DriverLock()
+    lock.acquire(1, False, 0.0)
+    assert lock.trouble(DRIVER_TIMEOUT + 0.01, moving=False) is None
+    assert lock.trouble(DRIVER_TIMEOUT + 0.01, moving=True)
+    assert lock.trouble(DRIVER_TIMEOUT + 0.02, moving=False)  # until it is back
+    lock.keep_alive(1, 1.0)
+    assert lock.trouble(1.0, moving=True) is None
 
 
 def test_a_page_that_closes_is_missed_until_somebody_drives_again() -> None:
-    wheel = Wheel()
-    wheel.take(1, False, 0.0)
-    assert wheel.leave(1)
-    assert wheel.just_left
-    assert wheel.trouble(0.1, moving=True)
-    assert not wheel.just_left
-    assert wheel.trouble(9.0, moving=False)
-    assert wheel.take(2, False, 10.0)
-    assert wheel.trouble(10.0, moving=True) is None
+    lock = DriverLock()
+    lock.acquire(1, False, 0.0)
+    assert lock.release(1)
+    assert lock.just_released
+    assert lock.trouble(0.1, moving=True)
+    assert not lock.just_released
+    assert lock.trouble(9.0, moving=False)
+    assert lock.acquire(2, False, 10.0)
+    assert lock.trouble(10.0, moving=True) is None
 
 
 def test_a_page_that_closes_beside_a_robot_at_rest_is_forgotten() -> None:
-    wheel = Wheel()
-    wheel.take(1, False, 0.0)
-    wheel.leave(1)
-    assert wheel.trouble(0.1, moving=False) is None
-    assert wheel.left_at_rest
-    assert wheel.trouble(0.2, moving=True) is None  # somebody else drives by voice
-    assert not wheel.left_at_rest
+    lock = DriverLock()
+    lock.acquire(1, False, 0.0)
+    lock.release(1)
+    assert lock.trouble(0.1, moving=False) is None
+    assert lock.released_at_rest
+    assert lock.trouble(0.2, moving=True) is None  # somebody else drives by voice
+    assert not lock.released_at_rest
 
 
 def test_the_place_of_a_silent_page_is_free_after_a_while() -> None:
-    wheel = Wheel()
-    wheel.take(1, False, 0.0)
-    assert not wheel.vacated(VACANT)
-    assert wheel.vacated(VACANT + 0.1)
-    assert wheel.driver is None
-    assert not wheel.vacated(99.0)
+    lock = DriverLock()
+    lock.acquire(1, False, 0.0)
+    assert not lock.release_if_silent(RELEASE_TIMEOUT)
+    assert lock.release_if_silent(RELEASE_TIMEOUT + 0.1)
+    assert lock.driver is None
+    assert not lock.release_if_silent(99.0)
 
 
 # Sound
@@ -112,12 +112,12 @@ def test_a_block_is_read_as_it_was_sent() -> None:
 @given(st.binary(max_size=64))
 def test_whatever_comes_in_place_of_a_block_raises_nothing(data: bytes) -> None:
     read = read_block(data)
-    assert read is None or len(read.sound) == (len(data) - HEADER.size) // 2
+    assert read is None or len(read.sound) == (len(data) - BLOCK_HEADER.size) // 2
 
 
 def test_a_block_has_bounds() -> None:
     assert read_block(block(0, 0.0, [])) is None
-    assert read_block(block(0, 0.0, [0] * (MOST_SAMPLES + 1))) is None
+    assert read_block(block(0, 0.0, [0] * (MAX_BLOCK_SAMPLES + 1))) is None
     assert read_block(block(0, float("nan"), [0])) is None
 
 
@@ -131,7 +131,7 @@ def test_the_age_of_sound_is_known_to_half_of_the_shortest_way(
 ) -> None:
     clock, now = PageClock(), 100.0
     for there, back in ways:
-        clock.answered(now, now + there + back, now + there + ahead)
+        clock.add_answer(now, now + there + back, now + there + ahead)
         now += there + back + 1
     shortest = min(there + back for there, back in ways[-8:])
     assert abs(clock.age(now - age + ahead, now) - age) <= shortest / 2 + 1e-5
@@ -142,43 +142,43 @@ def test_the_age_of_sound_is_known_to_half_of_the_shortest_way(
 
 def test_a_page_that_takes_nothing_is_too_slow_and_keeps_only_the_newest_state() -> None:
     async def watch() -> tuple[list[str], bool]:
-        watcher = Watcher(1, "secret", "127.0.0.1")
-        for number in range(MOST_WAITING):
-            watcher.put(str(number))
-            watcher.put_state(f"state {number}")
-        assert not watcher.too_slow
-        watcher.put("one more")
-        return await watcher.take(), watcher.too_slow
+        page = OpenPage(1, "secret", "127.0.0.1")
+        for number in range(MAX_PENDING_RECORDS):
+            page.put(str(number))
+            page.put_state(f"state {number}")
+        assert not page.too_slow
+        page.put("one more")
+        return await page.take(), page.too_slow
 
     records, too_slow = asyncio.run(watch())
     assert too_slow
-    assert records[-1] == f"state {MOST_WAITING - 1}"
-    assert len(records) == MOST_WAITING + 1
+    assert records[-1] == f"state {MAX_PENDING_RECORDS - 1}"
+    assert len(records) == MAX_PENDING_RECORDS + 1
 
 
-def test_the_board_tells_why_and_remembers_what_matters() -> None:
-    board = Board({"stop": 0.5}.get)
+def test_the_history_says_why_and_remembers_what_matters() -> None:
+    history = EventHistory({"stop": 0.5}.get)
     refused = Utterance(1.0, "stop", 0.4, False, 0.0, 1.0, "browser", reason="too_short")
-    record = board.take(refused)
+    record = history.add(refused)
     assert (record["needed"], record["why"]) == (0.5, "too short")
-    board.take(Twist(1.0, 0.0, 0.0))
-    for number in range(2 * REMEMBERED):
-        board.take(Warning(2.0, str(number)))
-    assert len(board.remembered) == REMEMBERED
-    assert board.remembered[-1]["text"] == str(2 * REMEMBERED - 1)
+    history.add(Twist(1.0, 0.0, 0.0))
+    for number in range(2 * MAX_REMEMBERED):
+        history.add(Warning(2.0, str(number)))
+    assert len(history.remembered) == MAX_REMEMBERED
+    assert history.remembered[-1]["text"] == str(2 * MAX_REMEMBERED - 1)
 
 
 def test_what_is_no_text_can_be_sent() -> None:
-    assert encoded({"text": "\ud800"}) == '{"text":"\\ud800"}'
+    assert encode_record({"text": "\ud800"}) == '{"text":"\\ud800"}'
 
 
 def test_a_robot_that_nobody_sees_is_where_its_velocities_bring_it() -> None:
-    picture = ReckonedPicture()
+    picture = DeadReckoningPicture()
     for beat in range(11):
         picture.receive(Twist(beat / 10, 0.1, 0.0))
-    assert picture.look()["pose"] == [0.1, 0.0, 0.0]
+    assert picture.state()["pose"] == [0.1, 0.0, 0.0]
     picture.receive(Twist(99.0, 0.0, 0.0))  # a base stops by itself
-    assert picture.look()["pose"] == [0.15, 0.0, 0.0]
+    assert picture.state()["pose"] == [0.15, 0.0, 0.0]
 
 
 # Who may come in
@@ -206,30 +206,32 @@ HERE = [(b"host", b"robot.local:8737")]
         ([*HERE, (b"sec-fetch-site", b"cross-site")], False),
     ],
 )
-def test_the_doors(headers: list[tuple[bytes, bytes]], allowed: bool) -> None:
-    refusal = Doors(["robot.local"]).refusal(headers)
+def test_requests_from_other_sites_are_refused(
+    headers: list[tuple[bytes, bytes]], allowed: bool
+) -> None:
+    refusal = AccessControl(["robot.local"]).refusal(headers)
     assert (refusal is None) == allowed
 
 
 @given(st.lists(st.tuples(st.sampled_from([b"host", b"origin", b"cookie"]), st.binary())))
 def test_strange_headers_raise_nothing(headers: list[tuple[bytes, bytes]]) -> None:
-    doors = Doors(["robot.local"], "token")
-    doors.refusal(headers)
-    assert not doors.knows(headers)
+    access = AccessControl(["robot.local"], "token")
+    access.refusal(headers)
+    assert not access.is_authenticated(headers)
 
 
 def test_the_token_is_changed_for_a_session() -> None:
     token = new_token()
-    doors = Doors(["robot.local"], token, "voz-1")
-    assert doors.enter("") is None
-    assert doors.enter("\udcff") is None
-    session = doors.enter(token)
+    access = AccessControl(["robot.local"], token, "voz-1")
+    assert access.log_in("") is None
+    assert access.log_in("\udcff") is None
+    session = access.log_in(token)
     assert session
-    assert doors.knows([(b"cookie", f"a=b; voz-1={session}".encode())])
-    assert not doors.knows([(b"cookie", f"voz-2={session}".encode())])
-    assert not doors.knows([(b"cookie", f"voz-1={token}".encode())])
-    assert not doors.knows([(b"cookie", f"voz-1=a; voz-1={session}".encode())])
-    assert doors.knows([(b"authorization", f"Bearer {token}".encode())])
-    for _ in range(MOST_SESSIONS):
-        doors.enter(token)
-    assert not doors.knows([(b"cookie", f"voz-1={session}".encode())])
+    assert access.is_authenticated([(b"cookie", f"a=b; voz-1={session}".encode())])
+    assert not access.is_authenticated([(b"cookie", f"voz-2={session}".encode())])
+    assert not access.is_authenticated([(b"cookie", f"voz-1={token}".encode())])
+    assert not access.is_authenticated([(b"cookie", f"voz-1=a; voz-1={session}".encode())])
+    assert access.is_authenticated([(b"authorization", f"Bearer {token}".encode())])
+    for _ in range(MAX_SESSIONS):
+        access.log_in(token)
+    assert not access.is_authenticated([(b"cookie", f"voz-1={session}".encode())])

@@ -26,7 +26,7 @@ from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from voz.apps.web.board import Record
+from voz.apps.web.event_history import Record
 from voz.audio import SAMPLE_RATE
 
 pytestmark = pytest.mark.slow
@@ -130,7 +130,7 @@ def test_a_page_can_stop_without_driving(robot: PageRobot) -> None:
 
 def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> None:
     with opened(robot) as first, opened(robot) as second:
-        first.take_the_wheel()
+        first.start_driving()
         assert not second.drive()
         assert robot.command("go forward", page=second.welcome["secret"]).status_code == 409
         assert robot.command("go forward").status_code == 409
@@ -152,7 +152,7 @@ def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
     way: str, robot: PageRobot
 ) -> None:
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         secret = page.welcome["secret"]
         if way == "socket":
             page.send("stop", number=1)
@@ -172,14 +172,14 @@ def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
 
 def test_s5_the_robot_stops_when_the_page_that_drives_is_closed(robot: PageRobot) -> None:
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
         page.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
         since = robot.since
     robot.robot.wait_for(warns("the operator's page is gone: the robot stops"), since)
     robot.robot.wait_for(rests, since)
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         robot.robot.wait_for(warns("the operator's page is there"), since)
 
 
@@ -187,18 +187,18 @@ def test_s5_the_robot_stops_when_another_page_drives_at_once_in_place_of_one_tha
     robot: PageRobot,
 ) -> None:
     with opened(robot) as second, opened(robot) as first:
-        first.take_the_wheel()
+        first.start_driving()
         assert robot.command("go forward", page=first.welcome["secret"]).json()["obeyed"]
         first.wait_for(lambda r: r["type"] == "state" and r["linear"] > 0)
         since = robot.since
         first.socket.close()
-        second.take_the_wheel()  # before the beat has looked whether the first is there
+        second.start_driving()  # before the beat has looked whether the first is there
         robot.robot.wait_for(rests, since)
 
 
 def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRobot) -> None:
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         assert robot.command("go forward", page=page.welcome["secret"]).json()["obeyed"]
         since = robot.since
         page.there = False  # its socket stays open and takes what comes, but nobody answers
@@ -209,7 +209,7 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
 def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRobot) -> None:
     since = robot.since
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
     robot.robot.wait_for(warns("no page drives any more"), since)
     robot.drives("go forward")
     time.sleep(0.5)
@@ -275,7 +275,7 @@ def test_others_need_the_token(no_sound_card: dict[str, str]) -> None:
         assert robot.api.get("/api/state").status_code == 200
         (name, value), *_ = robot.api.cookies.items()
         with opened(robot, Cookie=f"{name}={value}") as page:
-            page.take_the_wheel()
+            page.start_driving()
         assert robot.robot.words.count(robot.token) == 1  # the link, and no log
 
 
@@ -294,7 +294,7 @@ def test_with_https_the_certificate_it_offers_is_all_that_a_phone_needs(
                 assert client.get("/api/state").status_code == 200
         address = robot.link.replace("https", "wss") + "api/events"
         with connect(address, ssl=trusting, additional_headers=bearer) as socket:
-            Page(socket).take_the_wheel()
+            Page(socket).start_driving()
         entered = robot.api.post("/api/login", json={"token": robot.token})
         assert "; Secure" in entered.headers["set-cookie"]
     kept = (tmp_path / "voz" / "certificates" / "authority.key").stat()
@@ -376,7 +376,7 @@ def test_a_page_that_sends_frames_without_end_is_let_go(
 
 def test_the_stops_of_many_pages_do_not_hold_up_the_page_that_drives(robot: PageRobot) -> None:
     with opened(robot) as driver, ExitStack() as stack:
-        driver.take_the_wheel()
+        driver.start_driving()
         pages = [stack.enter_context(opened(robot)) for _ in range(5)]
         for number in range(100):
             for page in pages:
@@ -398,7 +398,7 @@ def test_commands_of_pages_that_watch_use_up_none_of_the_page_that_drives(
     robot: PageRobot,
 ) -> None:
     with opened(robot) as driver, opened(robot) as watcher:
-        driver.take_the_wheel()
+        driver.start_driving()
         for _ in range(30):
             assert robot.command("go back", page=watcher.welcome["secret"]).status_code == 409
         assert robot.command("go forward", page=driver.welcome["secret"]).json()["obeyed"]
@@ -430,7 +430,7 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
         with suppress(ConnectionClosed):  # it does not drive, and may be sent away before
             microphone_of_a_watcher.begin()
         assert microphone_of_a_watcher.told() is None
-        page.take_the_wheel()
+        page.start_driving()
         with heard(robot, page) as microphone:
             microphone.begin()
             microphone.speak(forward, page)
@@ -448,7 +448,7 @@ def test_s5_what_is_settled_once_the_page_is_closed_does_not_drive(
 ) -> None:
     with opened(robot) as watching:
         with opened(robot) as page:
-            page.take_the_wheel()
+            page.start_driving()
             since = robot.since
             with heard(robot, page) as microphone:
                 microphone.begin()
@@ -465,7 +465,7 @@ def test_sound_that_comes_late_does_not_drive_and_is_told(
 ) -> None:
     since = robot.since
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         with heard(robot, page) as microphone:
             microphone.begin()
             microphone.speak(forward, page, late=0.5)
@@ -476,14 +476,14 @@ def test_sound_that_comes_late_does_not_drive_and_is_told(
             microphone.end()
             page.stay(1.0)
     assert not robot.robot.of("utterance", since)
-    robot.robot.wait_for(warns("late and is left out"), since)
+    robot.robot.wait_for(warns("late and is dropped"), since)
 
 
 def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) -> None:
     since = robot.since
     middle = len(forward) // 3
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         with heard(robot, page) as microphone:
             microphone.begin()
             microphone.speak(forward[:middle], page)
@@ -497,7 +497,7 @@ def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) 
 
 def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
     with opened(robot) as page:
-        page.take_the_wheel()
+        page.start_driving()
         secret = page.welcome["secret"]
         with heard(robot, page) as microphone:
             microphone.begin()
@@ -517,7 +517,7 @@ def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
 def test_garbage_in_place_of_sound_ends_its_socket(robot: PageRobot) -> None:
     for garbage in (b"", b"\x00", bytes(17), bytes(40_000), "[]", json.dumps({"type": "hello"})):
         with opened(robot) as page:
-            page.take_the_wheel()
+            page.start_driving()
             with heard(robot, page) as microphone:
                 microphone.begin()
                 microphone.socket.send(garbage)

@@ -1,1 +1,1 @@
-"""What a robot needs in order to obey, each part looked at by a small function: `voz doctor`."""
+"""`voz doctor`: checks what a robot needs in order to obey, each part by a small function."""

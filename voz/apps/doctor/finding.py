@@ -1,31 +1,37 @@
-"""What was found out about one part."""
+"""The result of a check."""
 
 from __future__ import annotations
+
+from typing import Final
 
 from msgspec import Struct
 
 from voz.errors import VozError
 
+JSON_NAMES: Final = {
+    "part": "what", "ok": "well", "status": "told", "remedy": "to_do", "required": "needed",
+}  # fmt: skip
+"""The fields as `voz doctor --json` writes them."""
 
-class Finding(Struct, frozen=True):
-    """A part, and how it is.
+
+class Finding(Struct, frozen=True, rename=JSON_NAMES):
+    """The result of checking one part.
 
     Attributes:
-        what: the part.
-        well: whether it does what it should.
-        told: how it is, in words.
-        to_do: what helps, if it is not well.
-        needed: whether the robot does not obey, or not speak, without it.
+        part: its name.
+        ok: whether it does what it should.
+        status: how it is, in words.
+        remedy: what to do if it is not ok.
+        required: whether the robot does not obey, or not speak, without it.
     """
 
-    what: str
-    well: bool
-    told: str
-    to_do: str | None = None
-    needed: bool = True
+    part: str
+    ok: bool
+    status: str
+    remedy: str | None = None
+    required: bool = True
 
 
-def not_well(what: str, error: VozError, needed: bool = True) -> Finding:
-    """Make a finding of an error, which says what is wrong and, behind a semicolon, what to do."""
-    told, _, to_do = str(error).partition("; ")
-    return Finding(what, False, told, to_do or None, needed)
+def failed(part: str, error: VozError, required: bool = True) -> Finding:
+    """Make a finding of an error."""
+    return Finding(part, False, error.problem, error.remedy, required)

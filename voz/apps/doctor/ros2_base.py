@@ -1,14 +1,14 @@
-"""Who listens to the velocities on ROS 2, and the base that does; it needs cyclonedds."""
+"""The subscribers to the velocities on ROS 2, and the base that is one; it needs cyclonedds."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from cyclonedds.builtin import BuiltinTopicDcpsPublication
 
-from voz.apps.doctor.stopping import MeasuredMotion, told_motion
+from voz.apps.doctor.base_stop_check import MeasuredMotion, Obstacle, motion_of
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.node import Ros2Node
@@ -18,8 +18,9 @@ from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 
 
-class Listening(NamedTuple):
-    """Who listens to a topic in a domain, and if nobody does, why perhaps."""
+@dataclass(frozen=True)
+class Subscribers:
+    """The subscribers to a topic in a domain; if there is none, perhaps why."""
 
     topic: str
     domain: int
@@ -27,8 +28,8 @@ class Listening(NamedTuple):
     obstacle: str | None
 
 
-def listeners(settings: Ros2) -> Listening:
-    """Find out who listens to the velocities; raises VozError if the domain cannot be joined."""
+def find_subscribers(settings: Ros2) -> Subscribers:
+    """Find who listens to the velocities; raises VozError if the domain cannot be joined."""
     node = Ros2Node(settings)
     velocities = VelocityTopic(node, settings)
     velocities.wait_for_listener(settings.wait)
@@ -36,20 +37,14 @@ def listeners(settings: Ros2) -> Listening:
     topic = node.name(settings.cmd_vel)
     names = sorted(there.name(handle) for handle in there.handles())
     obstacle = None if names else there.obstacle(topic)
-    return Listening(topic, domain_number(settings, os.environ), names, obstacle)
+    return Subscribers(topic, domain_number(settings, os.environ), names, obstacle)
 
 
 class Ros2Base:
-    """The base that listens to the topic of the velocities."""
+    """The base that subscribes to the velocities."""
 
     def __init__(self, settings: Ros2, odometry: str, clock: Callable[[], float]) -> None:
-        """Offer velocities, and listen to an odometry.
-
-        Args:
-            settings: the domain, and the topic of the velocities.
-            odometry: its topic.
-            clock: tells when one came, s.
-        """
+        """Publish velocities, and subscribe to the topic of an odometry."""
         node = Ros2Node(settings)
         self._name = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
@@ -62,13 +57,13 @@ class Ros2Base:
 
     def motion(self) -> MeasuredMotion | None:
         """The newest odometry."""
-        return told_motion(self._odometry.newest())
+        return motion_of(self._odometry.newest())
 
-    def obstacle(self) -> str | None:
-        """Why it must not be driven now; None if it may be."""
+    def obstacle(self) -> Obstacle | None:
+        """Return why it must not be driven now; None if it may be."""
         writer = self._velocities.writer
         if not writer.get_matched_subscriptions():
-            return f"nobody listens to {self._name}; start the base's driver"
+            return Obstacle(f"nobody listens to {self._name}", "start the base's driver")
         if len(self._writers.of(writer.topic.name)) > 1:
-            return f"another program sends velocities on {self._name} too; end it first"
+            return Obstacle(f"another program sends velocities on {self._name} too", "end it first")
         return None

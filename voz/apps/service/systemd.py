@@ -1,4 +1,4 @@
-"""Installs the unit with systemd's programs, for the user who calls. An edge."""
+"""Installs the unit with `systemctl --user`. An edge."""
 
 from __future__ import annotations
 
@@ -10,27 +10,29 @@ import sysconfig
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from voz.apps.service.unit import unit
+from voz.apps.service.unit_file import unit_text
 from voz.errors import ServiceError
 from voz.files import atomic_write
 
-NAME = "voz.service"
+UNIT_NAME = "voz.service"
 
-PATIENCE = 30.0
-"""For an answer of systemd's, s: to stop voz takes a second or two."""
+SYSTEMD_TIMEOUT = 30.0
+"""For systemd to answer, s: to stop voz takes a second or two."""
 
 
-def unit_file() -> Path:
-    """Where the user's own units are."""
+def unit_path() -> Path:
+    """Where the unit file is."""
     base = Path(os.environ.get("XDG_CONFIG_HOME", ""))
-    return (base if base.is_absolute() else Path.home() / ".config") / "systemd" / "user" / NAME
+    return (
+        (base if base.is_absolute() else Path.home() / ".config") / "systemd" / "user" / UNIT_NAME
+    )
 
 
 def unit_for(options: Sequence[str]) -> str:
-    """Write the unit that runs voz with these options of `voz run`, in this folder."""
+    """Return the unit that runs `voz run` with these options in this folder."""
     script = Path(sysconfig.get_path("scripts")) / "voz"
     program = [str(script)] if script.is_file() else [sys.executable, "-m", "voz"]
-    return unit([*program, "run", *options], str(Path.cwd()), os.environ)
+    return unit_text([*program, "run", *options], str(Path.cwd()), os.environ)
 
 
 def install(options: Sequence[str]) -> Iterator[str]:
@@ -43,32 +45,29 @@ def install(options: Sequence[str]) -> Iterator[str]:
         What was done, in words.
 
     Raises:
-        ServiceError: there is no systemd for this user, or it refuses.
+        ServiceError: there is no systemd for this user, or it reports an error.
     """
     _systemctl("show-environment")  # before anything is written
-    path = unit_file()
+    path = unit_path()
     _write(path, unit_for(options))
     yield f"written: {path}"
     _systemctl("daemon-reload")
-    _systemctl("enable", NAME)
-    _systemctl("restart", NAME)
+    _systemctl("enable", UNIT_NAME)
+    _systemctl("restart", UNIT_NAME)
     yield "started; `journalctl --user -u voz -f` shows what it says"
     yield _linger()
 
 
 def uninstall() -> Iterator[str]:
-    """Stop it, and remove the unit.
-
-    Yields:
-        What was done, in words.
+    """Stop it, and remove the unit; yields what was done, in words.
 
     Raises:
-        ServiceError: it is not installed, or systemd refuses.
+        ServiceError: it is not installed, or systemd reports an error.
     """
-    path = unit_file()
+    path = unit_path()
     if not path.is_file():
-        raise ServiceError(f"{path}: is not there; `voz service install` writes it")
-    _systemctl("disable", "--now", NAME)
+        raise ServiceError(f"{path}: does not exist; `voz service install` writes it")
+    _systemctl("disable", "--now", UNIT_NAME)
     yield "stopped: zero velocity was the last it sent"
     path.unlink()
     _systemctl("daemon-reload")
@@ -76,16 +75,13 @@ def uninstall() -> Iterator[str]:
 
 
 def status() -> tuple[str, bool]:
-    """Tell how it is.
-
-    Returns:
-        What systemd says, and whether it runs.
+    """Return what systemd says of the service, and whether it runs.
 
     Raises:
         ServiceError: there is no systemd for this user.
     """
     _systemctl("show-environment")
-    done = _run("systemctl", "--user", "status", "--no-pager", NAME)
+    done = _run("systemctl", "--user", "status", "--no-pager", UNIT_NAME)
     return (done.stdout or done.stderr).rstrip("\n"), done.returncode == 0
 
 
@@ -132,7 +128,7 @@ def _run(*command: str) -> subprocess.CompletedProcess[str]:
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=PATIENCE,
+            timeout=SYSTEMD_TIMEOUT,
         )
     except OSError as error:
         raise ServiceError(
@@ -140,4 +136,6 @@ def _run(*command: str) -> subprocess.CompletedProcess[str]:
             "`voz service install --print` shows the unit, for a system that has systemd"
         ) from error
     except subprocess.TimeoutExpired as error:
-        raise ServiceError(f"{command[0]} gives no answer in {PATIENCE:g} s; try again") from error
+        raise ServiceError(
+            f"{command[0]} did not answer in {SYSTEMD_TIMEOUT:g} s; try again"
+        ) from error

@@ -1,6 +1,6 @@
-"""The operator page: see the robot from any browser, drive it, and speak to it.
+"""The operator page: shows a run in any browser, drives the robot, and listens to the browser.
 
-beat ──▶ Feed ──▶ Desk ──▶ pages (WebSockets)      on the server's thread
-Inbox ◀── commands, stop ◀── Desk ◀── pages
-Hearing ◀── BrowserMicrophone ◀── sound of the page that drives
+control loop ──▶ EventQueue ──▶ PageRegistry ──▶ pages (WebSockets)      on the server's thread
+Inbox ◀── commands, stop ◀── CommandBridge ◀── PageRegistry ◀── pages
+Hearing ◀── BrowserMicrophone ◀── sound of the driving page
 """

@@ -1,4 +1,4 @@
-"""The microphone of the page that drives, for the thread that listens."""
+"""The microphone of the driving page, for the thread that listens."""
 
 from __future__ import annotations
 
@@ -6,30 +6,32 @@ import queue
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-from voz.apps.web.sound import OLDEST
+from voz.apps.web.audio_blocks import MAX_AUDIO_AGE
 from voz.audio import Samples
 from voz.audio.capture.resampling import Mono, Resampler
 
-BROWSER = "browser"
-"""The source of what is heard there."""
+BROWSER_SOURCE = "browser"
+"""The source of utterances from there."""
 
-MOST_WAITING = 60
-"""Blocks, about a second, that wait for a computer that is slow; then all are left out."""
+MAX_QUEUED_BLOCKS = 60
+"""Blocks that wait for a slow computer, about a second; then all are dropped."""
 
-LOOK = 0.1
-"""How often the thread that listens looks after its end while nobody speaks, s."""
+POLL_INTERVAL = 0.1
+"""How often the thread that listens looks for its end while nobody speaks, s."""
 
-TOLD_EVERY = 5.0
-"""Of sound that is late again and again a user wants to read a line now and then, s."""
+LATE_WARNING_INTERVAL = 5.0
+"""Between two warnings of late or missing sound, s."""
 
-NOTHING: Samples = np.empty(0, np.int16)
+NO_SAMPLES: Samples = np.empty(0, np.int16)
 
 
-class _Heard(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Block:
     """A block, its rate in Hz, and when it was heard on the monotonic clock, s."""
 
     sound: Mono
@@ -37,19 +39,20 @@ class _Heard(NamedTuple):
     when: float
 
 
-class _End(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _End:
     """A stream ends, whole or not."""
 
     whole: bool
 
 
-_Item: TypeAlias = _Heard | _End
+_Item: TypeAlias = _Block | _End
 
 
 class BrowserMicrophone:
-    """What the page that drives lets be heard, stream by stream.
+    """The sound of the driving page, stream by stream.
 
-    The server's thread calls `begin`, `hear` and `end`, the thread that listens all else. Its
+    The server's thread calls the methods with a verb, the thread that listens iterates. Its
     attributes are those of `OpenMicrophone`.
     """
 
@@ -57,21 +60,21 @@ class BrowserMicrophone:
     blocks_lost = 0
 
     def __init__(self, warn: Callable[[str], None]) -> None:
-        """Begin with nobody speaking; what is late is told by `warn`."""
+        """Begin with no stream; `warn` takes a line when sound is late or missing."""
         self.arrived = time.monotonic()
         self.whole = True
         self._warn = warn
-        self._told = -TOLD_EVERY  # when
-        self._waiting: queue.Queue[_Item] = queue.Queue(MOST_WAITING)
-        self._resampler: Resampler | None = None  # of the stream under way
+        self._warned_at = -LATE_WARNING_INTERVAL
+        self._waiting: queue.Queue[_Item] = queue.Queue(MAX_QUEUED_BLOCKS)
+        self._resampler: Resampler | None = None  # of the current stream
         self._rate = 0.0
-        self._expected = False  # somebody holds the button, or speaks hands-free
+        self._expected = False
         self._last = 0.0  # when sound came that was not late, on the monotonic clock, s
         self._broken = False  # sound is missing, and the stream was ended for that
 
     @property
     def alive(self) -> float:
-        """When it last handed something over; now, while nobody is to speak."""
+        """When sound last arrived, on the monotonic clock, s; now while none is expected."""
         return self._last if self._expected else time.monotonic()
 
     @alive.setter
@@ -79,17 +82,17 @@ class BrowserMicrophone:
         self._last = when
 
     @property
-    def expected(self) -> bool:
-        """Whether somebody holds the button, or speaks hands-free."""
+    def is_expected(self) -> bool:
+        """Whether sound is expected: the button is held, or the page is hands-free."""
         return self._expected
 
-    def begin(self, rate: float) -> None:
+    def begin_stream(self, rate: float) -> None:
         """Expect sound from now on, at so many Hz."""
-        self.end(whole=False)
+        self.end_stream(whole=False)
         self._last, self._rate = time.monotonic(), rate
         self._expected, self._broken = True, False
 
-    def hear(self, sound: Mono, when: float) -> float | None:
+    def take_block(self, sound: Mono, when: float) -> float | None:
         """Take a block.
 
         Args:
@@ -97,31 +100,31 @@ class BrowserMicrophone:
             when: it was heard, on the monotonic clock, s.
 
         Returns:
-            How late it was if it is left out for that, s; None if it counts.
+            How late it was if it is dropped for that, s; None if it counts.
         """
         if not self._expected:
             return None
         now = time.monotonic()
-        if now - when > OLDEST:
-            self._break(f"sound of the browser came {now - when:.1f} s late and is left out")
+        if now - when > MAX_AUDIO_AGE:
+            self._break(f"sound of the browser came {now - when:.1f} s late and is dropped")
             return now - when
         self._last, self._broken = now, False
-        self._put(_Heard(sound, self._rate, when))
+        self._put(_Block(sound, self._rate, when))
         return None
 
-    def miss(self) -> None:
+    def note_gap(self) -> None:
         """Note that blocks are missing before the next one."""
         if self._expected:
-            self._break("sound of the browser is missing: the way to it is too slow")
+            self._break("sound of the browser is missing: the network is too slow")
 
-    def end(self, whole: bool) -> None:
-        """Expect no more; what is open is settled, if the stream is whole, else it is forgotten."""
+    def end_stream(self, whole: bool) -> None:
+        """Expect no more sound; an open segment is decided if the stream is whole, else dropped."""
         if self._expected:
             self._expected = False
             self._put(_End(whole))
 
-    def lose(self) -> None:
-        """Note that the page has gone though it was to speak: sound is still expected (S5)."""
+    def note_page_gone(self) -> None:
+        """Note that the page has gone; if it was to speak, sound is still expected (S5)."""
         if self._expected:
             self._put(_End(False))
 
@@ -130,10 +133,10 @@ class BrowserMicrophone:
 
     def __next__(self) -> Samples:
         try:
-            item = self._waiting.get(timeout=LOOK)
+            item = self._waiting.get(timeout=POLL_INTERVAL)
         except queue.Empty:
             self.arrived = time.monotonic()
-            return NOTHING
+            return NO_SAMPLES
         if isinstance(item, _End):
             self.whole, self._resampler = item.whole, None
             raise StopIteration
@@ -142,13 +145,13 @@ class BrowserMicrophone:
         return self._resampler.feed(item.sound)
 
     def _break(self, why: str) -> None:
-        """End the stream without what is open in it: words may be missing from that."""
+        """End the stream without its open segment, in which words may be missing."""
         now = time.monotonic()
         if not self._broken:
             self._broken = True
             self._put(_End(False))
-        if now - self._told >= TOLD_EVERY:
-            self._told = now
+        if now - self._warned_at >= LATE_WARNING_INTERVAL:
+            self._warned_at = now
             self._warn(why)
 
     def _put(self, item: _Item) -> None:
@@ -162,6 +165,6 @@ class BrowserMicrophone:
 
 
 @contextmanager
-def opened(microphone: BrowserMicrophone) -> Iterator[BrowserMicrophone]:
-    """Hand a microphone to the thread that listens; it is there all the time."""
+def open_browser_microphone(microphone: BrowserMicrophone) -> Iterator[BrowserMicrophone]:
+    """Give a microphone to the thread that listens; it stays open all the time."""
     yield microphone

@@ -1,4 +1,4 @@
-"""Certificates for HTTPS in a house without a name in the world: an authority of this user's own.
+"""Certificates for HTTPS without a public domain name: an authority of this user's own.
 
 It is made once, and phones are told to trust it. So it may vouch for nothing but computers in
 private networks (name constraints): whoever steals its key cannot pretend to be a bank.
@@ -22,40 +22,41 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from voz.errors import ConfigError
 from voz.files import atomic_write, os_errors_as_config_error
 
-AUTHORITY_FOR = timedelta(days=3650)
-LEAF_FOR = timedelta(days=90)
-"""Phones take no longer ones than 398 days."""
+AUTHORITY_LIFETIME = timedelta(days=3650)
+LEAF_LIFETIME = timedelta(days=90)
+"""Phones accept at most 398 days."""
 
-RENEWED_BEFORE = timedelta(days=30)
-"""So long before its end a certificate is made anew."""
+RENEWAL_MARGIN = timedelta(days=30)
+"""How long before its end a certificate is renewed."""
 
-EARLIER = timedelta(days=1)
+CLOCK_TOLERANCE = timedelta(days=1)
 """Clocks of phones and robots differ."""
 
-PRIVATE = (
+PRIVATE_NETWORKS = (
     "127.0.0.0/8", "10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "169.254.0.0/16",
     "100.64.0.0/10", "::1/128", "fc00::/7", "fe80::/10",
 )  # fmt: skip
-"""Networks that are nobody's in the world."""
+"""Networks without public addresses."""
 
-KEY, CERTIFICATE, LEAF = "authority.key", "authority.crt", "leaf.pem"
+AUTHORITY_KEY, AUTHORITY_CERTIFICATE, LEAF_CERTIFICATE = (
+    "authority.key",
+    "authority.crt",
+    "leaf.pem",
+)
 
 
 class Certificates:
-    """The authority of this user, and a certificate of this computer that renews itself.
+    """The authority of this user, and a certificate of this computer.
 
     Attributes:
-        context: serves by the newest certificate.
+        context: the TLS context with the newest certificate.
     """
 
     def __init__(self, folder: Path) -> None:
-        """Read the authority, or make it.
-
-        Args:
-            folder: where it is kept, for this user alone.
+        """Read the authority from a folder of this user alone, or make it.
 
         Raises:
-            ConfigError: the folder cannot be written, or what is in it is no authority.
+            ConfigError: the folder cannot be written, or holds no usable authority.
         """
         self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         self._folder = folder
@@ -64,7 +65,7 @@ class Certificates:
         with os_errors_as_config_error(folder):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             folder.chmod(0o700)
-            if not (folder / CERTIFICATE).exists():
+            if not (folder / AUTHORITY_CERTIFICATE).exists():
                 _make_authority(folder)
             self._key, self._authority = _read_authority(folder)
 
@@ -74,10 +75,10 @@ class Certificates:
         return self._authority.public_bytes(serialization.Encoding.PEM)
 
     def renew(self, names: Iterable[str], now: datetime) -> bool:
-        """Make a certificate, if the one that there is ends soon or has other names.
+        """Make a new certificate if the current one ends soon or has other names.
 
         Args:
-            names: and addresses of this computer; those in private networks count.
+            names: names and addresses of this computer; those in private networks count.
             now: the time.
 
         Returns:
@@ -87,15 +88,15 @@ class Certificates:
             ConfigError: it cannot be written.
         """
         wanted = tuple(sorted(set(names)))
-        if wanted == self._names and now < self._until - RENEWED_BEFORE:
+        if wanted == self._names and now < self._until - RENEWAL_MARGIN:
             return False
         key = ec.generate_private_key(ec.SECP256R1())
         leaf = self._signed(key, wanted, now)
         with os_errors_as_config_error(self._folder):
-            path = self._folder / LEAF
-            _write_for_this_user(path, _pem(key) + leaf.public_bytes(serialization.Encoding.PEM))
+            path = self._folder / LEAF_CERTIFICATE
+            _write_private(path, _pem(key) + leaf.public_bytes(serialization.Encoding.PEM))
             self.context.load_cert_chain(path)
-        self._names, self._until = wanted, now + LEAF_FOR
+        self._names, self._until = wanted, now + LEAF_LIFETIME
         return True
 
     def _signed(
@@ -103,7 +104,7 @@ class Certificates:
     ) -> x509.Certificate:
         usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
         return (
-            _begun("voz", self._authority.subject, key, now, LEAF_FOR)
+            _certificate_builder("voz", self._authority.subject, key, now, LEAF_LIFETIME)
             .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
             .add_extension(_usage(signs_others=False), critical=True)
             .add_extension(usage, critical=False)
@@ -119,11 +120,11 @@ class Certificates:
 def _make_authority(folder: Path) -> None:
     key = ec.generate_private_key(ec.SECP256R1())
     name = f"voz operator page on {socket.gethostname()}"[:64]
-    networks = [x509.IPAddress(ipaddress.ip_network(each)) for each in PRIVATE]
+    networks = [x509.IPAddress(ipaddress.ip_network(each)) for each in PRIVATE_NETWORKS]
     permitted = [x509.DNSName("local"), x509.DNSName("localhost"), *networks]
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     certificate = (
-        _begun(name, subject, key, datetime.now(timezone.utc), AUTHORITY_FOR)
+        _certificate_builder(name, subject, key, datetime.now(timezone.utc), AUTHORITY_LIFETIME)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .add_extension(_usage(signs_others=True), critical=True)
         .add_extension(x509.NameConstraints(permitted, None), critical=True)
@@ -131,14 +132,16 @@ def _make_authority(folder: Path) -> None:
         .sign(key, hashes.SHA256())
     )
     # The certificate last: if there is one, there is a key.
-    _write_for_this_user(folder / KEY, _pem(key))
-    _write_for_this_user(folder / CERTIFICATE, certificate.public_bytes(serialization.Encoding.PEM))
+    _write_private(folder / AUTHORITY_KEY, _pem(key))
+    _write_private(
+        folder / AUTHORITY_CERTIFICATE, certificate.public_bytes(serialization.Encoding.PEM)
+    )
 
 
 def _read_authority(folder: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
     try:
-        key = serialization.load_pem_private_key((folder / KEY).read_bytes(), None)
-        certificate = x509.load_pem_x509_certificate((folder / CERTIFICATE).read_bytes())
+        key = serialization.load_pem_private_key((folder / AUTHORITY_KEY).read_bytes(), None)
+        certificate = x509.load_pem_x509_certificate((folder / AUTHORITY_CERTIFICATE).read_bytes())
         if isinstance(key, ec.EllipticCurvePrivateKey) and (
             key.public_key() == certificate.public_key()
         ):
@@ -146,19 +149,18 @@ def _read_authority(folder: Path) -> tuple[ec.EllipticCurvePrivateKey, x509.Cert
     except ValueError:
         pass
     raise ConfigError(
-        f"{folder}: holds no authority that can be used; remove {KEY} and {CERTIFICATE}, "
-        "and let phones trust the new one"
+        f"{folder}: holds no usable certificate authority; remove {AUTHORITY_KEY} and "
+        f"{AUTHORITY_CERTIFICATE}, and let phones trust the new one"
     )
 
 
-def _begun(
+def _certificate_builder(
     name: str,
     issuer: x509.Name,
     key: ec.EllipticCurvePrivateKey,
     now: datetime,
-    lasts: timedelta,
+    lifetime: timedelta,
 ) -> x509.CertificateBuilder:
-    """Begin a certificate with what all have."""
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     return (
         x509.CertificateBuilder()
@@ -166,8 +168,8 @@ def _begun(
         .issuer_name(issuer)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - EARLIER)
-        .not_valid_after(now + lasts)
+        .not_valid_before(now - CLOCK_TOLERANCE)
+        .not_valid_after(now + lifetime)
     )
 
 
@@ -181,7 +183,7 @@ def _usage(signs_others: bool) -> x509.KeyUsage:
 
 def _alternatives(names: Iterable[str]) -> list[x509.GeneralName]:
     """The names and addresses that the authority may vouch for."""
-    networks = [ipaddress.ip_network(each) for each in PRIVATE]
+    networks = [ipaddress.ip_network(each) for each in PRIVATE_NETWORKS]
     found: list[x509.GeneralName] = []
     for name in names:
         try:
@@ -203,8 +205,8 @@ def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
     )
 
 
-def _write_for_this_user(path: Path, data: bytes) -> None:
-    """Write what nobody else may read; whoever looks meanwhile cannot either."""
+def _write_private(path: Path, data: bytes) -> None:
+    """Write a file that nobody else may read, not even while it is written."""
     mask = os.umask(0o077)
     try:
         with atomic_write(path, "wb") as file:

@@ -1,0 +1,38 @@
+"""The operator page as a part of a run, without a server."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import pytest
+
+from voz.apps.web.live_page import NO_DRIVER, LivePage
+from voz.events import Event, Utterance, Warning
+from voz.inbox import Inbox
+from voz.run.beat import take
+from voz.run.clocks import WallClock
+from voz.run.controller import Controller
+from voz.settings import Safety
+
+
+@pytest.mark.parametrize("listens", [True, False])
+def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(listens: bool) -> None:
+    events: list[Event] = []
+    controller = Controller([events.append], Safety(), listening=True)
+    inbox = Inbox({"stop"})
+    clock = WallClock(inbox)
+    unused: Any = None
+    page = LivePage(unused, inbox, clock, unused, picture=unused, browser_listens=listens)
+    page._driver_lock.acquire(1, False, time.monotonic())
+    begun = clock.now()
+    time.sleep(0.02)
+    page._driver_lock.release(1)
+    assert page.trouble(controller.moving) is None
+    while taken := inbox.take(0.001):
+        take(controller, taken, clock.now())
+    told = [event.text for event in events if isinstance(event, Warning)]
+    assert told == ([NO_DRIVER] if listens else [])
+    now = clock.now()
+    controller.hear(Utterance(now, "go forward", 0.9, True, begun, now, "browser"))
+    assert controller.moving is not listens  # else the robot's own microphone may have heard it

@@ -1,0 +1,56 @@
+"""All checks, in the order in which they are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+
+from voz.apps.doctor.base_stop_check import BASE_STOPS, Base, check_stop
+from voz.apps.doctor.extras_check import check_extras
+from voz.apps.doctor.finding import Finding, failed
+from voz.apps.doctor.recognition_checks import check_recognition
+from voz.apps.doctor.ros1_checks import check_ros1, open_ros1_base
+from voz.apps.doctor.ros2_checks import check_ros2, open_ros2_base
+from voz.apps.doctor.sound_checks import check_festival, check_loudspeaker, check_microphone
+from voz.config import Config
+from voz.errors import VozError
+
+BASES: Mapping[str, Callable[[Config, str], AbstractContextManager[Base]]] = {
+    "ros1": lambda settings, odometry: open_ros1_base(settings.ros1, odometry),
+    "ros2": lambda settings, odometry: open_ros2_base(settings.ros2, odometry),
+}
+"""Opens the base of a robot, by the robot's name."""
+
+
+def check_all(settings: Config, robots: Sequence[str], device: str | None) -> Iterator[Finding]:
+    """Check what a run needs; nothing moves.
+
+    Args:
+        settings: those of the run.
+        robots: by their names.
+        device: the microphone, by its number or a part of its name.
+    """
+    yield check_microphone(device)
+    yield check_loudspeaker(settings.speech.enabled)
+    yield check_festival(settings.speech)
+    yield from check_recognition(settings)
+    yield from check_ros1(settings.ros1, "ros1" in robots)
+    if "ros2" in robots:
+        yield from check_ros2(settings.ros2)
+    yield from check_extras(frozenset({"ros2"}.intersection(robots)))
+
+
+def check_base_stops(settings: Config, robot: str, odometry: str | None) -> Finding:
+    """Drive the base of a robot for a moment, and check whether it stops by itself.
+
+    Args:
+        settings: those of the robot.
+        robot: one of `BASES`.
+        odometry: the topic of the base's odometry; None as the settings say.
+    """
+    try:
+        topic = odometry or getattr(settings, robot).odom
+        with BASES[robot](settings, topic) as base:
+            return check_stop(base)
+    except VozError as error:
+        return failed(BASE_STOPS, error)

@@ -1,0 +1,113 @@
+"""ROS 1: whether the master answers, who listens to `cmd_vel`, whether the base stops. An edge."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+from voz.apps.doctor.base_stop_check import MeasuredMotion, Obstacle, motion_of
+from voz.apps.doctor.finding import Finding, failed
+from voz.errors import ConfigError, RobotError
+from voz.ros1.master import ask, check_namespace, master_uri
+from voz.ros1.node import Ros1Node
+from voz.ros1.odometry import Ros1OdometryListener
+from voz.ros1.robot import velocity, velocity_topic
+from voz.settings import Ros1
+
+DOCTOR_NODE = "/voz_doctor"
+
+
+def check_ros1(settings: Ros1, required: bool) -> Iterator[Finding]:
+    """Check the ROS master, and who subscribes to the velocities."""
+    if required:
+        yield _check_rospy()
+    name = "ROS 1 master"
+    try:
+        check_namespace()
+        _, subscribers = system_state()
+    except ConfigError as error:
+        yield failed(name, error, required)
+    except OSError as error:
+        status = f"none at {master_uri()} ({error.strerror or error})"
+        yield Finding(name, False, status, "start `roscore`, or set ROS_MASTER_URI", required)
+    else:
+        yield Finding(name, True, f"answers at {master_uri()}", required=required)
+        yield _check_subscribers(full_name(settings.cmd_vel), subscribers, required)
+
+
+def system_state() -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Return the publishers and the subscribers of each topic; raises OSError."""
+    publishers, subscribers, _ = ask("getSystemState", DOCTOR_NODE) or ([], [], [])
+    return dict(publishers), dict(subscribers)
+
+
+def full_name(topic: str) -> str:
+    """Return a topic's name with its namespace."""
+    if topic.startswith("/"):
+        return topic
+    namespace = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    return "/".join(["", *filter(None, [namespace]), topic])
+
+
+def _check_rospy() -> Finding:
+    if find_spec("rospy"):
+        return Finding("ROS 1", True, f"{sys.executable} has rospy")
+    status = f"{sys.executable} has no rospy"
+    return Finding("ROS 1", False, status, "`make ros1`, then call .venv-ros1/bin/voz")
+
+
+def _check_subscribers(topic: str, subscribers: dict[str, list[str]], required: bool) -> Finding:
+    part = f"ROS 1 {topic}"
+    if names := subscribers.get(topic):
+        return Finding(part, True, f"{' and '.join(names)} listens", required=required)
+    remedy = "start the base's driver, or name its topic: `cmd_vel` in [ros1] of voz.toml"
+    return Finding(part, False, "nobody listens", remedy, required)
+
+
+class Ros1Base:
+    """The base that subscribes to the velocities."""
+
+    def __init__(self, node: Ros1Node, settings: Ros1, odometry: str) -> None:
+        """Publish velocities, and subscribe to the topic of an odometry."""
+        self._node = node
+        self._name = full_name(settings.cmd_vel)
+        self._velocity = velocity_topic(settings)
+        self._odometry = Ros1OdometryListener(odometry)
+
+    def send(self, linear: float, angular: float) -> None:
+        """Send a velocity once, m/s and rad/s."""
+        self._velocity.publish(velocity(linear, angular))
+
+    def motion(self) -> MeasuredMotion | None:
+        """The newest odometry."""
+        return motion_of(self._odometry.newest())
+
+    def obstacle(self) -> Obstacle | None:
+        """Return why it must not be driven now; None if it may be."""
+        if not self._velocity.get_num_connections():
+            return Obstacle(f"nobody listens to {self._name}", "start the base's driver")
+        try:
+            publishers, _ = system_state()
+        except OSError:
+            return Obstacle("the ROS master does not answer", "start it again")
+        others = [name for name in publishers.get(self._name, ()) if name != self._node.name]
+        if others:
+            return Obstacle(f"{' and '.join(others)} sends velocities too", "end it first")
+        return None
+
+
+@contextmanager
+def open_ros1_base(settings: Ros1, odometry: str) -> Iterator[Ros1Base]:
+    """Open the base for the length of a `with` block.
+
+    Raises:
+        RobotError: ROS 1 is not there.
+        ConfigError: the namespace is invalid.
+    """
+    with Ros1Node("voz_doctor") as node:
+        yield Ros1Base(node, settings, odometry)
+        if node.over:
+            raise RobotError("somebody ended the node; call it again")

@@ -1,0 +1,85 @@
+"""The systemd unit that runs voz. Pure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+KEPT_VARIABLES = (
+    "PULSE_SERVER",
+    "ROS_MASTER_URI",
+    "ROS_IP",
+    "ROS_HOSTNAME",
+    "ROS_NAMESPACE",
+    "ROS_DOMAIN_ID",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_LOCALHOST_ONLY",
+    "ROS_STATIC_PEERS",
+    "CYCLONEDDS_URI",
+    "LD_LIBRARY_PATH",
+    "PYTHONPATH",
+)
+"""Environment variables that a run reads and a service would lack, most of them ROS's."""
+
+UNIT = """\
+[Unit]
+Description=voz, drives the robot by voice
+After=pipewire.service pipewire-pulse.service wireplumber.service pulseaudio.service
+# What it needs may come later than it, as a microphone or a ROS master: it never gives up.
+StartLimitIntervalSec=0
+
+[Service]
+Type=exec
+WorkingDirectory={folder}
+Environment=PYTHONUNBUFFERED=1
+{environment}ExecStart={command}
+# Zero velocity is the last that voz sends after SIGTERM. Its watchdog takes no such signal: if voz
+# crashed it still has to stop the robot, and with another mode it would be killed at once.
+KillMode=control-group
+TimeoutStopSec=10
+SuccessExitStatus=143
+Restart=on-failure
+RestartSec=3
+# What a voice does not need. A user's systemd can close no more than this without a user namespace,
+# which many systems refuse: voz would not start. docs/service.md has how to open it.
+NoNewPrivileges=yes
+SystemCallArchitectures=native
+SystemCallFilter=@system-service
+SystemCallFilter=~@privileged
+SystemCallErrorNumber=EPERM
+RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK
+RestrictNamespaces=yes
+RestrictRealtime=yes
+RestrictSUIDSGID=yes
+LockPersonality=yes
+KeyringMode=private
+
+[Install]
+WantedBy=default.target
+"""
+
+
+def unit_text(command: Sequence[str], folder: str, environment: Mapping[str, str]) -> str:
+    """Return the text of the unit.
+
+    Args:
+        command: the full path of a program, and its arguments.
+        folder: the working directory: its `voz.toml` and its `lm/` are read.
+        environment: that of the user's shell; `KEPT_VARIABLES` of it are kept.
+    """
+    kept = {name: environment[name] for name in KEPT_VARIABLES if environment.get(name)}
+    lines = [f"Environment={_quoted(f'{name}={value}')}\n" for name, value in kept.items()]
+    # In a command systemd also expands variables.
+    words = [_quoted(word).replace("$", "$$") for word in command]
+    return UNIT.format(
+        folder=folder.replace("%", "%%"), environment="".join(lines), command=" ".join(words)
+    )
+
+
+def _quoted(word: str) -> str:
+    """Quote a word for systemd, where `%` begins a specifier."""
+    word = word.replace("%", "%%")
+    if re.fullmatch(r"[\w@%+=:,./-]+", word, re.ASCII):
+        return word
+    escaped = word.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

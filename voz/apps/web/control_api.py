@@ -1,0 +1,147 @@
+"""The HTTP requests that show and drive a run; docs/operator-page-api.md has them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from http import HTTPStatus
+from pathlib import Path
+
+import msgspec
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
+
+from voz.apps.web.access_control import AccessControl
+from voz.apps.web.command_bridge import ControlLoopTimeoutError
+from voz.apps.web.diagnostic_bundle import diagnostic_bundle
+from voz.apps.web.event_history import Record
+from voz.apps.web.json_requests import decode_body, error_response
+from voz.apps.web.open_page import OpenPage
+from voz.apps.web.page_messages import Command, Login
+from voz.apps.web.page_registry import (
+    AlreadyDrivenError,
+    OvertakenError,
+    PageRegistry,
+    TooManyError,
+)
+from voz.config import Config
+
+PAGE_FILES = Path(__file__).with_name("page")
+
+MAX_STOP_DIGITS = 10
+"""Of the number of a stop."""
+
+
+class ControlApi:
+    """Answers the requests that show and drive a run."""
+
+    def __init__(
+        self,
+        registry: PageRegistry,
+        access: AccessControl,
+        snapshot: Callable[[], Record],
+        settings: Config,
+    ) -> None:
+        """Prepare to answer; `snapshot` returns all that a page shows."""
+        self._registry = registry
+        self._access = access
+        self._snapshot = snapshot
+        self._settings = settings
+
+    def routes(self) -> list[BaseRoute]:
+        """The addresses that it answers."""
+        return [
+            Route("/api/state", self.state),
+            Route("/api/diagnostics", self.diagnostics),
+            Route("/api/login", self.login, methods=["POST"]),
+            Route("/api/command", self.command, methods=["POST"]),
+            Route("/api/stop", self.stop, methods=["POST"]),
+        ]
+
+    async def state(self, _: Request) -> Response:
+        """GET /api/state: the current state, and the last events."""
+        return JSONResponse(self._snapshot())
+
+    async def diagnostics(self, _: Request) -> Response:
+        """GET /api/diagnostics: a ZIP file for finding out what went wrong."""
+        packed = await asyncio.to_thread(
+            diagnostic_bundle, self._snapshot(), self._registry.recent, self._settings
+        )
+        headers = {"Content-Disposition": 'attachment; filename="voz-diagnostics.zip"'}
+        return Response(packed, media_type="application/zip", headers=headers)
+
+    async def login(self, request: Request) -> Response:
+        """POST /api/login: exchanges the token for a cookie that scripts cannot read."""
+        login = await decode_body(request, Login)
+        session = self._access.log_in(login.token) if login else None
+        if session is None:
+            return error_response(HTTPStatus.FORBIDDEN, "wrong token: open the link again")
+        answer = JSONResponse({"ok": True})
+        answer.set_cookie(
+            self._access.cookie, session, path="/api", httponly=True, samesite="strict",
+            secure=request.url.scheme == "https",
+        )  # fmt: skip
+        return answer
+
+    async def command(self, request: Request) -> Response:
+        """POST /api/command: obeys a sentence, and returns what became of it."""
+        command = await decode_body(request, Command)
+        if command is None:
+            return error_response(
+                HTTPStatus.BAD_REQUEST, 'send JSON such as {"text": "go forward"}'
+            )
+        try:
+            utterance = await self._registry.command(command.text, command.page, command.stops)
+        except AlreadyDrivenError:
+            return error_response(
+                HTTPStatus.CONFLICT, "another page drives, or none: press Drive first"
+            )
+        except TooManyError:
+            return error_response(HTTPStatus.TOO_MANY_REQUESTS, "too many commands")
+        except OvertakenError:
+            return error_response(HTTPStatus.CONFLICT, "a stop came after it: give it again")
+        except ControlLoopTimeoutError:
+            return error_response(
+                HTTPStatus.SERVICE_UNAVAILABLE, "the control loop does not answer"
+            )
+        return JSONResponse(msgspec.to_builtins(utterance))
+
+    async def stop(self, request: Request) -> Response:
+        """POST /api/stop: stops the robot, whoever asks; answers when it is stopped."""
+        page = self._registry.page_with_secret(request.headers.get("X-Voz-Page", ""))
+        number = request.headers.get("X-Voz-Stop", "")
+        valid = number.isdecimal() and len(number) < MAX_STOP_DIGITS
+        return JSONResponse(*await stop_answer(self._registry, page, int(number) if valid else 0))
+
+
+async def stop_answer(
+    registry: PageRegistry, page: OpenPage | None, number: int
+) -> tuple[Record, HTTPStatus]:
+    """Stop the robot; returns the answer to a page or a program."""
+    try:
+        return {"stopped": True, "t": await registry.stop(page, number)}, HTTPStatus.OK
+    except ControlLoopTimeoutError:
+        error = "the control loop does not answer: use the switch that cuts its power"
+        return {"stopped": False, "error": error}, HTTPStatus.SERVICE_UNAVAILABLE
+
+
+def application(routes: Sequence[BaseRoute], authority: bytes | None) -> Starlette:
+    """Make the application: the API, and the files of the page.
+
+    `authority` is the certificate that a phone has to trust, PEM; None without HTTPS.
+    """
+
+    async def index(_: Request) -> Response:
+        return FileResponse(PAGE_FILES / "index.html")
+
+    async def certificate(_: Request) -> Response:
+        if authority is None:
+            return error_response(HTTPStatus.NOT_FOUND, "this page needs no certificate")
+        return Response(authority, media_type="application/x-x509-ca-cert")
+
+    more = [Route("/", index), Route("/api/authority.crt", certificate)]
+    files = Mount("/page", StaticFiles(directory=PAGE_FILES))
+    return Starlette(routes=[*more, *routes, files])

@@ -1,0 +1,199 @@
+"""The operator page of a live run: a source of commands, a receiver, and one that may be lost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+
+from voz.apps.recordings.recorder import Recorder
+from voz.apps.web.access_middleware import AccessMiddleware
+from voz.apps.web.browser_microphone import (
+    BROWSER_SOURCE,
+    BrowserMicrophone,
+    open_browser_microphone,
+)
+from voz.apps.web.command_bridge import CommandBridge
+from voz.apps.web.control_api import ControlApi, application
+from voz.apps.web.driver_lock import DriverLock
+from voz.apps.web.event_history import EventHistory, Record
+from voz.apps.web.event_queue import EventQueue
+from voz.apps.web.false_alarm_setting import FalseAlarmSetting
+from voz.apps.web.page_address import PageAddress
+from voz.apps.web.page_playback import PagePlayback
+from voz.apps.web.page_registry import PageRegistry
+from voz.apps.web.picture import Picture
+from voz.apps.web.recording_marks import RecordingMarks
+from voz.apps.web.tuning_api import TuningApi
+from voz.apps.web.web_server import running_server, start_background_tasks
+from voz.apps.web.websocket_api import WebSocketApi
+from voz.events import Event
+from voz.hearing.half_duplex import Playback
+from voz.hearing.microphone_thread import Hearing, SoundSource
+from voz.inbox import Halt, Inbox, Rehearsal
+from voz.language.sentences.command_set import Commands
+from voz.run.clocks import Clock
+from voz.run.live import RunParts
+from voz.run.session import Ears, warner
+
+NO_DRIVER = "no page drives any more"
+"""The warning when the page that was the microphone has left a robot at rest."""
+
+MAX_BUTTONS = 60
+"""Of more sentences, each command has one button, with the shortest of its own."""
+
+
+class LivePage:
+    """Serves the operator page of a live run."""
+
+    def __init__(
+        self,
+        address: PageAddress,
+        inbox: Inbox,
+        clock: Clock,
+        commands: Callable[[], Commands],
+        *,
+        picture: Picture,
+        browser_listens: bool,
+    ) -> None:
+        """Prepare to serve.
+
+        Args:
+            address: where it is served, and who may open it.
+            inbox: where commands go.
+            clock: the time of the run.
+            commands: returns what may be said now; the buttons are in their order.
+            picture: what is drawn of the robot.
+            browser_listens: whether the browser is the microphone.
+        """
+        self._address = address
+        self._inbox = inbox
+        self._clock = clock
+        self._commands = commands
+        self._picture = picture
+        self._warn = warner(inbox, clock)
+        self._microphone = BrowserMicrophone(self._warn) if browser_listens else None
+        self._playback = PagePlayback()
+        self._events = EventQueue()
+        self._driver_lock = DriverLock()
+
+    @property
+    def sound(self) -> SoundSource | None:
+        """The browser as a microphone; None if the robot's own is used."""
+        if not self._microphone:
+            return None
+        return SoundSource(partial(open_browser_microphone, self._microphone), BROWSER_SOURCE)
+
+    def audible_playback(self, own: Playback | None) -> Playback:
+        """All playback that a microphone may pick up: the robot's and the browsers'."""
+        self._playback.robot = own
+        return self._playback
+
+    def receive(self, event: Event) -> None:
+        """Take an event of the run; it never waits."""
+        self._picture.receive(event)
+        self._events.receive(event)
+
+    def trouble(self, moving: bool) -> str | None:
+        """Report that the page that drove the robot is gone (S5)."""
+        problem = self._driver_lock.trouble(time.monotonic(), moving)
+        if self._driver_lock.released_at_rest and self._microphone:
+            # What was said last may be recognized only now, with nobody there who can stop it.
+            self._inbox.put(Halt(NO_DRIVER, self._clock.now()))
+        return problem
+
+    @contextmanager
+    def serving(self, parts: RunParts) -> Iterator[Ears]:
+        """Serve the page for a `with` block; gives what listens, whose trouble the page shows."""
+        ears = _WatchedEars(parts.hearing)
+        registry = PageRegistry(
+            CommandBridge(self._inbox, self._clock.now, self._commands),
+            EventHistory(parts.recognizer.needed),
+            self._driver_lock,
+            warn=self._warn,
+            microphone=self._microphone,
+            set_rehearsal=lambda on: self._inbox.put(Rehearsal(on)),
+        )
+        recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
+        marks = RecordingMarks(recorder, self._commands)
+        false_alarms = FalseAlarmSetting(parts.recognizer, parts.settings.recognition, self._warn)
+        state = partial(self._state, parts, ears, marks, false_alarms)
+
+        def snapshot() -> Record:
+            """All that a page that is opened now has to know."""
+            return {
+                "commands": _buttons(self._commands()),
+                "room": self._picture.room() or None,
+                "recordings": marks.known,
+                "tuning": false_alarms.choices(),
+                "microphone": "browser" if self._microphone else parts.hearing.device,
+                "events": registry.remembered,
+                "now": {**state(), **registry.status},
+            }
+
+        address, voice = self._address, parts.settings.speech.voice
+        routes = [
+            *ControlApi(registry, address.access, snapshot, parts.settings).routes(),
+            *WebSocketApi(registry, snapshot).routes(),
+            *TuningApi(registry, marks, false_alarms, self._playback, voice).routes(),
+        ]
+        app = AccessMiddleware(
+            application(routes, address.authority), address.access, address.listener
+        )
+        start_tasks = partial(
+            start_background_tasks,
+            registry, self._events, state, marks.take_new, address.renew_certificate,
+        )  # fmt: skip
+        with running_server(app, address.listener, address.tls, start_tasks, self._warn):
+            yield ears
+
+    def _state(
+        self,
+        parts: RunParts,
+        ears: _WatchedEars,
+        marks: RecordingMarks,
+        false_alarms: FalseAlarmSetting,
+    ) -> Record:
+        """The current state, on the server's thread."""
+        linear, angular = parts.controller.velocities
+        busy_until = max(
+            self._playback.busy_until(), parts.mixer.busy_until() if parts.mixer else 0.0
+        )
+        return {
+            "t": self._clock.now(),
+            "listening": parts.controller.listening,
+            "rehearsing": parts.controller.rehearsing,
+            "speaking": busy_until > time.monotonic(),
+            "recording": marks.note,
+            "alarms": false_alarms.alarms,
+            "deaf": ears.problem,
+            "talking": bool(self._microphone and self._microphone.is_expected),
+            "linear": linear,
+            "angular": angular,
+            "peak": round(parts.hearing.peak, 4),
+            "background": round(parts.hearing.background, 1),
+            **self._picture.state(),
+        }
+
+
+class _WatchedEars:
+    """Passes on a microphone's trouble, and keeps it for the page."""
+
+    def __init__(self, hearing: Hearing) -> None:
+        self.source = hearing.source
+        self.problem: str | None = None
+        self._trouble: Callable[[bool], str | None] = hearing.trouble
+
+    def trouble(self, moving: bool) -> str | None:
+        """Report why nothing is heard right now."""
+        self.problem = self._trouble(moving)
+        return self.problem
+
+
+def _buttons(commands: Commands) -> list[str]:
+    """The sentences that have a button."""
+    if len(commands) <= MAX_BUTTONS:
+        return commands.listed
+    shortest = [commands.named([name], 1) for name in commands.names[:MAX_BUTTONS]]
+    return [sentence for sentences in shortest for sentence in sentences[:1]]

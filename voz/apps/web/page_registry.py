@@ -1,0 +1,233 @@
+"""The open pages: which of them is driving, and what all of them are sent."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import count
+
+from voz.apps.web.access_control import secrets_equal
+from voz.apps.web.browser_microphone import BrowserMicrophone
+from voz.apps.web.command_bridge import PAGE_SOURCE, STOPPED_BY_PAGE, CommandBridge
+from voz.apps.web.driver_lock import DriverLock
+from voz.apps.web.event_history import EventHistory, Record, encode_record
+from voz.apps.web.open_page import OpenPage
+from voz.apps.web.rate_limits import RateLimit
+from voz.control.table import STOP
+from voz.events import Event, Utterance, Warning
+
+MAX_PAGES = 100
+
+COMMAND_RATE, COMMAND_BURST = 5.0, 20.0
+"""Commands per second, and at once: of the driving page, or of all programs while none drives."""
+
+MAX_RECENT_EVENTS = 6000
+"""Events kept for the diagnostics: ten minutes."""
+
+
+class AlreadyDrivenError(Exception):
+    """Another page is driving."""
+
+
+class TooManyError(Exception):
+    """Commands come faster than `COMMAND_RATE`."""
+
+
+class OvertakenError(Exception):
+    """The page has asked for a stop since it sent the command."""
+
+
+class PageRegistry:
+    """The open pages. Event-loop thread only.
+
+    Attributes:
+        microphone: gets the sound of the driving page; None if the robot's own is used.
+    """
+
+    def __init__(
+        self,
+        bridge: CommandBridge,
+        history: EventHistory,
+        driver_lock: DriverLock,
+        *,
+        warn: Callable[[str], None],
+        microphone: BrowserMicrophone | None,
+        set_rehearsal: Callable[[bool], None],
+    ) -> None:
+        self.microphone = microphone
+        self._bridge = bridge
+        self._history = history
+        self._driver_lock = driver_lock
+        self._warn = warn
+        self._set_rehearsal = set_rehearsal
+        self._recent: deque[str] = deque(maxlen=MAX_RECENT_EVENTS)
+        self._pages: dict[int, OpenPage] = {}
+        self._numbers = count(1)
+        self._command_limit = RateLimit(COMMAND_RATE, COMMAND_BURST)
+        self._reported_stops: set[type[Event]] = set()  # since the last state
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no more pages can be served."""
+        return len(self._pages) >= MAX_PAGES
+
+    @property
+    def status(self) -> Record:
+        """How many pages are open, and which one is driving."""
+        driver = self._pages.get(self._driver_lock.driver or 0)
+        return {
+            "pages": len(self._pages),
+            "driver": driver.number if driver else None,
+            "driver_name": driver.name if driver else None,
+        }
+
+    @property
+    def remembered(self) -> list[Record]:
+        """The last utterances, replies and warnings."""
+        return self._history.remembered
+
+    def has_said(self, text: str) -> bool:
+        """Whether the robot has said something recently."""
+        return any(r["type"] == "reply" and r["text"] == text for r in self.remembered)
+
+    @property
+    def recent(self) -> list[str]:
+        """All events of the last minutes, as JSON."""
+        return list(self._recent)
+
+    def publish(self, event: Event) -> None:
+        """Send an event to all pages.
+
+        Of the stops that pages ask for, one between two states is sent: many at once would make
+        the driving page too slow to follow.
+        """
+        self._bridge.receive(event)
+        if _is_stop_by_page(event):
+            if type(event) in self._reported_stops:
+                return
+            self._reported_stops.add(type(event))
+        self._recent.append(self.broadcast(self._history.add(event)))
+
+    def broadcast(self, record: Record) -> str:
+        """Send a record to all pages; returns it as JSON."""
+        text = encode_record(record)
+        for page in self._pages.values():
+            page.put(text)
+        return text
+
+    def broadcast_state(self, state: Record) -> None:
+        """Send the current state to all pages, and release a driver that has fallen silent."""
+        self._reported_stops.clear()
+        self._driver_lock.release_if_silent(time.monotonic())
+        text = encode_record({"type": "state", **state, **self.status})
+        for page in self._pages.values():
+            page.put_state(text)
+
+    @contextmanager
+    def registered(self, address: str) -> Iterator[OpenPage]:
+        """Register a page for a `with` block; if it is driving then, nobody is afterwards."""
+        page = OpenPage(next(self._numbers), secrets.token_urlsafe(16), address)
+        self._pages[page.number] = page
+        try:
+            yield page
+        finally:
+            del self._pages[page.number]
+            self._driver_lock.release(page.number)
+
+    def keep_alive(self, page: OpenPage) -> None:
+        """Note that a page has answered."""
+        self._driver_lock.keep_alive(page.number, time.monotonic())
+
+    def start_driving(self, page: OpenPage, take_over: bool) -> bool:
+        """Let a page drive; returns whether it does. If another did just now, the robot stops."""
+        before, just_released = self._driver_lock.driver, self._driver_lock.just_released
+        if before == page.number:
+            return True
+        if not self._driver_lock.acquire(page.number, take_over, time.monotonic()):
+            return False
+        if self.microphone:
+            self.microphone.end_stream(whole=False)
+        if before is not None or just_released:
+            self._bridge.halt()
+        if before is not None:
+            self._warn(f"{page.name} drives now, no longer page {before}: the robot stops")
+        return True
+
+    def stop_driving(self, page: OpenPage) -> None:
+        """Let a page drive no more; the robot stops."""
+        if self._driver_lock.release(page.number):
+            self._bridge.halt()
+
+    def set_rehearsal(self, page: OpenPage, on: bool) -> None:
+        """Begin or end a rehearsal, if the page is driving; the robot stops."""
+        if self.is_driving(page):
+            self._set_rehearsal(on)
+            self._bridge.halt()
+            begun = "rehearsal: commands are recognized, and only stop is obeyed"
+            self._warn(begun if on else "the rehearsal is over: commands are obeyed")
+
+    async def command(self, text: str, secret: str | None, stops: int | None = None) -> Utterance:
+        """Obey a sentence as if it were typed.
+
+        Args:
+            text: the sentence.
+            secret: of the page that sends it; None from a program, allowed while no page drives.
+            stops: how often the page had asked for a stop before; None if it does not say.
+
+        Returns:
+            The utterance, with what became of it.
+
+        Raises:
+            AlreadyDrivenError: another page is driving.
+            TooManyError: commands come too fast.
+            OvertakenError: the page has asked for a stop since.
+            ControlLoopTimeoutError: the control loop did not answer.
+        """
+        page = self.page_with_secret(secret) if secret else None
+        if self._driver_lock.driver != (page.number if page else None) or (secret and not page):
+            raise AlreadyDrivenError
+        if not self._command_limit.allows(time.monotonic()):
+            raise TooManyError
+        if page and stops is not None and stops < page.stops:
+            raise OvertakenError
+        return await self._bridge.command(text)
+
+    async def stop(self, page: OpenPage | None = None, number: int = 0) -> float:
+        """Stop the robot, whoever asks.
+
+        Args:
+            page: which asks, if one does.
+            number: how often it has asked by now.
+
+        Returns:
+            When zero velocity was sent, s.
+
+        Raises:
+            ControlLoopTimeoutError: the control loop did not answer.
+        """
+        if page:
+            page.stops = max(page.stops, number)
+        return await self._bridge.stop()
+
+    def page_with_secret(self, secret: str) -> OpenPage | None:
+        """Find the page that a secret belongs to."""
+        return next((p for p in self._pages.values() if secrets_equal(secret, p.secret)), None)
+
+    def is_driving_secret(self, secret: str) -> bool:
+        """Whether the page with this secret is driving."""
+        page = self.page_with_secret(secret)
+        return page is not None and self.is_driving(page)
+
+    def is_driving(self, page: OpenPage) -> bool:
+        """Whether this page is driving."""
+        return self._driver_lock.driver == page.number
+
+
+def _is_stop_by_page(event: Event) -> bool:
+    """Whether an event is one of the two that a stop asked for on a page causes."""
+    if isinstance(event, Utterance):
+        return event.source == PAGE_SOURCE and event.name == STOP
+    return isinstance(event, Warning) and event.text == STOPPED_BY_PAGE

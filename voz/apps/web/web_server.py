@@ -1,0 +1,171 @@
+"""The HTTP server, on a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from ssl import SSLContext
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from voz.apps.web.event_history import Record
+from voz.apps.web.event_queue import EventQueue
+from voz.apps.web.listening_socket import ACCEPT_BACKLOG, ListeningSocket
+from voz.apps.web.page_registry import PageRegistry
+from voz.apps.web.rate_limited_websocket import RateLimitedWebSocket
+from voz.errors import ConfigError, VozError
+
+STATE_INTERVAL = 0.1
+"""How often pages are sent the state, s."""
+
+CERTIFICATE_CHECK_INTERVAL = 3600.0
+"""How often the certificate is renewed if need be, s."""
+
+MAX_QUEUED_MESSAGES = 64
+"""Messages of one page that wait to be read."""
+
+MAX_MESSAGE_BYTES = 32_768
+"""Of a WebSocket: a block of sound has 3 kB."""
+
+MAX_HEADER_BYTES = 16_384
+"""Of a request: cookies of other services may be in it."""
+
+SERVER_SHUTDOWN_TIMEOUT = 2.0
+"""For the server to end, s; the robot is at rest by then."""
+
+
+def open_listening_socket(host: str, port: int) -> ListeningSocket:
+    """Bind the server's address, before anything moves.
+
+    Args:
+        host: the name or the address of an interface.
+        port: its port; 0 takes any that is free.
+
+    Raises:
+        ConfigError: the address cannot be bound.
+    """
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        with ExitStack() as failing:
+            listener = failing.enter_context(ListeningSocket(family, kind, protocol))
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(address)
+            listener.listen(ACCEPT_BACKLOG)
+            failing.pop_all()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ConfigError(
+            f"the operator page cannot be at {host}, port {port} ({reason}); "
+            "choose another with --web-host or --web-port"
+        ) from None
+    return listener
+
+
+@contextmanager
+def running_server(
+    app: ASGIApp,
+    listener: ListeningSocket,
+    tls: SSLContext | None,
+    start_tasks: Callable[[], list[asyncio.Task[None]]],
+    warn: Callable[[str], None],
+) -> Iterator[None]:
+    """Serve an application for the length of a `with` block.
+
+    Args:
+        app: the application.
+        listener: the socket that is listened on.
+        tls: keys and certificates, for HTTPS.
+        start_tasks: starts what else runs on the server's event loop.
+        warn: takes a line if the server fails; the run goes on without a page, and the driving
+            page is gone (S5).
+    """
+    config = uvicorn.Config(
+        app, http="h11", ws=RateLimitedWebSocket, ws_max_size=MAX_MESSAGE_BYTES,
+        ws_max_queue=MAX_QUEUED_MESSAGES, ws_per_message_deflate=False, log_config=None,
+        access_log=False, lifespan="off", proxy_headers=False, server_header=False,
+        timeout_graceful_shutdown=1, backlog=ACCEPT_BACKLOG,
+        h11_max_incomplete_event_size=MAX_HEADER_BYTES,
+    )  # fmt: skip
+    config.load()
+    config.ssl = tls
+    server = uvicorn.Server(config)
+    started = threading.Event()
+
+    def serve() -> None:
+        try:
+            asyncio.run(_serve(server, listener, start_tasks, started))
+        except BaseException as error:  # whatever it is: the robot goes on
+            warn(f"the operator page has failed ({error!r})")
+        finally:
+            started.set()
+
+    thread = threading.Thread(target=serve, name="voz-web", daemon=True)
+    thread.start()
+    started.wait()
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        thread.join(SERVER_SHUTDOWN_TIMEOUT)
+        listener.close()
+
+
+async def _serve(
+    server: uvicorn.Server,
+    listener: ListeningSocket,
+    start_tasks: Callable[[], list[asyncio.Task[None]]],
+    started: threading.Event,
+) -> None:
+    tasks = [*start_tasks(), asyncio.create_task(listener.close_late())]
+    for task in tasks:  # they have no end; if one fails, no page shall stay that shows an old state
+        task.add_done_callback(lambda _: setattr(server, "should_exit", True))
+    started.set()
+    await server.serve(sockets=[listener])
+    for task in tasks:
+        if task.done():
+            task.result()
+        task.cancel()
+
+
+def start_background_tasks(
+    registry: PageRegistry,
+    events: EventQueue,
+    state: Callable[[], Record],
+    new_records: Callable[[], list[Record]],
+    renew_certificate: Callable[[], None],
+) -> list[asyncio.Task[None]]:
+    """Start what the server does all the time.
+
+    Args:
+        registry: sends events and states to the pages.
+        events: the events of the run.
+        state: returns the current state.
+        new_records: returns what else pages are sent, once.
+        renew_certificate: renews the certificate if need be.
+    """
+
+    async def publish_events() -> None:
+        async for event in events.events():
+            registry.publish(event)
+
+    async def broadcast_states() -> None:
+        while True:
+            for record in new_records():
+                registry.broadcast(record)
+            registry.broadcast_state(state())
+            await asyncio.sleep(STATE_INTERVAL)
+
+    async def renew_certificates() -> None:
+        while True:
+            await asyncio.sleep(CERTIFICATE_CHECK_INTERVAL)
+            with suppress(VozError):  # the old one is valid for another month
+                await asyncio.to_thread(renew_certificate)
+
+    work = (publish_events(), broadcast_states(), renew_certificates())
+    return [asyncio.create_task(each) for each in work]

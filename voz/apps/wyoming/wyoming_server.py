@@ -1,0 +1,223 @@
+"""A Wyoming server: sound in, the text of the command out; nothing is driven.
+
+https://github.com/OHF-Voice/wyoming has the protocol.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+from wyoming.asr import Transcribe, Transcript
+from wyoming.audio import AudioChunk, AudioStart, AudioStop
+from wyoming.error import Error
+from wyoming.event import Event
+from wyoming.info import AsrModel, AsrProgram, Attribution, Describe, Info
+from wyoming.server import AsyncEventHandler, AsyncServer
+
+from voz import __version__
+from voz.errors import AudioError, ConfigError, VozError
+from voz.events import Utterance
+from voz.language.generated.language_files import read_language_info
+from voz.recognition.listener import Listener
+from voz.recognition.recognizer import Recognizer
+
+MAX_REQUEST_TIME = 120.0
+"""The longest sound of one request, s; a command takes two."""
+
+MAX_CHANNELS = 8
+
+SAMPLE_BYTES = 2
+
+MAX_PAYLOAD_BYTES = 4_000_000
+"""Of one message: half a minute of sound at 48 kHz."""
+
+NO_SPEECH = ("no_speech", "too_short", "too_quiet")
+"""Reasons of utterances that do not end a request: a noise may come before the command."""
+
+ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
+
+
+def server_info(commands: Sequence[str], language: str) -> Info:
+    """Describe this server to a client.
+
+    Args:
+        commands: the sentences that it knows.
+        language: theirs, as Home Assistant calls it.
+    """
+    model = AsrModel(
+        name="commands",
+        attribution=ATTRIBUTION,
+        installed=True,
+        description=f"{len(commands)} commands: {', '.join(commands[:20])}",
+        version=__version__,
+        languages=[language],
+    )
+    program = AsrProgram(
+        name="voz",
+        attribution=ATTRIBUTION,
+        installed=True,
+        description="Offline voice commands for robots",
+        version=__version__,
+        models=[model],
+        requires_external_vad=False,
+        prefers_auto_gain_enabled=False,
+        prefers_noise_reduction_enabled=False,
+    )
+    return Info(asr=[program])
+
+
+class SharedRecognizer:
+    """One recognizer for all clients, which decodes for one of them at a time."""
+
+    def __init__(self, recognizer: Recognizer) -> None:
+        self._recognizer = recognizer
+        self._lock = asyncio.Lock()
+
+    def listen(self, rate: float) -> Listener:
+        """Begin to listen to a stream."""
+        return self._recognizer.listen(rate)
+
+    async def feed(self, listener: Listener, sound: npt.ArrayLike) -> list[Utterance]:
+        """Decode the next sound of a stream, on another thread."""
+        async with self._lock:
+            heard = await asyncio.to_thread(listener.feed, sound)
+        return [event for event in heard if isinstance(event, Utterance)]
+
+    async def finish(self, listener: Listener) -> list[Utterance]:
+        """End a stream."""
+        async with self._lock:
+            heard = await asyncio.to_thread(listener.finish)
+        return [event for event in heard if isinstance(event, Utterance)]
+
+
+class BoundedReader(asyncio.StreamReader):
+    """A stream that refuses large messages, so that no client can fill the memory."""
+
+    def __init__(self, stream: asyncio.StreamReader) -> None:
+        self._stream = stream
+
+    async def readline(self) -> bytes:
+        """Read a line, of 64 KiB at most."""
+        return await self._stream.readline()
+
+    async def readexactly(self, n: int) -> bytes:
+        """Read so many bytes; raises ValueError if they are too many."""
+        if n > MAX_PAYLOAD_BYTES:
+            raise ValueError(f"{n} bytes are too many")
+        return await self._stream.readexactly(n)
+
+
+class RequestHandler(AsyncEventHandler):
+    """Answers one client, request by request."""
+
+    def __init__(
+        self,
+        recognizer: SharedRecognizer,
+        info: Info,
+        language: str,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        super().__init__(BoundedReader(reader), writer)
+        self._recognizer = recognizer
+        self._info = info
+        self._language = language
+        self._begin_request()
+
+    def _begin_request(self) -> None:
+        self._listener: Listener | None = None
+        self._format: tuple[int, int] | None = None  # Hz, and how many channels
+        self._seconds = 0.0
+        self._answered = False
+
+    async def run(self) -> None:
+        """Answer until the client goes, or sends something invalid."""
+        with suppress(ValueError, KeyError, TypeError, AttributeError, OSError, EOFError):
+            await super().run()
+        self.writer.close()
+
+    async def handle_event(self, event: Event) -> bool:
+        """Answer an event; returns whether there may be more."""
+        try:
+            await self._answer(event)
+        except VozError as error:
+            await self.write_event(Error(str(error), code="sound").event())
+            return False
+        return True
+
+    async def _answer(self, event: Event) -> None:
+        if Describe.is_type(event.type):
+            await self.write_event(self._info.event())
+        elif Transcribe.is_type(event.type) or AudioStart.is_type(event.type):
+            self._begin_request()
+        elif AudioChunk.is_type(event.type):
+            if not self._answered:  # what follows the end of the speech may be on its way
+                await self._decode(AudioChunk.from_event(event))
+        elif AudioStop.is_type(event.type):
+            if self._listener:
+                await self._answer_first(await self._recognizer.finish(self._listener))
+            if not self._answered:
+                await self._transcribe("")
+            self._begin_request()
+
+    async def _decode(self, chunk: AudioChunk) -> None:
+        sound_format = (chunk.rate, chunk.channels)
+        if chunk.width != SAMPLE_BYTES or not 1 <= chunk.channels <= MAX_CHANNELS:
+            raise AudioError("send samples of 16 bits, of 1 to 8 channels")
+        if self._listener is None:
+            self._listener, self._format = self._recognizer.listen(chunk.rate), sound_format
+        if self._format != sound_format or len(chunk.audio) % (SAMPLE_BYTES * chunk.channels):
+            raise AudioError("send all chunks of a request in one format")
+        sound = np.frombuffer(chunk.audio, "<i2").reshape(-1, chunk.channels)
+        self._seconds += len(sound) / chunk.rate
+        if self._seconds > MAX_REQUEST_TIME:
+            raise AudioError(f"end a request after {MAX_REQUEST_TIME:.0f} s at the latest")
+        await self._answer_first(await self._recognizer.feed(self._listener, sound))
+
+    async def _answer_first(self, heard: list[Utterance]) -> None:
+        """Answer with the first speech: the client need not know where it ends."""
+        for utterance in heard:
+            if not self._answered and utterance.reason not in NO_SPEECH:
+                await self._transcribe(utterance.text if utterance.accepted else "")
+
+    async def _transcribe(self, text: str) -> None:
+        self._answered, self._listener = True, None
+        await self.write_event(Transcript(text, language=self._language).event())
+
+
+def serve(
+    uri: str, recognizer: Recognizer, commands: Sequence[str], ready: Callable[[], None]
+) -> None:
+    """Answer requests until a signal ends the program.
+
+    Args:
+        uri: where, as `tcp://127.0.0.1:10300`.
+        recognizer: what understands.
+        commands: the sentences that it knows.
+        ready: called once requests are accepted.
+
+    Raises:
+        ConfigError: it cannot listen there.
+    """
+    language = read_language_info(recognizer.files).code
+    info = server_info(commands, language)
+
+    async def work() -> None:
+        server = AsyncServer.from_uri(uri)
+        await server.start(partial(RequestHandler, SharedRecognizer(recognizer), info, language))
+        ready()
+        await asyncio.Event().wait()
+
+    try:
+        if not uri.startswith(("tcp://", "unix://")):
+            raise ValueError("invalid address")
+        asyncio.run(work())
+    except (ValueError, OSError) as error:
+        raise ConfigError(
+            f"--wyoming {uri}: cannot listen there ({error}); name tcp://HOST:PORT or unix://FILE"
+        ) from None

@@ -19,7 +19,7 @@ from voz.apps.evaluation.noise import room_response
 from voz.apps.recordings.manifest import read_manifests
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
 from voz.language.generated.language_files import find_language
@@ -102,7 +102,7 @@ def main() -> None:
     rng = np.random.default_rng(0)
     found: dict[str, list[bool]] = {}
     for number, clip in enumerate(clips):
-        reply = speech(cached_speech(usual_commands().replies[number % 2], "kal_diphone"))
+        reply = speech(cached_speech(default_commands().replies[number % 2], "kal_diphone"))
         played = np.concatenate([np.zeros(24000), reply, np.zeros(24000)])
         echo = np.convolve(played, room_response(rng))[: len(played)]
         echo = np.concatenate([np.zeros(round(LATE * SAMPLE_RATE)), echo])[: len(played)]

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from pulseaudio import sound_server
 
 from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.speech.reply_speaker import ReplySpeaker
 from voz.speech.sound_client import SoundClient
 
@@ -73,7 +73,7 @@ class Recorder:
 
 def robot(wait: float, rounds: int) -> None:
     """Say replies; print when each was asked for."""
-    replies = usual_commands().replies
+    replies = default_commands().replies
     with ReplySpeaker("kal_diphone", replies) as speaker:
         time.sleep(wait)
         for number in range(rounds):

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from voz.config import Config, usual_commands
+from voz.config import Config, default_commands
 from voz.control.table import DEFAULT_STATE
 from voz.events import Receiver
 from voz.language.sentences.command_set import plain_commands
@@ -17,8 +17,8 @@ from voz.run.session import OpenRobots
 from voz.run.sources import lines_typed, recordings_played
 from voz.settings import Safety, Speech
 
-COMMANDS = tuple(usual_commands().sets[DEFAULT_STATE])
-STARTED, STOPPED = usual_commands().replies
+COMMANDS = tuple(default_commands().sets[DEFAULT_STATE])
+STARTED, STOPPED = default_commands().replies
 
 
 def play(

@@ -67,7 +67,7 @@ class Config(Section, frozen=True, kw_only=True, dict=True):
         Raises:
             ConfigError: with it the robot might not stop, or it contradicts itself.
         """
-        return command_table({**_brought(), **self.commands}, self.states, self.places)
+        return command_table({**_builtin(), **self.commands}, self.states, self.places)
 
     @property
     def places(self) -> Places:
@@ -76,19 +76,19 @@ class Config(Section, frozen=True, kw_only=True, dict=True):
         return places
 
 
-USUAL_COMMANDS = Path(__file__).parent / "control" / "commands.toml"
+DEFAULT_COMMANDS_FILE = Path(__file__).parent / "control" / "commands.toml"
 """What the commands do that voz brings, as a user would write it."""
 
 
 @cache
-def usual_commands() -> CommandTable:
+def default_commands() -> CommandTable:
     """What the commands do that voz brings."""
     return Config().table
 
 
 @cache
-def _brought() -> dict[str, CommandDefinition]:
-    return _read(USUAL_COMMANDS).commands
+def _builtin() -> dict[str, CommandDefinition]:
+    return _read(DEFAULT_COMMANDS_FILE).commands
 
 
 def never_missing_a_stop(config: Config) -> Config:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.control.motion import Mode, Motion, moved
 from voz.control.safety import (
     ends_goals,
@@ -22,7 +22,7 @@ from voz.control.table import DEFAULT_STATE
 from voz.events import Event, Partial, Twist, Utterance, Warning
 from voz.settings import Safety
 
-TABLE = usual_commands()
+TABLE = default_commands()
 SAFE = Safety()
 BARE = Safety(enabled=False)
 SLOWER = Step(slower=0.05)

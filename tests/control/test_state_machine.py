@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.config import Config, usual_commands
+from voz.config import Config, default_commands
 from voz.control.motion import Mode, Motion
 from voz.control.state_machine import GivenCommand, State, Transition, let_time_pass
 from voz.control.state_machine import obey as obeyed
@@ -15,7 +15,7 @@ from voz.control.table import DEFAULT_STATE
 from voz.events import Call, Play, Publish, Reply, Run, SelectedObject, Warning
 from voz.settings import Safety
 
-TABLE = usual_commands()
+TABLE = default_commands()
 COMMANDS = tuple(TABLE.sets[DEFAULT_STATE])
 STARTED, STOPPED = TABLE.replies
 OBJECT_NUMBERS = {"point beer": 1, "point cocacola": 2, "fold arm": 100}

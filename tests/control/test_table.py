@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from voz.config import Config, usual_commands
+from voz.config import Config, default_commands
 from voz.control.steps import CommandDefinition, Step
 from voz.control.table import check_commands
 from voz.errors import ConfigError
@@ -17,7 +17,7 @@ def table(commands: dict[str, CommandDefinition], **states: dict[str, CommandDef
 
 
 def test_what_voz_brings_has_its_fourteen_commands() -> None:
-    usual = usual_commands()
+    usual = default_commands()
     assert len(usual.sets[""]) == 14
     assert usual.stops == {"stop"}
     assert usual.halts == {"stop", "stop speech"}
@@ -87,7 +87,7 @@ def test_no_state_changes_what_stops_or_listens(name: str) -> None:
 
 
 def test_a_list_that_drives_has_a_command_that_stops() -> None:
-    usual = usual_commands()
+    usual = default_commands()
     check_commands(usual, ["open gripper"], [], "list")
     check_commands(usual, ["go forward", "stop"], [], "list")
     with pytest.raises(ConfigError, match='list: has "go back", which moves the robot, and no'):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from voz.events import Event, Partial, Twist, Utterance, Warning
 from voz.inbox import MAX_QUEUED_MESSAGES, End, Halt, Inbox, Message, Rehearsal, TakenMessage
-from voz.run.beat import LONGEST_GAP, beat, take
+from voz.run.beat import MAX_BEAT_GAP, beat, take
 from voz.run.controller import Controller
 from voz.run.watch import Watch
 from voz.settings import Safety
@@ -53,7 +53,7 @@ class Room:
         self._now = max(self._now, until)
         return None
 
-    def held_up(self, seconds: float) -> None:
+    def skip(self, seconds: float) -> None:
         pass
 
     def _trouble(self) -> str | None:
@@ -124,7 +124,7 @@ def test_after_a_pause_a_new_command_moves_the_robot() -> None:
     assert room.twists[-1] == (2.5, -0.1)
 
 
-@given(st.floats(LONGEST_GAP + 0.11, 20), st.floats(0, 3))
+@given(st.floats(MAX_BEAT_GAP + 0.11, 20), st.floats(0, 3))
 def test_no_pause_is_overlooked_whenever_it_comes(pause: float, begin: float) -> None:
     room = Room(24, [(0.01, heard("go forward", 0.01))], stalls={begin: pause})
     assert not any(linear for when, linear in room.twists if when > begin + pause)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from voz.config import Config, usual_commands
+from voz.config import Config, default_commands
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
 from voz.errors import ConfigError
@@ -18,7 +18,7 @@ from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, 
 from voz.run.controller import Controller
 from voz.settings import Safety
 
-COMMANDS = sorted(usual_commands().sets[DEFAULT_STATE])
+COMMANDS = sorted(default_commands().sets[DEFAULT_STATE])
 STOPPING = ("stop", "stop speech")
 
 

@@ -17,7 +17,7 @@ from voz.control.steps import Step
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Run, Twist
-from voz.run.programs import LONGEST_LINE, MOST, Programs
+from voz.run.programs import MAX_PROGRAM_LINE, MAX_PROGRAMS, Programs
 
 NONE = Config().table
 
@@ -74,7 +74,9 @@ def test_a_line_without_an_end_comes_in_pieces() -> None:
     shown: queue.Queue[str] = queue.Queue()
     with Programs(NONE, lambda _: None, shown.put) as programs:
         programs.receive(Run(0, ("sh", "-c", "cat /dev/zero | tr '\\0' x")))
-        assert [shown.get(timeout=PATIENCE) for _ in range(3)] == [f"sh: {'x' * LONGEST_LINE}"] * 3
+        assert [shown.get(timeout=PATIENCE) for _ in range(3)] == [
+            f"sh: {'x' * MAX_PROGRAM_LINE}"
+        ] * 3
 
 
 def test_one_that_hangs_is_ended_with_its_children(tmp_path: Path) -> None:
@@ -100,7 +102,7 @@ def test_the_end_of_the_run_ends_them(tmp_path: Path) -> None:
 def test_too_many_are_not_started() -> None:
     said: queue.Queue[Ended] = queue.Queue()
     with Programs(NONE, said.put, print) as programs:
-        for _ in range(MOST + 1):
+        for _ in range(MAX_PROGRAMS + 1):
             programs.receive(Run(0, ("sleep", "600")))
         assert "not started" in ended(said).problem
 

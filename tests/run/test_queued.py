@@ -12,7 +12,7 @@ import pytest
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Twist, Warning
 from voz.inbox import End
-from voz.run.queued import MOST_WAITING, Queued
+from voz.run.queued import MAX_QUEUED_EVENTS, Queued
 
 
 class Log:
@@ -61,12 +61,12 @@ def test_who_sends_does_not_wait_and_is_warned_once() -> None:
     with Queued("log", log.opening(), told.append) as receive:
         receive(twist(0))
         assert log.begun.wait(10)  # that one is stuck, and the others wait
-        for number in range(1, MOST_WAITING + 3):
+        for number in range(1, MAX_QUEUED_EVENTS + 3):
             receive(twist(number))
         text = "log: cannot be written fast enough; events are missing"
-        assert told == [Warning(MOST_WAITING + 1, text)]
+        assert told == [Warning(MAX_QUEUED_EVENTS + 1, text)]
         log.flows.set()
-    assert log.times == list(range(MOST_WAITING + 1))
+    assert log.times == list(range(MAX_QUEUED_EVENTS + 1))
 
 
 def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
@@ -78,7 +78,7 @@ def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
     end = told.get(timeout=10)
     assert isinstance(end, End)
     assert "No space left" in str(end.error)
-    for number in range(MOST_WAITING + 3):
+    for number in range(MAX_QUEUED_EVENTS + 3):
         receive(twist(number))
     assert told.empty()
     with pytest.raises(ConfigError, match="No space left"):

@@ -9,7 +9,7 @@ from language.template_texts import commands_of
 
 from voz.events import Utterance
 from voz.inbox import Inbox
-from voz.run.text_commands import MOST_REFUSED, TextCommands
+from voz.run.text_commands import MAX_REFUSED_PER_SECOND, TextCommands
 
 LIST = """
 stop: [please] stop
@@ -44,8 +44,8 @@ def test_a_stop_behind_thousands_of_other_lines_comes_first_and_most_are_counted
         typing.texts.take("what is all this nonsense")
     typing.texts.take("stop")
     stop, *others = typing.taken()
-    assert (stop.text, len(others)) == ("stop", MOST_REFUSED)
-    assert typing.inbox.dropped == 3000 - MOST_REFUSED
+    assert (stop.text, len(others)) == ("stop", MAX_REFUSED_PER_SECOND)
+    assert typing.inbox.dropped == 3000 - MAX_REFUSED_PER_SECOND
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.5), st.sampled_from(["go forward", "nonsense"]))))
@@ -61,7 +61,8 @@ def test_no_command_is_dropped_and_of_other_texts_not_more_come_than_there_is_ti
     assert len(taken) + typing.inbox.dropped == len(texts)
     refused = [one.t for one in taken if not one.accepted]
     assert all(
-        later - first >= 1 for first, later in zip(refused, refused[MOST_REFUSED:], strict=False)
+        later - first >= 1
+        for first, later in zip(refused, refused[MAX_REFUSED_PER_SECOND:], strict=False)
     )
 
 

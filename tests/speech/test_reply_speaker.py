@@ -18,12 +18,12 @@ from programs import wait_until
 
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.speech import festival
 from voz.speech.reply_speaker import MAX_QUEUED_REPLIES, ReplySpeaker
 from voz.speech.speech_cache import cached_speech, is_cached
 
-REPLIES = usual_commands().replies
+REPLIES = default_commands().replies
 KAL = "kal_diphone"
 
 

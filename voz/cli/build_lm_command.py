@@ -9,7 +9,7 @@ import typer
 
 from voz.cli.build_lm_options import Building
 from voz.cli.exit_codes import STALE, WRONG_CALL
-from voz.cli.options import HERE, with_options
+from voz.cli.options import DEFAULT_SETTINGS_FILE, with_options
 from voz.cli.text_io import show, tell, warn
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from voz.language.command_source import CommandSource
     from voz.language.other_languages import OtherLanguage
 
-MOST_TOLD = 20
+MAX_LINES_SHOWN = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
 
 
@@ -46,7 +46,7 @@ def build_lm(
     from voz.language.command_source import read_list
     from voz.run.command_check import check_list
 
-    settings = load_config(HERE) if HERE.is_file() else Config()
+    settings = load_config(DEFAULT_SETTINGS_FILE) if DEFAULT_SETTINGS_FILE.is_file() else Config()
     source = read_list(commands, _spoken(settings))
     _check_expected(source, commands.parent)
     check_list(source.commands, settings.table, str(commands))
@@ -108,10 +108,10 @@ def _check_expected(source: CommandSource, folder: Path) -> None:
         return
     data = read_bytes(path, CommandsError, "give a readable text file")
     failed = list(failed_expectations(source.commands, data, str(path)))
-    for line in failed[:MOST_TOLD]:
+    for line in failed[:MAX_LINES_SHOWN]:
         tell(line)
-    if len(failed) > MOST_TOLD:
-        tell(f"{path}: {len(failed) - MOST_TOLD} more lines are not as they should be")
+    if len(failed) > MAX_LINES_SHOWN:
+        tell(f"{path}: {len(failed) - MAX_LINES_SHOWN} more lines are not as they should be")
     if failed:
         raise typer.Exit(WRONG_CALL)
 
@@ -125,9 +125,9 @@ def _show_costs(source: CommandSource) -> None:
     rows = [("sentences", "states", "templates", "name", "where")]
     rows += [
         (f"{c.sentences:,}", f"{c.states:,}" if c.states else "", str(c.used_by), c.name, c.place)
-        for c in sorted(costs, key=lambda cost: -cost.sentences)[:MOST_TOLD]
+        for c in sorted(costs, key=lambda cost: -cost.sentences)[:MAX_LINES_SHOWN]
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     show(*("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows))
-    if len(costs) > MOST_TOLD:
-        show(f"and {len(costs) - MOST_TOLD} more")
+    if len(costs) > MAX_LINES_SHOWN:
+        show(f"and {len(costs) - MAX_LINES_SHOWN} more")

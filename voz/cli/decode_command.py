@@ -15,7 +15,7 @@ from voz.cli.decode_display import writer
 from voz.cli.decode_options import Decoding
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
-from voz.cli.text_io import LONGEST_LINE
+from voz.cli.text_io import MAX_INPUT_LINE
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -163,8 +163,8 @@ def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
 
 def _listed() -> Iterator[str]:
     """The names on standard input, which need be no text; raises ConfigError if it is sound."""
-    while line := _stdin().readline(LONGEST_LINE + 1):
-        if b"\0" in line or len(line) > LONGEST_LINE:
+    while line := _stdin().readline(MAX_INPUT_LINE + 1):
+        if b"\0" in line or len(line) > MAX_INPUT_LINE:
             raise ConfigError("-: is no list, a name a line; pipe a WAV, or samples with --rate")
         yield os.fsdecode(line.rstrip(b"\r\n"))
 

@@ -16,7 +16,7 @@ from voz.errors import ConfigError
 if TYPE_CHECKING:
     from voz.apps.doctor.finding import Finding
 
-REALLY = (
+CONFIRM_DRIVING = (
     "The base will turn on the spot at 0.2 rad/s, for up to 2.5 s. "
     "Is it free, and a hand at its switch?"
 )
@@ -71,7 +71,7 @@ def _driven(robots: Sequence[str], yes: bool) -> str:
         raise ConfigError("--base drives one base: add --robot ros1 or --robot ros2")
     if not (yes or sys.stdin.isatty()):
         raise ConfigError("--base moves the robot, and nobody can be asked here: add --yes")
-    if not (yes or typer.confirm(REALLY, err=True)):
+    if not (yes or typer.confirm(CONFIRM_DRIVING, err=True)):
         raise ConfigError("the base was not driven; leave out --base to look at the rest")
     return possible[0]
 

@@ -15,12 +15,12 @@ from voz.files import check_new, check_writable, shown_path
 from voz.printable import printable
 from voz.settings import Recognition
 
-MOST_JOBS = 256
+MAX_EVAL_JOBS = 256
 """Processes; each takes 100 MB."""
 
 JobsOption = Annotated[
     int | None,
-    typer.Option(metavar="N", min=1, max=MOST_JOBS, help="Processes; else one for each core."),
+    typer.Option(metavar="N", min=1, max=MAX_EVAL_JOBS, help="Processes; else one for each core."),
 ]
 
 ManifestsArgument = Annotated[

@@ -6,7 +6,7 @@ from typing import Any
 
 from typer.core import TyperGroup
 
-LONGEST_SUMMARY = 1000
+MAX_SUMMARY_LENGTH = 1000
 """Characters of the first sentence of a subcommand's help; typer would cut it at the line's end."""
 
 
@@ -19,7 +19,7 @@ class CommandGroup(TyperGroup):
         with formatter.section("Commands"):
             formatter.write_dl(
                 [
-                    (name, command.get_short_help_str(LONGEST_SUMMARY))
+                    (name, command.get_short_help_str(MAX_SUMMARY_LENGTH))
                     for name, command in commands
                     if command and not command.hidden
                 ]

@@ -20,7 +20,7 @@ from voz.settings import SpokenLanguage
 if TYPE_CHECKING:
     from voz.language.generated.language_files import LanguageFiles
 
-HERE = Path("voz.toml")
+DEFAULT_SETTINGS_FILE = Path("voz.toml")
 """The settings where none are named: those of the folder that the user is in."""
 
 LmOption = Annotated[
@@ -69,10 +69,10 @@ class Common:
     @functools.cached_property
     def _file(self) -> Path | None:
         """Which settings are read; those that nobody named are told, once."""
-        if self.config or not HERE.is_file():
+        if self.config or not DEFAULT_SETTINGS_FILE.is_file():
             return self.config
-        tell(f"settings: {HERE}")
-        return HERE
+        tell(f"settings: {DEFAULT_SETTINGS_FILE}")
+        return DEFAULT_SETTINGS_FILE
 
     def language(self, settings: Config) -> LanguageFiles:
         """Find language files that can be used; tell which, and whether their list has changed."""

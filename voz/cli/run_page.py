@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from voz.run.clocks import Clock
     from voz.run.live import Page
 
-WITHOUT = (
+NO_MICROPHONE_ADVICE = (
     ", or use `--web` to speak into a browser, `--text -` to type commands, "
     "or `--wav FILE` for recordings"
 )
 """What to do besides connecting a microphone, where there is none."""
 
-BROWSER = "browser"
+BROWSER_DEVICE = "browser"
 """The name of the microphone of the operator's page, for `--device`."""
 
-NEEDED = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
+WEB_PACKAGES = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
 
 
 def chosen_microphone(options: Running) -> str | None:
@@ -41,10 +41,10 @@ def chosen_microphone(options: Running) -> str | None:
     """
     from voz.audio.capture.input_devices import choose_microphone
 
-    if options.web and options.device == BROWSER:
+    if options.web and options.device == BROWSER_DEVICE:
         return None
     try:
-        return choose_microphone(options.device, WITHOUT).name
+        return choose_microphone(options.device, NO_MICROPHONE_ADVICE).name
     except AudioError:
         if options.web and options.device is None:
             return None
@@ -57,7 +57,7 @@ def check_installed() -> None:
     Raises:
         ConfigError: a part of voz is not installed.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
+    missing = [name for name in WEB_PACKAGES if find_spec(name) is None]
     if missing:
         from voz.extras import how_to_install
 

@@ -15,7 +15,7 @@ from voz.printable import printable
 
 Item = TypeVar("Item")
 
-LONGEST_LINE = 10_000
+MAX_INPUT_LINE = 10_000
 """Of typed commands, characters, or of names of recordings, bytes: `/dev/zero` is one line
 without an end."""
 
@@ -80,8 +80,8 @@ def open_text(name: str, files: ExitStack) -> Iterator[str]:
 
 def _lines(stream: IO[str], name: str) -> Iterator[str]:
     try:
-        while line := stream.readline(LONGEST_LINE + 1):
-            if len(line) > LONGEST_LINE:
+        while line := stream.readline(MAX_INPUT_LINE + 1):
+            if len(line) > MAX_INPUT_LINE:
                 raise ConfigError(f"{name}: has a line without an end; write a command a line")
             yield line
     except OSError as error:

@@ -14,10 +14,10 @@ from voz.audio.recording_level import RecordingLevel, find_faults, measure_level
 from voz.cli.text_io import show as show_line
 from voz.terminal.level_bar import level_bar, level_line
 
-SECONDS = 3
+RECORDING_SECONDS = 3
 """Time for a command, and for a pause that tells how loud the background is."""
 
-LINE = SAMPLE_RATE // 2
+SAMPLES_PER_LINE = SAMPLE_RATE // 2
 """Samples from one line to the next where no bar can move."""
 
 
@@ -33,7 +33,10 @@ def try_microphone(device: Device) -> None:
     console = Console()
     with open_microphone(device.handle) as blocks:
         first = next(blocks)  # opening a device takes its time
-        show_line(f'{device}: say something now, as "go forward"; it records for {SECONDS} seconds')
+        show_line(
+            f'{device}: say something now, as "go forward"; '
+            f"it records for {RECORDING_SECONDS} seconds"
+        )
         samples = _recorded(first, blocks, console)
     show_line(*report(measure_level(samples)))
 
@@ -69,11 +72,11 @@ def _recorded(first: Samples, blocks: Iterator[Samples], console: Console) -> Sa
     """Collect the recording, and show how loud it is meanwhile."""
     heard = first
     with level_bar(console) as show:
-        while len(heard) < SECONDS * SAMPLE_RATE:
+        while len(heard) < RECORDING_SECONDS * SAMPLE_RATE:
             block = next(blocks)
             show(block)
-            lines = len(heard) // LINE
+            lines = len(heard) // SAMPLES_PER_LINE
             heard = np.concatenate([heard, block])
-            if not console.is_terminal and len(heard) // LINE > lines:
-                show_line(level_line(heard[-LINE:]))
-    return heard[: SECONDS * SAMPLE_RATE]
+            if not console.is_terminal and len(heard) // SAMPLES_PER_LINE > lines:
+                show_line(level_line(heard[-SAMPLES_PER_LINE:]))
+    return heard[: RECORDING_SECONDS * SAMPLE_RATE]

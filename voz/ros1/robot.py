@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals, zero_at_the_end
 from voz.control.table import CommandTable
@@ -43,7 +43,7 @@ class Ros1Robot(Robot):
             says_heard: whether what is obeyed is published, or comes from that topic.
             table: what commands publish besides, and which of them stop the robot.
         """
-        self._table = table or usual_commands()
+        self._table = table or default_commands()
         self._others: dict[str, Any] = {}
         self._settings = settings
         self._own = node is None

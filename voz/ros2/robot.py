@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
@@ -42,7 +42,7 @@ class Ros2Robot(Robot):
             warn: told who comes to listen and who leaves, from within `open` and `receive`.
             table: what commands publish besides, and which of them stop the robot.
         """
-        self._table = table or usual_commands()
+        self._table = table or default_commands()
         self._settings = settings
         self._warn = warn
         self._audience = Audience()

@@ -18,8 +18,8 @@ from voz.run.controller import Controller
 BEATS_PER_SECOND = 10
 """How often `cmd_vel` goes out, also while nothing is said."""
 
-LONGEST_GAP = 0.5
-"""Between two beats, s: a base stops by itself then, and must not be set going again."""
+MAX_BEAT_GAP = 0.5
+"""Between two beats, s: a base stops by itself then, and must not start again."""
 
 
 Look: TypeAlias = Callable[[float], None]
@@ -33,7 +33,7 @@ def beat(
     Args:
         controller: what obeys.
         clock: the time, and what arrives.
-        looks: look after what the run needs, in each beat; they get its time, s.
+        looks: called in each beat with its time, s.
         at_once: whether a changed velocity is sent before the next beat, which comes when it would.
 
     Returns:
@@ -46,9 +46,9 @@ def beat(
         taken = clock.take(due)
         now = clock.now()
         # First of all: a process that was suspended must not go on as if nothing had been.
-        if now - last > LONGEST_GAP:
+        if now - last > MAX_BEAT_GAP:
             gap = now - last
-            clock.held_up(now - due)
+            clock.skip(now - due)
             controller.stop(clock.now(), f"control loop stalled for {gap:.1f} s: the robot stops")
             last = now = clock.now()
         if taken is None:
@@ -63,12 +63,12 @@ def beat(
             before = controller.velocities
             take(controller, taken, now)
             now = clock.now()
-            if at_once and controller.velocities != before and now - last <= LONGEST_GAP:
+            if at_once and controller.velocities != before and now - last <= MAX_BEAT_GAP:
                 controller.send(now)
 
 
 def take(controller: Controller, taken: TakenMessage, now: float) -> None:
-    """Let what was heard or typed take effect; the time is that of the run, s."""
+    """Let a message take effect at a time of the run, s."""
     message = taken.message
     if isinstance(message, Utterance | Partial):
         controller.hear(message, late=taken.overtaken)
@@ -81,5 +81,5 @@ def take(controller: Controller, taken: TakenMessage, now: float) -> None:
 
 
 def beats_before(t: float) -> int:
-    """How many beats come before a time of the run, s."""
+    """Count the beats before a time of the run, s."""
     return max(0, math.ceil(round(t * BEATS_PER_SECOND, 6)))

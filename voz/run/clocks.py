@@ -10,17 +10,17 @@ from voz.events import Partial, Utterance, Warning
 from voz.inbox import End, Inbox, TakenMessage
 
 Item: TypeAlias = Utterance | Partial | Warning | float
-"""What a recording or a text gives, by its own time: an event, or that time has come so far, s."""
+"""Of a recording or a text: an event, or how far its time has come, s."""
 
-LEAD = 0.2
-"""So long after its start is time 0 of a paced run, s: the first of a recording is decoded then."""
+START_DELAY = 0.2
+"""From its start to time 0 of a paced run, s: the first of a recording is decoded meanwhile."""
 
-LATE = 0.1
-"""Up to this a beat may be late without the time of a paced run showing it, s."""
+LATE_TOLERANCE = 0.1
+"""A beat that is late by less, s, counts as on time in a paced run."""
 
 
 def elapsed() -> float:
-    """A time that never goes back, s; where it can be had one that a suspended computer goes on."""
+    """Return a time that never goes back, s, and goes on while the computer is suspended."""
     # CLOCK_MONOTONIC stands still in a laptop whose lid is shut, and its robot would drive on.
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
 
@@ -29,7 +29,7 @@ class Clock(Protocol):
     """The time of a run, s since it began."""
 
     def now(self) -> float:
-        """What time it is, s."""
+        """Return the time, s."""
 
     def take(self, until: float) -> TakenMessage | None:
         """Take what arrives.
@@ -41,20 +41,20 @@ class Clock(Protocol):
             A message, or None when it is time for that beat.
         """
 
-    def held_up(self, seconds: float) -> None:
-        """Learn that the beat came later than it should, by some seconds."""
+    def skip(self, seconds: float) -> None:
+        """Skip the seconds by which a beat came too late."""
 
 
 class WallClock:
     """The real time, and what other threads put into an inbox."""
 
     def __init__(self, inbox: Inbox) -> None:
-        """Begin the run; what arrives is in the inbox."""
+        """Begin the run now."""
         self._inbox = inbox
         self._begun = elapsed()
 
     def now(self) -> float:
-        """What time it is, s; to a tenth of a millisecond, as it is written into events."""
+        """Return the time, s, rounded as events write it."""
         return round(elapsed() - self._begun, 4)
 
     def take(self, until: float) -> TakenMessage | None:
@@ -62,8 +62,8 @@ class WallClock:
         left = until - (elapsed() - self._begun)
         return self._inbox.take(left) if left > 0 else None
 
-    def held_up(self, seconds: float) -> None:
-        """The world went on meanwhile."""
+    def skip(self, seconds: float) -> None:
+        """Do nothing: real time went on."""
 
 
 class PacedClock:
@@ -73,18 +73,18 @@ class PacedClock:
     """
 
     def __init__(self, inbox: Inbox) -> None:
-        """Begin soon; what comes at its time is in the inbox."""
+        """Begin the run in START_DELAY."""
         self._inbox = inbox
-        self._begun = elapsed() + LEAD
+        self._begun = elapsed() + START_DELAY
         self._now = self._due = 0.0
 
     def now(self) -> float:
-        """When the last beat was to be, s; if it was late by more than another, when it was."""
+        """Return when the last beat was due, s; if it was late, when it came."""
         return self._now
 
     def exactly(self) -> float:
-        """What time it is, s; it does not go on until the beat does."""
-        return min(elapsed() - self._begun, self._due + LATE)
+        """Return the time, s; it stands still while the beat does."""
+        return min(elapsed() - self._begun, self._due + LATE_TOLERANCE)
 
     def take(self, until: float) -> TakenMessage | None:
         """Take a message when it comes, if that is before the next beat."""
@@ -92,11 +92,11 @@ class PacedClock:
         left = self._begun + until - elapsed()
         taken = self._inbox.take(left) if left > 0 else None
         late = elapsed() - self._begun - until
-        self._now = until + late if late > LATE else until
+        self._now = until + late if late > LATE_TOLERANCE else until
         return taken
 
-    def held_up(self, seconds: float) -> None:
-        """Go on from where the run was."""
+    def skip(self, seconds: float) -> None:
+        """Go on where the run was."""
         self._begun += seconds
         self._now -= seconds
 
@@ -111,7 +111,7 @@ class RecordedClock:
         self._now = 0.0
 
     def now(self) -> float:
-        """When the next beat is, s."""
+        """Return when the next beat is due, s."""
         return self._now
 
     def take(self, until: float) -> TakenMessage | None:
@@ -129,10 +129,10 @@ class RecordedClock:
             if not isinstance(item, float):
                 return TakenMessage(item, False)
 
-    def held_up(self, seconds: float) -> None:
-        """Nothing holds up this time."""
+    def skip(self, seconds: float) -> None:
+        """Do nothing: no beat is late here."""
 
 
 def time_of(item: Item) -> float:
-    """When an item comes, s."""
+    """Return when an item comes, s."""
     return item if isinstance(item, float) else item.t

@@ -8,8 +8,8 @@ from voz.control.table import CommandTable, check_commands
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import strip_accents
 
-MOST_LOOKED_AT = 64
-"""Sentences of a command that are looked at."""
+MAX_SENTENCES_CHECKED = 64
+"""Sentences of a command that are checked."""
 
 
 def check_list(commands: Commands, table: CommandTable, where: str) -> None:
@@ -21,7 +21,7 @@ def check_list(commands: Commands, table: CommandTable, where: str) -> None:
         where: what messages call the list.
 
     Raises:
-        ConfigError: so it is.
+        ConfigError: it could.
     """
     for state, name, step in table.all_steps():
         if name in commands.names and step.slots:
@@ -30,33 +30,32 @@ def check_list(commands: Commands, table: CommandTable, where: str) -> None:
                 have = f"it has {', '.join(sorted(known))}" if known else "it has none"
                 why = f"uses the slot {min(missing)}, which {where} does not give it; {have}"
                 raise table.error_at(state, name, why)
-    stops = commands.named(table.stops, MOST_LOOKED_AT)
+    stops = commands.named(table.stops, MAX_SENTENCES_CHECKED)
     after = {name for stop in stops for name in commands.continuing_commands(stop)}
     check_commands(table, commands.names, after, where)
 
 
 def begins_listening(commands: Commands, table: CommandTable) -> bool:
-    """Tell whether a list has a command that begins the listening."""
+    """Return whether a list has a command that begins the listening."""
     return not table.starts.isdisjoint(commands.names)
 
 
 def idle(commands: Commands, table: CommandTable) -> list[str]:
-    """Name the commands of a list that do nothing, in any state."""
+    """Return the commands of a list that do nothing in any state."""
     return [name for name in commands.names if not any(name in own for own in table.sets.values())]
 
 
 def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
-    """Name the commands of a table that a list does not have: nobody can say them."""
+    """Return the commands of a table that are not in the list, so that nobody can say them."""
     return [name for name in dict.fromkeys(named) if name not in commands.names]
 
 
 def with_its_accents(commands: Commands, name: str) -> str | None:
-    """Find the command of a list that differs from a name in accents alone; None if none does."""
+    """Return the command of a list that differs from a name only in accents, if there is one."""
     plain = strip_accents(name)
     return next((other for other in commands.names if strip_accents(other) == plain), None)
 
 
 def _slots(commands: Commands, name: str) -> set[str]:
-    """Name the slots that a command has in some sentence."""
-    parses = (commands.parse(text) for text in commands.named([name], MOST_LOOKED_AT))
+    parses = (commands.parse(text) for text in commands.named([name], MAX_SENTENCES_CHECKED))
     return {slot for parse in parses if parse for slot in parse.slots}

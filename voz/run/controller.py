@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
@@ -54,7 +54,7 @@ class Controller:
         check_type((CommandTable, type(None)), table, "table")
         self._receivers = receivers
         self._safety = safety
-        self.table = table or usual_commands()
+        self.table = table or default_commands()
         self._odometry = odometry
         self._state = State(listening=listening)
         self._last_command = 0.0

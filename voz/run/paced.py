@@ -14,27 +14,26 @@ from voz.inbox import End, Inbox
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item, PacedClock
 
-AHEAD = 256
-"""So much is decoded or read ahead."""
+MAX_ITEMS_AHEAD = 256
+"""Items that are decoded or read before their time."""
 
-EARLY = 0.02
-"""So much before its time is an item handed over, s: then it comes before the beat of that time."""
+HANDOVER_LEAD = 0.02
+"""An item is handed over so long before its time, s, that it comes before the beat of that time."""
 
 
-GONE = End(RuntimeError("nobody plays any more"))
-"""Whatever ends one of the threads ends the run: the next line may be `stop`."""
+SOURCE_DIED = End(RuntimeError("nobody plays any more"))
+"""A thread that dies ends the run: the next line may be `stop`."""
 
 
 def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
     """Begin to put items into an inbox, each at its time, on threads of their own.
 
     Args:
-        items: in the order of their times; after the last of them the run ends. An error in their
-            place ends it too.
-        inbox: where to.
-        clock: tells what time it is.
+        items: in the order of their times; their end, or an error, ends the run.
+        inbox: gets them.
+        clock: the time of the run.
     """
-    ready: queue.Queue[Item | End] = queue.Queue(AHEAD)
+    ready: queue.Queue[Item | End] = queue.Queue(MAX_ITEMS_AHEAD)
     for name, work in (
         ("voz-ahead", lambda: _read_ahead(items, ready)),
         ("voz-pace", lambda: _hand_over(ready, inbox, clock)),
@@ -43,7 +42,7 @@ def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
 
 
 def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
-    end = GONE
+    end = SOURCE_DIED
     try:
         for item in items:
             ready.put(item)
@@ -55,7 +54,7 @@ def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
 
 
 def _hand_over(ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock) -> None:
-    end = GONE
+    end = SOURCE_DIED
     over = 0.0
     try:
         while not isinstance(item := ready.get(), End):
@@ -71,5 +70,5 @@ def _hand_over(ready: queue.Queue[Item | End], inbox: Inbox, clock: PacedClock) 
 
 
 def _wait(until: float, clock: PacedClock) -> None:
-    while (left := until - EARLY - clock.exactly()) > 0:  # its time may stand still
+    while (left := until - HANDOVER_LEAD - clock.exactly()) > 0:  # its time may stand still
         time.sleep(left)

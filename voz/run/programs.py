@@ -25,27 +25,26 @@ from voz.robot.user_code import imported
 from voz.robot.user_errors import in_words, is_by_signal
 from voz.speech.builtin_sounds import BuiltinSound
 
-MOST = 8
-"""Programs and functions at once; more are not started."""
+MAX_PROGRAMS = 8
+"""Programs and functions that run at once; more are not started."""
 
-LONGEST = 60.0
-"""How long a program may take if its command does not say, s."""
+DEFAULT_TIME_LIMIT = 60.0
+"""Of a program whose command gives none, s."""
 
-LONGEST_LINE = 1000
+MAX_PROGRAM_LINE = 1000
 """Characters of a line that a program prints; a longer one comes in pieces."""
 
-LAST_OUTPUT = 0.5
-"""For what a program has printed to be shown before its end is told, s; what it started itself may
-print on."""
+LAST_OUTPUT_TIMEOUT = 0.5
+"""To show what a program printed before its end is reported, s; its own children may print on."""
 
 
 class Programs:
-    """Starts what commands start. Use it in a `with` block: at its end the programs are ended."""
+    """Starts what commands start; at the end of the `with` block it ends all programs."""
 
     def __init__(
         self,
         table: CommandTable,
-        tell: Callable[[Ended], None],
+        report: Callable[[Ended], None],
         show: Callable[[str], None],
         wait: bool = False,
     ) -> None:
@@ -53,21 +52,21 @@ class Programs:
 
         Args:
             table: what each command does.
-            tell: takes the end of each, on any thread.
+            report: takes the end of each, on any thread.
             show: takes each line that a program prints, on any thread.
             wait: whether each is waited for: where recordings tell the time.
 
         Raises:
             ConfigError: there is no such function, program or sound.
         """
-        self._tell = tell
+        self._report = report
         self._show = show
         self._wait = wait
         self._functions = _functions(table)
         _check_programs(table)
         _check_sounds(table)
         self._running: set[subprocess.Popen[str]] = set()
-        self._places = threading.Semaphore(MOST)
+        self._places = threading.Semaphore(MAX_PROGRAMS)
         self._closed = False
 
     def receive(self, event: Event) -> None:
@@ -76,7 +75,7 @@ class Programs:
             return
         name = event.program[0] if isinstance(event, Run) else event.function
         if not self._places.acquire(blocking=False):
-            self._tell(Ended(event.t, name, f"not started: {MOST} others have not ended"))
+            self._report(Ended(event.t, name, f"not started: {MAX_PROGRAMS} others have not ended"))
             return
         thread = threading.Thread(
             target=self._do, args=(event, name), name="voz-program", daemon=True
@@ -99,11 +98,11 @@ class Programs:
         finally:
             self._places.release()
         if not self._closed:
-            self._tell(Ended(event.t, name, problem))
+            self._report(Ended(event.t, name, problem))
 
     def _run(self, event: Run) -> str:
-        """Run a program to its end, and tell what was wrong."""
-        limit = event.seconds or LONGEST
+        """Run a program to its end; returns what was wrong."""
+        limit = event.seconds or DEFAULT_TIME_LIMIT
         # ALSA's plugin for PulseAudio blocks it; then `yes | head` complains of a broken pipe.
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPIPE])
         try:
@@ -132,21 +131,21 @@ class Programs:
             return f"was ended after {limit:g} s"
         finally:
             self._running.discard(program)
-            output.join(LAST_OUTPUT)
+            output.join(LAST_OUTPUT_TIMEOUT)
         return f"exit code {code}" if code else ""
 
     def _show_output(self, program: subprocess.Popen[str]) -> None:
         assert program.stdout
         name = Path(program.args[0]).name  # type: ignore[index,arg-type]
         with program.stdout as lines:
-            while line := lines.readline(LONGEST_LINE):
+            while line := lines.readline(MAX_PROGRAM_LINE):
                 self._show(f"{name}: {line.rstrip()}")
 
     def _call(self, event: Call) -> str:
-        """Call a function, and tell what it raised; nothing can end one that hangs."""
-        limit = event.seconds or LONGEST
+        """Call a function; returns what it raised. Nothing can end one that hangs."""
+        limit = event.seconds or DEFAULT_TIME_LIMIT
         hangs = Ended(event.t, event.function, f"has not ended after {limit:g} s")
-        late = threading.Timer(limit, self._tell, [hangs])
+        late = threading.Timer(limit, self._report, [hangs])
         late.daemon = True
         late.start()
         try:
@@ -166,7 +165,6 @@ def _kill(program: subprocess.Popen[str]) -> None:
 
 
 def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
-    """Import the functions of a table."""
     functions: dict[str, Callable[..., Any]] = {}
     for state, name, step in table.all_steps():
         if step.call:

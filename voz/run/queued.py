@@ -10,40 +10,40 @@ from contextlib import AbstractContextManager, suppress
 from voz.events import Event, Receiver, Warning
 from voz.inbox import End
 
-MOST_WAITING = 6000
-"""Events that may wait for a slow disk or reader: those of ten minutes."""
+MAX_QUEUED_EVENTS = 6000
+"""Waiting for a slow disk or reader: ten minutes of events."""
 
-CLOSING_TIME = 3.0
-"""For what waits to be written when the run is over, s; some readers never read it."""
+EVENT_FLUSH_TIMEOUT = 3.0
+"""To write what waits when the run is over, s; some readers never read it."""
 
 
 class Queued:
     """Hands events to a receiver that may be slow, without waiting for it.
 
-    Use it in a `with` block: the receiver is opened at its beginning, and gets what waits and is
-    closed at its end. What it raises ends the run; if that is over already, the block raises it.
+    The `with` block opens the receiver, and at its end writes what waits and closes it. What the
+    receiver raises ends the run; if that is over already, the block raises it.
     """
 
     def __init__(
         self,
         name: str,
         opening: AbstractContextManager[Receiver],
-        tell: Callable[[Warning | End], None],
+        report: Callable[[Warning | End], None],
     ) -> None:
         """Prepare to hand events on.
 
         Args:
             name: what is written, for messages.
-            opening: gives what takes the events; it is entered and left on the other thread.
-            tell: takes the warning that it cannot follow, and the end of the run by an error.
+            opening: opens the receiver; entered and left on the other thread.
+            report: takes the warning that it is too slow, and the end of the run by an error.
         """
         self._name = name
         self._opening = opening
-        self._tell = tell
-        self._waiting: queue.Queue[Event | None] = queue.Queue(MOST_WAITING)
+        self._report = report
+        self._waiting: queue.Queue[Event | None] = queue.Queue(MAX_QUEUED_EVENTS)
         self._opened = threading.Event()
         self._failure: Exception | None = None
-        self._late = False
+        self._warned = False
         self._thread = threading.Thread(target=self._work, name="voz-queued", daemon=True)
 
     def __enter__(self) -> Receiver:
@@ -57,8 +57,8 @@ class Queued:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if not self._failure:
             with suppress(queue.Full):
-                self._waiting.put(None, timeout=CLOSING_TIME)
-                self._thread.join(CLOSING_TIME)
+                self._waiting.put(None, timeout=EVENT_FLUSH_TIMEOUT)
+                self._thread.join(EVENT_FLUSH_TIMEOUT)
         if kind is None and self._failure:
             raise self._failure
 
@@ -66,10 +66,10 @@ class Queued:
         try:
             self._waiting.put_nowait(event)
         except queue.Full:
-            if not self._late and not self._failure:
-                self._late = True
+            if not self._warned and not self._failure:
+                self._warned = True
                 text = f"{self._name}: cannot be written fast enough; events are missing"
-                self._tell(Warning(event.t, text))
+                self._report(Warning(event.t, text))
 
     def _work(self) -> None:
         try:
@@ -80,6 +80,6 @@ class Queued:
         except BaseException as error:  # it belongs to those who send the events
             self._failure = error if isinstance(error, Exception) else RuntimeError(repr(error))
             if self._opened.is_set():
-                self._tell(End(self._failure))
+                self._report(End(self._failure))
         finally:
             self._opened.set()

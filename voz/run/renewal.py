@@ -13,25 +13,25 @@ from voz.recognition.recognizer import Recognizer
 from voz.robot.user_errors import reason
 from voz.run.command_check import check_list
 
-LOOK = 1.0
-"""From one look at the files to the next, s."""
+RELOAD_CHECK_INTERVAL = 1.0
+"""Between two looks at the files, s."""
 
 State: TypeAlias = tuple[int, int] | None
-"""When a file was written, and which it is; None if there is none."""
+"""Modification time and inode of a file; None if there is none."""
 
 
 @contextmanager
 def renewing(
-    recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]
+    recognizer: Recognizer, table: CommandTable, warn: Callable[[str, bool], None]
 ) -> Iterator[None]:
-    """Let a recognizer have the newest commands of its folder, for a `with` block.
+    """Reload a recognizer whenever the commands in its folder are new, for a `with` block.
 
-    It is loaded on a thread of its own while the old one goes on hearing.
+    They are loaded on a thread of its own while the old ones are still heard.
 
     Args:
         recognizer: what understands.
         table: what commands do: a list that could not stop the robot is not taken.
-        tell: takes a line, and whether it is good news, on any thread.
+        warn: takes a line, and whether it is good news, on any thread.
     """
     end = threading.Event()
     files = recognizer.files
@@ -39,10 +39,10 @@ def renewing(
 
     def look() -> None:
         seen = before
-        while not end.wait(LOOK):
+        while not end.wait(RELOAD_CHECK_INTERVAL):
             if (now := _state(files)) not in (seen, None):
                 seen = now
-                _renew(recognizer, table, tell)
+                _renew(recognizer, table, warn)
 
     thread = threading.Thread(target=look, name="voz-renewal", daemon=True)
     thread.start()
@@ -52,18 +52,18 @@ def renewing(
         end.set()
 
 
-def _renew(recognizer: Recognizer, table: CommandTable, tell: Callable[[str, bool], None]) -> None:
+def _renew(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, bool], None]) -> None:
     files = recognizer.files
     try:
         recognizer.reload(lambda commands: check_list(commands, table, list_name(files)))
     except Exception as error:  # whatever it is, the next list may be taken
-        tell(f"the new commands are not taken: {reason(error)}", False)
+        warn(f"the new commands are not taken: {reason(error)}", False)
     else:
-        tell(f"there are new commands: {len(recognizer.commands):,} sentences", True)
+        warn(f"there are new commands: {len(recognizer.commands):,} sentences", True)
 
 
 def _state(files: LanguageFiles) -> State:
-    """How the fingerprint is now, which `voz build-lm` writes last."""
+    """Return the state of the fingerprint, which `voz build-lm` writes last."""
     try:
         found = files.fingerprint.stat()
     except OSError:

@@ -24,7 +24,7 @@ from voz.run.clocks import Item
 TYPED = "text"
 """The source of an utterance that was typed."""
 
-LONGEST = 200
+MAX_COMMAND_LENGTH = 200
 """Characters of a line or a message that are looked at; a command has fewer."""
 
 NO_COMMAND = ("", "-")
@@ -58,7 +58,7 @@ def lines_typed(
     beats = 0
     for line in lines:
         beats = max(beats, beats_before(now()))
-        text = normalize(line[:LONGEST])
+        text = normalize(line[:MAX_COMMAND_LENGTH])
         if text not in NO_COMMAND:
             yield typed(text, commands, beats / BEATS_PER_SECOND)
         beats += 1
@@ -106,7 +106,7 @@ def bag_replayed(path: Path, sayings: Sayings, commands: Commands) -> Iterator[I
     """
     end = sayings.seconds
     for t, said in sayings.said:
-        text = normalize(said[:LONGEST])
+        text = normalize(said[:MAX_COMMAND_LENGTH])
         yield typed(text, commands, t, shown_path(path))
         end = max(end, t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end

@@ -8,15 +8,15 @@ from collections.abc import Callable
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
-from voz.run.sources import LONGEST, NO_COMMAND, TYPED, typed
+from voz.run.sources import MAX_COMMAND_LENGTH, NO_COMMAND, TYPED, typed
 
-MOST_REFUSED = 16
-"""Texts in a second that are reported as no command; each takes 2 ms, as the most similar command
-is looked for. More are dropped and counted, so that a `stop` behind them does not wait for that."""
+MAX_REFUSED_PER_SECOND = 16
+"""Texts a second that are reported as no command, at 2 ms each. More are dropped and counted, so
+that a `stop` behind them need not wait."""
 
 
 class TextCommands:
-    """Puts commands that come as text into the inbox of a run; on any thread."""
+    """Puts commands that come as text into the inbox of a run, on any thread."""
 
     def __init__(
         self, commands: Callable[[], Commands], inbox: Inbox, now: Callable[[], float]
@@ -25,22 +25,19 @@ class TextCommands:
 
         Args:
             commands: returns the commands that are known at present.
-            inbox: where to.
+            inbox: gets them.
             now: returns the time of the run, s.
         """
         self._commands = commands
         self._inbox = inbox
         self._now = now
-        self._refused: deque[float] = deque([-1.0] * MOST_REFUSED, MOST_REFUSED)  # when, s
+        self._refused: deque[float] = deque(
+            [-1.0] * MAX_REFUSED_PER_SECOND, MAX_REFUSED_PER_SECOND
+        )  # when, s
 
     def take(self, text: str, source: str = TYPED) -> None:
-        """Let a text be obeyed as if it were spoken.
-
-        Args:
-            text: with capitals, digits and a full stop if it likes.
-            source: where it comes from.
-        """
-        text = normalize(text[:LONGEST])
+        """Obey a text as if it were spoken; it may have capitals, digits and a full stop."""
+        text = normalize(text[:MAX_COMMAND_LENGTH])
         if text in NO_COMMAND:
             return
         commands, now = self._commands(), self._now()
@@ -52,10 +49,10 @@ class TextCommands:
         self._inbox.put(typed(text, commands, now, source))
 
     def continues(self, text: str) -> bool:
-        """Return whether a space after a text that is being typed goes on with a command.
+        """Return whether a space after a text goes on with a command.
 
-        After one that stops the robot it does not, though `stop` may become `stop speech`: who
-        presses the space bar then wants it to stop.
+        Not after one that stops the robot, though `stop` may become `stop speech`: the space bar
+        then means to stop.
         """
         commands = self._commands()
         parse = commands.parse(text)

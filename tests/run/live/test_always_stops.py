@@ -20,7 +20,7 @@ import pytest
 from calls import VOZ
 from live_robot import live_robot, moves, rests, signals_as_a_terminal_has_them, warns
 
-from voz.config import usual_commands
+from voz.config import default_commands
 from voz.speech.speech_cache import cached_speech
 
 pytestmark = pytest.mark.slow
@@ -274,7 +274,7 @@ def test_a_cache_of_replies_that_hangs_does_not_hold_up_stop(
     tmp_path: Path, pulse: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    replies = [cached_speech(reply, "kal_diphone") for reply in usual_commands().replies]
+    replies = [cached_speech(reply, "kal_diphone") for reply in default_commands().replies]
     environment = pulse | {"XDG_CACHE_HOME": str(tmp_path)}
     with watched(tmp_path, environment) as run:
         for reply in replies:

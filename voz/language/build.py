@@ -1,4 +1,4 @@
-"""Everything that is generated from the command list. An edge: it writes files."""
+"""Generates the language files from a command list. Does I/O."""
 
 from __future__ import annotations
 
@@ -52,15 +52,12 @@ def build(
 
     Args:
         commands: the command list; a `pronunciations.txt` beside it is used.
-        out: the folder to write to; it is made if need be.
-        source: what the list holds, if that is known already.
+        out: the folder to write to; it is created if it is missing.
+        source: what the list holds, if it was read before.
         every_pair: whether it warns of all pairs that sound alike; else of the worst.
 
-    Returns:
-        What there is to tell the user.
-
     Raises:
-        CommandsError: the list or the pronunciations cannot be read or used.
+        CommandsError: the list or the pronunciations cannot be used.
         LanguageError: the files cannot be written.
     """
     source = source or read_list(commands)
@@ -73,23 +70,15 @@ def build(
 
 
 def write_files(source: CommandSource, out: Path) -> None:
-    """Write all language files of a list into a folder; raises LanguageError if that fails."""
+    """Write all language files of a list into a folder; raises LanguageError."""
     _write(_contents(source, out), out)
 
 
 def stale_files(commands: Path, out: Path, source: CommandSource | None = None) -> list[str]:
-    """Compare the files in a folder with what would be generated, and write nothing.
-
-    Args:
-        commands: the command list.
-        out: the folder of the language files.
-        source: what the list holds, if that is known already.
-
-    Returns:
-        The names of the files that are missing or differ; none if all is up to date.
+    """Name the files in a folder that are missing or differ from what would be generated.
 
     Raises:
-        CommandsError: the list or the pronunciations cannot be read or used.
+        CommandsError: the list or the pronunciations cannot be used.
     """
     contents = _contents(source or read_list(commands), out)
     old = [LanguageFiles(out).templates, LanguageFiles(out).spoken]
@@ -104,17 +93,14 @@ def generate(
     templates: str | None = None,
     spoken: str | None = None,
 ) -> dict[str, str]:
-    """Generate the contents of all language files. Does no I/O.
+    """Generate the contents of all language files, by file name; deterministic, no I/O.
 
     Args:
         sentences: normalized sentences, each once: all, or of very many some.
         entries: the pronunciations of all their words, sorted by word.
         grammar: that of all sentences, where only some are given.
-        templates: what templates were compiled to; None for a plain list.
-        spoken: which language it is; None for voz's usual English.
-
-    Returns:
-        The content of each file by its name; the same for the same arguments.
+        templates: compiled templates as text; None for a plain list.
+        spoken: the language as text; None for English.
     """
     files = LanguageFiles(Path())
     log = (f"{word}\t{e.origin}\t{phones}" for word, e in entries.items() for phones in e.phones)
@@ -158,7 +144,6 @@ def _as_json(spoken: LanguageInfo, out: Path) -> str:
 
 
 def _dictionary(entries: Mapping[str, LexiconEntry]) -> list[str]:
-    """Write the dictionary's lines; the second pronunciation of a word is called `word(2)`."""
     return [
         f"{word if number == 1 else f'{word}({number})'}\t{phones}"
         for word, entry in entries.items()
@@ -178,7 +163,6 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
-    """Tell the user which pronunciations nobody wrote."""
     guessed = {
         word: entry for word, entry in source.entries.items() if entry.origin == GUESS_ORIGIN
     }
@@ -196,7 +180,6 @@ def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
 
 
 def _alike_warnings(source: CommandSource, every: bool) -> tuple[str, ...]:
-    """Tell the user which commands sound alike."""
     brought = read_sentences(LanguageFiles(PACKAGED_FOLDER))
     if source.commands.can_be_listed and set(source.commands) == set(brought):
         return ()  # docs/commands.md tells of these
@@ -206,7 +189,7 @@ def _alike_warnings(source: CommandSource, every: bool) -> tuple[str, ...]:
 def _write(contents: Mapping[str, str], out: Path) -> None:
     """Write all files, or none: each is complete under another name before any is replaced.
 
-    The fingerprint is the first to be: whatever ends this, what is left does not fit it.
+    The fingerprint is replaced first: after an interruption it does not match the rest.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -1,14 +1,11 @@
-"""What a user gives: the command list, how its words are pronounced, what in it sounds alike.
-
-An edge: it reads files.
-"""
+"""Reads what users write: the command list and pronunciations. Does I/O."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from voz.errors import CommandsError
 from voz.files import read_bytes
@@ -41,10 +38,11 @@ if TYPE_CHECKING:
     from voz.language.other_languages import OtherLanguage
 
 UNNAMED_LIST = "the list of commands"
-"""What messages call a list that is in no file."""
+"""What messages call a list that is not in a file."""
 
 
-class CommandSource(NamedTuple):
+@dataclass(frozen=True)
+class CommandSource:
     """What a user wrote, ready to generate files from.
 
     Attributes:
@@ -54,7 +52,7 @@ class CommandSource(NamedTuple):
         places: where each word stands first, as `FILE:LINE`.
         warnings: what the user should know, one line each.
         compiled: of templates; None for a plain list.
-        spoken: the language, if it is not voz's usual English.
+        spoken: the language; None is English.
         files_read: the bytes of each file that templates were read from.
     """
 
@@ -65,19 +63,18 @@ class CommandSource(NamedTuple):
     warnings: tuple[str, ...]
     compiled: CompiledTemplates | None = None
     spoken: LanguageInfo | None = None
-    files_read: Mapping[Path, bytes] = MappingProxyType({})
+    files_read: Mapping[Path, bytes] = field(default_factory=dict)
 
 
 def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandSource:
     """Read a command list, and find out how its words are pronounced.
 
     Args:
-        commands: a plain list or templates, in voz's notation or in that of another program; a
-            `pronunciations.txt` beside it is used.
+        commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
         language: what is spoken; None is English.
 
     Raises:
-        CommandsError: it or the pronunciations cannot be read or used.
+        CommandsError: the list or the pronunciations cannot be used.
     """
     data = _read_text(commands)
     if is_templates(commands, data):
@@ -87,14 +84,7 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
 
 
 def read_lines(lines: Iterable[str]) -> CommandSource:
-    """Read the lines of a command list in English that is in no file.
-
-    Args:
-        lines: sentences or templates, in voz's notation.
-
-    Raises:
-        CommandsError: they cannot be used.
-    """
+    """Read the lines of an English command list, in voz's notation; raises CommandsError."""
     data = "\n".join(lines).encode(errors="surrogatepass")
     if not has_templates(data):
         return _of_sentences(parse_commands(data, UNNAMED_LIST))
@@ -108,7 +98,7 @@ def _of_sentences(
     parsed: CommandList, folder: Path | None = None, language: OtherLanguage | None = None
 ) -> CommandSource:
     known, places = plain_commands(parsed.sentences), parsed.places()
-    entries, spoken = _pronounced(folder, places, language), language and language.spoken
+    entries, spoken = _pronounced(folder, places, language), (language.spoken if language else None)
     return CommandSource(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
@@ -121,7 +111,7 @@ def _of_templates(
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
-    entries, spoken = _pronounced(folder, places, language), language and language.spoken
+    entries, spoken = _pronounced(folder, places, language), (language.spoken if language else None)
     return CommandSource(
         source.name,
         compiled.commands,
@@ -135,22 +125,12 @@ def _of_templates(
 
 
 def similar_commands(commands: Path) -> list[SimilarPair]:
-    """Find the commands of a list that sound alike, and write nothing.
-
-    Args:
-        commands: the command list.
-
-    Returns:
-        The pairs, the most alike first.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used.
-    """
+    """The commands of a list that sound alike, most similar first; raises CommandsError."""
     return similar_pairs(read_list(commands))
 
 
 def similar_pairs(source: CommandSource) -> list[SimilarPair]:
-    """Find what sounds alike and does not mean the same; in a long list some of it."""
+    """Find sentences that sound alike and mean different things; in a long list some."""
     commands, phones = source.commands, _phones(source.entries)
     distances = source.spoken.distances if source.spoken else None
     if len(commands) > MAX_COMPARED_COMMANDS:
@@ -166,7 +146,7 @@ def draw_similarity(commands: Path, picture: Path, source: CommandSource | None 
     Args:
         commands: the command list.
         picture: the picture to write, PNG or SVG by its ending.
-        source: what the list holds, if that is known already.
+        source: what the list holds, if it was read before.
 
     Raises:
         CommandsError: the list or the pronunciations cannot be used, or it is too long.
@@ -185,7 +165,6 @@ def draw_similarity(commands: Path, picture: Path, source: CommandSource | None 
 def _pronounced(
     folder: Path | None, places: Mapping[str, str], language: OtherLanguage | None
 ) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced; a file in the folder may say it."""
     own = folder / PRONUNCIATIONS_FILE if folder else None
     phones = language.spoken.phones if language else None
     user = parse_pronunciations(_read_text(own), str(own), phones) if own and own.exists() else {}

@@ -1,6 +1,6 @@
-"""Languages other than English: what the settings name, and users' copies. An edge: it reads them.
+"""Languages other than English: what the settings name, and users' copies. Does I/O.
 
-voz brings none of them: their models have licences of their own.
+voz brings none of them: their models have licenses of their own.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import NamedTuple
 
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, shown_path
@@ -31,14 +31,15 @@ WEIGHT_FILES = ("sendump", "mixture_weights")
 _DICTIONARIES = ("*.dic", "*.dict", "*dictionary*.txt")
 
 
-class LanguageSources(NamedTuple):
-    """Where a language is from.
+@dataclass(frozen=True)
+class LanguageSources:
+    """Where the parts of a language are.
 
     Attributes:
         name: what the user calls it.
         acoustic_model: the folder of the model.
         dictionary: the pronunciations of its words.
-        rules: how other words are said, by their letters; None without.
+        rules: letter-to-sound rules for other words; None without.
     """
 
     name: str
@@ -47,13 +48,14 @@ class LanguageSources(NamedTuple):
     rules: Path | None
 
 
-class OtherLanguage(NamedTuple):
-    """A language that is read.
+@dataclass(frozen=True)
+class OtherLanguage:
+    """A language that was read.
 
     Attributes:
         spoken: its acoustic model and phones.
         dictionary: the pronunciations of each word.
-        rules: how other words are said; None without.
+        rules: letter-to-sound rules for other words; None without.
     """
 
     spoken: LanguageInfo
@@ -65,7 +67,7 @@ def find_sources(settings: SpokenLanguage) -> LanguageSources | None:
     """Find what the settings name; what they leave out is in the copy that was added.
 
     Returns:
-        Where it is; None is English as ever.
+        Where it is; None is English.
 
     Raises:
         ConfigError: something is missing.
@@ -84,17 +86,13 @@ def find_sources(settings: SpokenLanguage) -> LanguageSources | None:
 
 
 def configured_language(settings: SpokenLanguage) -> OtherLanguage | None:
-    """Read what the settings name; None is English. Errors are those of both functions it calls."""
+    """Read the language that the settings name; None is English."""
     sources = find_sources(settings)
     return read_language(sources) if sources else None
 
 
 def read_language(sources: LanguageSources) -> OtherLanguage:
-    """Read a language.
-
-    Raises:
-        LanguageError: the model, the dictionary or the rules cannot be used.
-    """
+    """Read a language; raises LanguageError if it cannot be used."""
     spoken = language_info(sources)
     dictionary = read_dictionary(sources.dictionary, spoken.phones)
     rules = read_rules(sources.rules, spoken.phones) if sources.rules else None
@@ -102,7 +100,7 @@ def read_language(sources: LanguageSources) -> OtherLanguage:
 
 
 def language_info(sources: LanguageSources) -> LanguageInfo:
-    """Read what language files keep of a language; errors are those of `read_language`."""
+    """What language files keep of a language; raises LanguageError."""
     folder = sources.acoustic_model
     digest = model_digest(folder)
     found = compute_distances(folder)
@@ -111,11 +109,7 @@ def language_info(sources: LanguageSources) -> LanguageInfo:
 
 
 def model_digest(folder: Path) -> str:
-    """Sum up an acoustic model.
-
-    Raises:
-        LanguageError: a file of it is missing.
-    """
+    """The SHA-256 of an acoustic model; raises LanguageError if a file is missing."""
     weights = [name for name in WEIGHT_FILES if (folder / name).is_file()]
     total = sha256()
     try:
@@ -130,16 +124,13 @@ def add_language(folder: Path, name: str, dictionary: Path | None = None) -> Lan
     """Copy a language into the user's data folder, where settings find it by its name.
 
     Args:
-        folder: a folder, in which or below which there are an acoustic model and a dictionary.
+        folder: holds an acoustic model and a dictionary, or subfolders with them.
         name: what to call it.
         dictionary: the dictionary, if there are several; rules are beside it, if there are any.
 
-    Returns:
-        Where the copy is.
-
     Raises:
         LanguageError: it cannot be used or copied.
-        ConfigError: the name cannot be that of a folder.
+        ConfigError: the name is not usable as that of a folder.
     """
     target = _folder_of(name)  # what it is called is told at once, what it holds takes seconds
     words = dictionary or _only(_found(folder, _DICTIONARIES), folder, "dictionary")
@@ -159,12 +150,12 @@ def add_language(folder: Path, name: str, dictionary: Path | None = None) -> Lan
         name,
         target / MODEL_FOLDER,
         target / DICTIONARY_FILE,
-        target / RULES_FILE if source[3] else None,
+        target / RULES_FILE if source.rules else None,
     )
 
 
 def added_languages() -> list[str]:
-    """List the names of the copies that there are."""
+    """The names of the copies."""
     return sorted(path.parent.name for path in _folder_of("_").parent.glob(f"*/{DICTIONARY_FILE}"))
 
 
@@ -216,8 +207,8 @@ def check_same_language(spoken: LanguageInfo, settings: SpokenLanguage, folder: 
     """Refuse language files of another language than the settings name.
 
     Raises:
-        LanguageError: they are.
-        ConfigError: the settings name what is not there.
+        LanguageError: the languages differ.
+        ConfigError: the settings name files that are missing.
     """
     sources = find_sources(settings)
     if sources is None:
@@ -232,15 +223,7 @@ def check_same_language(spoken: LanguageInfo, settings: SpokenLanguage, folder: 
 
 
 def check_acoustic_model(spoken: LanguageInfo, folder: Path) -> None:
-    """Check that the acoustic model of language files is there, and what it was.
-
-    Args:
-        spoken: what the files say.
-        folder: where they are.
-
-    Raises:
-        LanguageError: it is not.
-    """
+    """Raise LanguageError if the acoustic model in `folder` is missing or was changed."""
     if spoken.uses_default_model:
         return
     model = spoken.folder(folder)

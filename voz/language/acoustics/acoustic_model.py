@@ -1,10 +1,9 @@
-"""What the acoustic model expects of a sound. An edge: it reads the model's files.
+"""The files of an acoustic model: phones, Gaussians, weights, durations. Does I/O.
 
-A phone has a codebook of Gaussians for each of the three feature streams: the cepstra, their
-differences in time, and the differences of these. Each state of a phone, called a senone, weights
-the Gaussians in its own way. The formats are those of pocketsphinx's `ms_gauden.c` (`means`,
-`variances`), `ptm_mgau.c` (`sendump`), `tmat.c` (`transition_matrices`), `mdef.c` and `bin_mdef.c`
-(`mdef`, as text or not), in the byte order of nearly all computers.
+A phone has a codebook of Gaussians for each of three feature streams: the cepstra and their first
+and second differences in time. Each state of a phone, a senone, weights the Gaussians in its own
+way. The formats are those of pocketsphinx's `ms_gauden.c`, `ptm_mgau.c`, `tmat.c`, `mdef.c` and
+`bin_mdef.c`, little-endian.
 """
 
 from __future__ import annotations
@@ -24,34 +23,34 @@ CEPSTRA = 13
 FEATURE_STREAMS = 3
 
 STATES_PER_PHONE = 3
-"""Of a phone, which senones stand for; those of phones without context come first."""
+"""Senones of a phone; those of phones without context come first."""
 
 VARIANCE_FLOOR = 1e-4
 """pocketsphinx's own `varfloor`."""
 
 WEIGHT_UNIT = 1024 * np.log(1.0001)
-"""`sendump` holds negative 1.0001-logarithms, shifted right by 10 bits; this in nats."""
+"""One unit of `sendump`, nats: negative 1.0001-logarithms, shifted right by 10 bits."""
 
 BINARY_MDEF_MAGIC = 0x46444D42
-"""`BMDF`, which a binary mdef begins with."""
+"""`BMDF`, the first bytes of a binary mdef."""
 
 MAX_SELF_TRANSITION = 0.95
-"""Of a state, for the average; silence repeats for ever."""
+"""Probability; silence repeats for ever."""
 
 SILENCE_PHONE = "SIL"
 
 BYTE_ORDER = 0x11223344
-"""Stands at the head of a binary file that was written in the order in which we read."""
+"""The first word of a little-endian file."""
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 
 def read_phones(folder: Path) -> list[str]:
-    """Read the names of a model's phones, in the order of their codebooks; `SIL` is one.
+    """Read the names of a model's phones, in the order of their codebooks, with `SIL`.
 
     Raises:
-        LanguageError: the file is missing or is none of a model.
+        LanguageError: the file is missing or is not part of a model.
     """
     try:
         data = (folder / "mdef").read_bytes()
@@ -61,12 +60,12 @@ def read_phones(folder: Path) -> list[str]:
 
 
 def spoken_phones(phones: Iterable[str]) -> list[str]:
-    """Leave silence and noises out, as `SIL` and `+SPN+` are called."""
+    """Leave out silence and noises, such as `SIL` and `+SPN+`."""
     return [phone for phone in phones if phone != SILENCE_PHONE and not phone.startswith("+")]
 
 
 def unusable_model(folder: Path, why: object) -> LanguageError:
-    """Say that a model cannot be used."""
+    """The error for a model that cannot be used."""
     return LanguageError(
         f"{folder}: the acoustic model cannot be used ({why}); give a folder in the format of "
         "CMUSphinx, or install pocketsphinx again"
@@ -83,13 +82,10 @@ class AcousticModel:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Read the model.
-
-        Args:
-            folder: that of an acoustic model whose phones have a codebook each.
+        """Read the model in a folder.
 
         Raises:
-            LanguageError: a file is missing, or not as the packaged model has it.
+            LanguageError: a file is missing, or phones do not have a codebook each.
         """
         try:
             names = read_phones(folder)
@@ -104,18 +100,18 @@ class AcousticModel:
         self.phones = {name: number for number, name in enumerate(names)}
 
     def log_weights(self, senones: Indices) -> Floats:
-        """Look up the log weights of senones, shape (streams, n, Gaussians)."""
+        """Log weights of senones, shape (streams, n, Gaussians)."""
         return np.asarray(-WEIGHT_UNIT * self._weights[:, :, senones].transpose(0, 2, 1))
 
     def expected(self, phones: Indices, senones: Indices) -> Floats:
-        """Tell what the cepstra of states are on average, less the mean of an utterance.
+        """The mean cepstra of states, relative to the mean of an utterance.
 
         Args:
-            phones: the numbers of the phones that the states belong to, shape (n,).
-            senones: the numbers of the states, shape (n,).
+            phones: the phone number of each state, shape (n,).
+            senones: the number of each state, shape (n,).
 
         Returns:
-            The means of their Gaussians by their weights, shape (n, 13).
+            The weighted means of their Gaussians, shape (n, 13).
         """
         weights = np.exp(self.log_weights(senones)[0])
         means = self.means[phones, 0]
@@ -123,11 +119,7 @@ class AcousticModel:
 
 
 def read_durations(folder: Path) -> Floats:
-    """Read how many frames each phone lasts on average, by how often its states repeat.
-
-    Raises:
-        LanguageError: the file is missing or of another kind.
-    """
+    """Read how many frames each phone lasts on average; raises LanguageError."""
     try:
         data = (folder / "transition_matrices").read_bytes()
         at = _behind_header(data)
@@ -145,7 +137,6 @@ def read_durations(folder: Path) -> Floats:
 
 
 def _text_phones(data: bytes) -> list[str]:
-    """Of a model in text: lines `PHONE - - - ...` are the phones without context."""
     lines = (line.split() for line in data.decode().splitlines())
     names = [line[0] for line in lines if len(line) > 5 and line[1:4] == ["-", "-", "-"]]
     if not names:
@@ -169,7 +160,7 @@ def _behind_header(data: bytes) -> int:
 
 
 def _read_gaussians(data: bytes) -> Floats:
-    """Read the means or variances of the Gaussians, shape (phones, streams, Gaussians, 13)."""
+    """Shape (phones, streams, Gaussians, 13)."""
     at = _behind_header(data)
     order, phones, streams, gaussians = struct.unpack_from("<I3i", data, at)
     lengths = struct.unpack_from(f"<{streams}i", data, at + 16)
@@ -181,7 +172,7 @@ def _read_gaussians(data: bytes) -> Floats:
 
 
 def _read_weights(data: bytes, gaussians: int) -> npt.NDArray[np.uint8]:
-    """Read the senones' weights, shape (streams, Gaussians, senones)."""
+    """Shape (streams, Gaussians, senones)."""
     at = 0
     while length := struct.unpack_from("<i", data, at)[0]:  # texts, then an empty one
         at += 4 + length

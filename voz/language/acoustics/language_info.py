@@ -12,16 +12,16 @@ from voz.language.acoustics.phone_distances import PhoneDistances, read_distance
 ENGLISH_NAMES = frozenset({"english", "en"})
 
 ENGLISH_MODEL = "en-us/en-us"
-"""Of the pocketsphinx package."""
+"""Path within the pocketsphinx package."""
 
 
 class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
-    """A language that is spoken, as the language files keep it.
+    """A spoken language, as the language files keep it.
 
     Attributes:
         name: what the user calls it.
-        acoustic_model: the folder of the model, from that of the language files if it is not
-            absolute; None is pocketsphinx's own English one.
+        acoustic_model: the folder of the model, relative to that of the language files or absolute;
+            None is pocketsphinx's English model.
         model: the SHA-256 of the model; empty for pocketsphinx's own.
         frames: how many frames of 10 ms each phone lasts.
         apart: what a frame of one phone loses, in nats, if it is taken for another.
@@ -35,7 +35,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
 
     @property
     def is_english(self) -> bool:
-        """Whether what voz knows of English alone holds: accents, and what the second ear hears."""
+        """Whether what voz knows of English applies: accents, the phoneme network."""
         return self.name.lower() in ENGLISH_NAMES
 
     @property
@@ -45,7 +45,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
 
     @property
     def uses_default_model(self) -> bool:
-        """Whether nothing was configured."""
+        """Whether the model is pocketsphinx's own."""
         return self.acoustic_model is None
 
     @cached_property
@@ -59,11 +59,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
         return PhoneDistances(self.frames, self.apart)
 
     def folder(self, language: Path) -> Path:
-        """Find the acoustic model.
-
-        Args:
-            language: the folder of the language files.
-        """
+        """The folder of the acoustic model; `language` is that of the language files."""
         if self.acoustic_model is None:
             import pocketsphinx  # 20 ms that who types commands need not wait for
 
@@ -72,7 +68,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
 
 
 def english() -> LanguageInfo:
-    """English by the model that pocketsphinx brings, with distances that were measured."""
+    """English with pocketsphinx's model and the measured distances."""
     known = read_distances()
     apart = {phone: dict(others) for phone, others in known.apart.items()}
     return LanguageInfo("English", None, "", dict(known.frames), apart)

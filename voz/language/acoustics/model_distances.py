@@ -1,9 +1,8 @@
-"""How far apart an acoustic model holds its phones, by its own Gaussians: nothing was measured.
+"""How far apart an acoustic model holds its phones, computed from its Gaussians. Does I/O.
 
-An edge: it reads the model's files. Taking phone p for q loses the Kullback-Leibler divergence of
-their states, one after the other: what a frame of p loses on average, in log-likelihood, if q has
-to explain it. Of the English model, whose distances are measured on speech, these correlate with
-them by .86 (of the logarithms, 1,482 pairs), while "equal or not" tells nothing of them.
+Taking phone p for q loses the Kullback-Leibler divergence of their states: what a frame of p loses
+on average, in log-likelihood, if q has to explain it. For the English model this correlates with
+the measured distances by .86 (of the logarithms).
 """
 
 from __future__ import annotations
@@ -27,22 +26,19 @@ from voz.language.acoustics.acoustic_model import (
 from voz.language.acoustics.phone_distances import PhoneDistances
 
 SAMPLED_FRAMES = 48
-"""Frames drawn of each state of a phone; four times as many change a distance by some percent."""
+"""Per state of a phone; four times as many change a distance by some percent."""
 
 MAX_FRAME_LOSS = 60.0
-"""Nats; a single frame drawn far out says no more."""
+"""Nats; a single outlier says no more."""
 
 DIVERGENCE_POWER = 0.75
-"""From a divergence to what is lost: a search stretches its phones to where they fit best.
-
-On the English model the measured loss is the divergence to the power of .746, times .993.
-"""
+"""From a divergence to a loss: a search aligns phones where they fit best. Fitted on English."""
 
 COMMAND_STRETCH = 1.3
-"""In a command a phone lasts longer than in the read speech that models are trained on."""
+"""Phones of commands last longer than those of the read speech that models are trained on."""
 
 DEFAULT_LOSS = 6.0
-"""Nats for each frame, where a model has other Gaussians than are read here: the English mean."""
+"""Nats per frame, for models with other kinds of Gaussians: the English mean."""
 
 DEFAULT_FRAMES = 9.5
 
@@ -50,12 +46,10 @@ DEFAULT_FRAMES = 9.5
 def compute_distances(folder: Path) -> PhoneDistances:
     """Compute the distances of a model's phones.
 
-    Args:
-        folder: of the model. If its phones do not have a codebook each, as in a continuous model,
-            all phones are equally far apart.
+    All phones are equally far apart if they do not have a codebook each, as in a continuous model.
 
     Raises:
-        LanguageError: there is no model.
+        LanguageError: there is no model in the folder.
     """
     names = read_phones(folder)
     phones = spoken_phones(names)
@@ -79,10 +73,6 @@ def compute_distances(folder: Path) -> PhoneDistances:
 def divergences(model: AcousticModel, phones: Sequence[int]) -> Floats:
     """Compute what a frame of each phone loses if another explains it.
 
-    Args:
-        model: their Gaussians.
-        phones: the numbers of the phones.
-
     Returns:
         The losses in nats, shape (said, taken for).
     """
@@ -103,7 +93,7 @@ def _lost(
     log_weights: Floats,
     chance: np.random.Generator,
 ) -> Floats:
-    """The losses in one stream of one state: the log-likelihood by the own phone less the other."""
+    """The losses in one stream of one state."""
     means, variances = model.means[phones, stream], model.variances[phones, stream]
     log_weights = log_weights - np.log(np.exp(log_weights).sum(axis=1, keepdims=True))
     shares = np.exp(log_weights)
@@ -123,7 +113,7 @@ def _lost(
 def _log_likelihood(
     frames: Floats, means: Floats, variances: Floats, log_weights: Floats
 ) -> Floats:
-    """Of each frame by a mixture of Gaussians."""
+    """The log-likelihood of each frame by a mixture of Gaussians."""
     precisions = 1 / variances
     constant = log_weights - 0.5 * (
         np.log(2 * np.pi * variances).sum(axis=1) + (means**2 * precisions).sum(axis=1)

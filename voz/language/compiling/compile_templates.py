@@ -1,10 +1,10 @@
-"""From the templates of all files to the commands that the other parts ask; pure."""
+"""Compiles the templates of all files to commands; pure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
-from typing import NamedTuple
 
 from voz.errors import CommandsError
 from voz.language.compiling.joining import (
@@ -31,24 +31,25 @@ from voz.language.sentences.template_source import (
 )
 
 MAX_TEMPLATE_WORDS = 30
-"""Of a sentence; a plain one of a list has at most 12."""
+"""Words of one sentence; a plain list allows 12."""
 
 MAX_SENTENCES = 10**10
-"""No ear tells more apart."""
+"""No recognizer tells more apart."""
 
 MAX_READINGS = 50
-"""Of an ambiguous sentence that are looked at."""
+"""Interpretations of one ambiguous sentence that are compared."""
 
 
-class LineCost(NamedTuple):
+@dataclass(frozen=True)
+class LineCost:
     """What a line of a file adds.
 
     Attributes:
         name: of the rule or list, or the command of the template.
-        place: where it stands, as `FILE:LINE`.
-        sentences: that it gives; of a rule or list, the ways to say it.
-        states: how many the search has for it; 0 for a rule or list, which others hold.
-        used_by: templates that hold it.
+        place: `FILE:LINE`.
+        sentences: number of sentences; for a rule or list, of wordings.
+        states: of the search; 0 for a rule or list.
+        used_by: number of templates that contain it.
     """
 
     name: str
@@ -58,8 +59,9 @@ class LineCost(NamedTuple):
     used_by: int
 
 
-class CompiledTemplates(NamedTuple):
-    """What templates were compiled to.
+@dataclass(frozen=True)
+class CompiledTemplates:
+    """Compiled templates.
 
     Attributes:
         commands: the sentences and what they mean.
@@ -77,14 +79,7 @@ class CompiledTemplates(NamedTuple):
 
 
 def compile_templates(source: TemplateSource) -> CompiledTemplates:
-    """Compile templates.
-
-    Args:
-        source: all files together.
-
-    Raises:
-        CommandsError: they cannot be used; the message says where and why.
-    """
+    """Compile the templates of all files together; raises CommandsError."""
     if not source.templates:
         raise CommandsError(f"{source.name}: holds no command; write one sentence a line")
     templates, warnings = resolve(source)

@@ -1,25 +1,26 @@
-"""Many templates as one automaton, and the sentences that two of them give; pure."""
+"""Joins templates to one automaton, and finds sentences that two of them give; pure."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from voz.language.sentences.automaton import NO_LABEL, Arcs, Automaton, minimized
 from voz.language.sentences.slot_reader import SlotReader
 
 MAX_JOINED_STATES = 300_000
-"""Before those are merged that are alike; more take minutes and gigabytes."""
+"""Before minimization; more take minutes and gigabytes."""
 
 
-class SharedSentence(NamedTuple):
-    """A sentence that two templates give, or one in two ways.
+@dataclass(frozen=True)
+class SharedSentence:
+    """An example of a sentence with two templates, or two readings of one.
 
     Attributes:
-        sentence: an example.
+        sentence: the example.
         first: the number of the template that comes first.
-        second: of the other; the same if there is one alone.
+        second: that of the other, or the same.
     """
 
     sentence: str
@@ -35,10 +36,10 @@ def join_readers(readers: Sequence[SlotReader]) -> tuple[Automaton, list[SharedS
     """Make one automaton of templates: the subset construction.
 
     Args:
-        readers: the templates; of those that give the same sentence the first has it.
+        readers: the templates; the first that gives a sentence has it.
 
     Returns:
-        The automaton, whose labels are the templates' numbers, and which sentences are ambiguous.
+        The automaton, labeled by template numbers, and which sentences are ambiguous.
 
     Raises:
         TooManyStatesError: they are too many.
@@ -49,8 +50,6 @@ def join_readers(readers: Sequence[SlotReader]) -> tuple[Automaton, list[SharedS
 
 
 class _Joining:
-    """The states of all readers under one numbering, and those of the automaton made of them."""
-
     def __init__(self, readers: Sequence[SlotReader]) -> None:
         self.begins: list[int] = []
         self.steps: list[dict[str, list[int]]] = []
@@ -99,14 +98,12 @@ class _Joining:
         return known
 
     def _end(self, state: int, ended: Sequence[int]) -> None:
-        """Note whose sentence ends in a state, and whose it might be too."""
         labels = sorted(self.ends[member] for member in ended)
         self.labels.append(labels[0] if labels else NO_LABEL)
         for other in labels[1:]:
             self._share(state, ended[0], (labels[0], other))
 
     def _share(self, state: int, member: int, templates: tuple[int, int]) -> None:
-        """Keep a sentence of two templates, or of one in two ways, through a member of a state."""
         if templates not in self.shared:
             sentence = " ".join([*self._way_to(state), *self._way_on(member)])
             self.shared[templates] = SharedSentence(sentence, *templates)
@@ -119,7 +116,6 @@ class _Joining:
         return words[::-1]
 
     def _way_on(self, member: int) -> list[str]:
-        """The words from a state of a reader to an end of it; every state has such."""
         words = []
         while member not in self.ends:
             word, targets = next(iter(self.steps[member].items()))

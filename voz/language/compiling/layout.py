@@ -29,14 +29,7 @@ class TooManyArcsError(Exception):
 
 
 def lay_out(expression: Expression) -> SlotReader:
-    """Lay a template out as states.
-
-    Args:
-        expression: without references.
-
-    Raises:
-        TooManyArcsError: it is too large.
-    """
+    """Lay an expression without references out as states; raises TooManyArcsError."""
     states = _States()
     states.lay(expression, 0, 1)
     return states.without_silent()

@@ -1,4 +1,4 @@
-"""Put what names stand for in their place, and find names that are wrong; pure."""
+"""Replaces references to rules and lists by what they stand for; pure."""
 
 from __future__ import annotations
 
@@ -31,16 +31,13 @@ MAX_REFERENCE_DEPTH = 30
 
 
 def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
-    """Put what names stand for in their place.
-
-    Args:
-        source: all files together.
+    """Replace references by what they stand for.
 
     Returns:
-        The templates without references, and a line for each name that nobody uses.
+        The templates without references, and a warning for each unused name.
 
     Raises:
-        CommandsError: a name stands for nothing or for itself, or a sentence has a slot twice.
+        CommandsError: a name is undefined or contains itself, or a sentence has a slot twice.
     """
     resolver = _Resolver(source)
     templates = []
@@ -125,10 +122,10 @@ def slots(item: Expression, known: dict[int, Slots]) -> Slots:
 
     Args:
         item: without references.
-        known: those of what names stand for, which this adds to.
+        known: cache of the slots of resolved references, by id.
 
     Raises:
-        CommandsError: a sentence has a slot twice, or one in another.
+        CommandsError: a sentence has a slot twice, or one inside another.
     """
     if id(item) in known:
         return known[id(item)]

@@ -1,4 +1,4 @@
-"""Sentences that must be commands, and those that must not: `tests.txt` beside a list; pure."""
+"""`tests.txt` beside a list: sentences that must be commands, and those that must not; pure."""
 
 from __future__ import annotations
 
@@ -8,25 +8,21 @@ from voz.language.formats.text_lines import content_lines
 from voz.language.sentences.command_set import Commands
 
 EXPECTED_SENTENCES_FILE = "tests.txt"
-"""The name of the file."""
 
 NEGATION = "!"
-"""Before a sentence that must be no command; alone on a line, before all that follow."""
+"""Before a sentence that must not be a command; alone on a line, before all that follow."""
 
 
 def failed_expectations(commands: Commands, data: bytes, name: str) -> Iterator[str]:
-    """Find the lines that are not as they say.
+    """Report the lines whose expectation does not hold.
 
     Args:
         commands: what a list holds.
         data: the sentences, one a line, UTF-8; `#` begins a comment.
-        name: what messages call them.
-
-    Yields:
-        A line for each that fails.
+        name: what messages call the file.
 
     Raises:
-        CommandsError: it is no such text.
+        CommandsError: the file is not text.
     """
     none_follow = False
     for number, line in content_lines(data, name):

@@ -27,24 +27,20 @@ if TYPE_CHECKING:
     from yaml import Node
 
 SENTENCE_SECTIONS = ("intents", "data")
-"""One of them is in every such file that has sentences."""
+"""Every file with sentences has one of them."""
 
 CONTEXT_KEYS = {"requires_context", "excludes_context"}
-"""Sentences that count only at times; here they would count always."""
+"""Conditions on sentences, which are not supported."""
 
 
 class HassilNotation(Notation):
-    """The notation, in which numbers may be digits."""
+    """voz's notation, in which numbers may be digits."""
 
     DIGITS = True
 
 
 def parse_hassil(text: Yaml) -> TemplateSource:
-    """Parse a YAML file of hassil.
-
-    Raises:
-        CommandsError: it has something that cannot be.
-    """
+    """Parse a YAML file of hassil; raises CommandsError."""
     source = TemplateSource(text.name)
     parts = text.mapping(text.root, "intents, lists and expansion_rules")
     _definitions(text, source, parts, "")
@@ -72,7 +68,7 @@ _WHY = {
 
 
 def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, scope: str) -> None:
-    """Add the sentences of one intent, with what belongs to them alone."""
+    """Add the sentences of one intent, with its own lists and rules."""
     from yaml import MappingNode
 
     if not isinstance(node, MappingNode):
@@ -109,7 +105,7 @@ def _sentence(
 def _definitions(
     text: Yaml, source: TemplateSource, parts: dict[str, Node], scope: str
 ) -> dict[tuple[DefinitionKind, str], str]:
-    """Add lists and rules; give the names by which those of one intent are known elsewhere."""
+    """Add lists and rules; return the global names of one intent's own."""
     lists = text.mapping(parts["lists"], "lists") if "lists" in parts else {}
     rules = text.mapping(parts["expansion_rules"], "rules") if "expansion_rules" in parts else {}
     names: dict[tuple[DefinitionKind, str], str] = {}
@@ -125,7 +121,6 @@ def _definitions(
 
 
 def _list(text: Yaml, node: Node) -> Expression:
-    """A list: values, perhaps with what they mean, or a range of numbers."""
     from yaml import MappingNode
 
     place = text.place(node)

@@ -37,7 +37,7 @@ _WEIGHT = re.compile(r"/\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*/")
 
 
 class JsgfParser(Parser):
-    """Parses what a rule stands for."""
+    """Parses the right side of a rule."""
 
     TOKEN = re.compile(
         r"(?P<tag>\{(?:\\.|[^{}\\])*\})|(?P<rule><[^<>]*>)|(?P<weight>/[^/\n]*/)"
@@ -46,12 +46,12 @@ class JsgfParser(Parser):
     )
 
     def __init__(self, passage: Passage, grammar: str) -> None:
-        """Split a passage; the grammar's name may stand before those of its rules."""
+        """Split a passage; the name of the grammar may prefix those of its rules."""
         super().__init__(passage)
         self._prefix = f"{grammar}."
 
     def item(self, items: list[Expression]) -> None:
-        """Parse one more item; a tag belongs to the one before, at the end to all before."""
+        """Parse one more item; a tag applies to the one before it, at the end to all before it."""
         token = self.next
         if token.kind == "weight":
             self._weight(self.take())
@@ -98,15 +98,7 @@ class JsgfParser(Parser):
 
 
 def parse_jsgf(data: bytes, name: str) -> TemplateSource:
-    """Parse a grammar.
-
-    Args:
-        data: its bytes, UTF-8.
-        name: what messages call it.
-
-    Raises:
-        CommandsError: it has something that cannot be.
-    """
+    """Parse a grammar, UTF-8; `name` is for messages. Raises CommandsError."""
     text = "\n".join(line for _, line in numbered_lines(data, name))
     text = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found.group()), text)
     whole = Passage(name, 1, 0, text)
@@ -141,14 +133,13 @@ def _part(whole: Passage, start: int, end: int) -> Passage:
 
 
 def _slot(name: str, body: Expression, place: Location) -> Expression:
-    """A rule with tags is a slot."""
     alternatives = body.items if isinstance(body, Choice) else (body,)
     tagged = any(isinstance(one, Tag) for one in alternatives)
     return Slot(name, body, place) if tagged else body
 
 
 def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Location]]) -> None:
-    """Make commands of the public rules, which are then no rules unless others name them."""
+    """Make commands of the public rules; they stay rules if others name them."""
     bodies = [definition.expression for definition in source.definitions.values()]
     named = {found.name for body in bodies for found in references(body)}
     for name, body, place in public:

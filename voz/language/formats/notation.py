@@ -29,7 +29,7 @@ NAME_PATTERN = r"[A-Za-z_][\w-]*"
 """Of a rule, a list or a slot."""
 
 MAX_JOINED_WORDS = 100
-"""Words that `light[s]` and the like may stand for."""
+"""Spellings of `light[s]` and the like."""
 
 _NUMBER = r"[-+]?(?:[0-9]{1,9}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})"
 _RANGE = re.compile(
@@ -49,12 +49,12 @@ class Notation(Parser):
     PARTS = "|;"
 
     def __init__(self, passage: Passage, values: bool = False) -> None:
-        """Split a passage; `values` says that alternatives may have some, as in a list."""
+        """Split a passage; `values` allows values, as in a list."""
         super().__init__(passage)
         self.values = values
 
     def alternative(self) -> Expression:
-        """Parse a sequence, and in a list the value behind it."""
+        """Parse a sequence, in a list with its value."""
         found = super().alternative()
         if self.next.kind != "value":
             return found
@@ -70,7 +70,7 @@ class Notation(Parser):
         return super().ends() or self.next.kind == "value"
 
     def item(self, items: list[Expression]) -> None:
-        """Parse one more item; what touches a word is a part of it, as in `light[s]`."""
+        """Parse one more item; a group that touches a word is part of it, as in `light[s]`."""
         at = self.at
         item = self.atom()
         if items and self._touches(at):
@@ -112,7 +112,7 @@ class Notation(Parser):
 
 
 def slot(passage: Passage) -> Slot:
-    """Parse what is in the braces of a slot: `colour`, `thing:object` or `angle: 5..180 by 5`.
+    """Parse the inside of braces: `colour`, `thing:object` or `angle: 5..180 by 5`.
 
     Raises:
         CommandsError: it is something else.
@@ -136,20 +136,12 @@ def slot(passage: Passage) -> Slot:
 
 
 def list_body(passage: Passage) -> Expression:
-    """Parse what a list stands for: alternatives with their values, or a range of numbers.
-
-    Raises:
-        CommandsError: it is something else.
-    """
+    """Parse the body of a list: alternatives with values, or a range. Raises CommandsError."""
     return number_range(passage.text, passage.place()) or Notation(passage, values=True).parse()
 
 
 def number_range(text: str, place: Location) -> NumberRange | None:
-    """Parse a range of numbers, as `5..180 by 5`; None if it is none.
-
-    Raises:
-        CommandsError: it is one that cannot be.
-    """
+    """Parse a range such as `5..180 by 5`; None if it is none. Raises CommandsError."""
     match = _RANGE.fullmatch(text)
     if not match:
         return None

@@ -1,4 +1,4 @@
-"""What the notations have in common: words, groups and alternatives; pure."""
+"""The parser that all notations share: words, groups and alternatives; pure."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.spelling import find_unspeakable, length_complaint, normalize
 
 MAX_GROUP_DEPTH = 40
-"""Groups within groups; Python's own limit is not far above."""
+"""Nested groups; Python's own recursion limit is not far above."""
 
 MAX_PERMUTED_PARTS = 5
-"""Six parts can stand in 720 orders."""
+"""Six parts have 720 orders."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Passage:
         line: the number of its first line, from 1.
         column: where it begins in that line, from 0.
         text: the piece; it may have several lines.
-        whole: its first line with what is before and after; empty if that is the piece itself.
+        whole: its whole first line; empty if the piece is that line.
     """
 
     file: str
@@ -49,7 +49,7 @@ class Passage:
     whole: str = ""
 
     def place(self, at: int = 0) -> Location:
-        """Where a character of it stands in the file."""
+        """The location of a character in the file."""
         down = bisect_right(self._begins, at) - 1
         column = at - self._begins[down] + (0 if down else self.column)
         shown = self.whole if self.whole and not down else self._lines[down]
@@ -72,7 +72,7 @@ class Passage:
 
 
 class Token(NamedTuple):
-    """A word or a mark, where it stands, and whether there is space before it."""
+    """A word or a mark, its offset, and whether there is space before it."""
 
     kind: str
     text: str
@@ -81,16 +81,16 @@ class Token(NamedTuple):
 
 
 class Parser:
-    """Parses one expression; the notations override what differs."""
+    """Parses one expression; subclasses override what differs."""
 
     TOKEN: ClassVar[re.Pattern[str]]
-    """Each kind of token has a group of its name; what is in none is space."""
+    """Has a named group for each kind of token; other characters are space."""
 
     PARTS: ClassVar[str] = "|"
-    """What stands between alternatives; `;` means in any order."""
+    """Separators of alternatives; `;` means in any order."""
 
     DIGITS: ClassVar[bool] = False
-    """Whether a number may be written in digits; it is then said in words."""
+    """Whether numbers may be written in digits."""
 
     OPTIONAL: ClassVar[tuple[str, str]] = ("[", "]")
     GROUP: ClassVar[tuple[str, str]] = ("(", ")")
@@ -103,11 +103,7 @@ class Parser:
         self.depth = 0
 
     def parse(self) -> Expression:
-        """Parse all of it.
-
-        Raises:
-            CommandsError: it is no expression.
-        """
+        """Parse all of it; raises CommandsError."""
         found = self.alternatives("")
         token = self.tokens[self.at]
         if token.kind != "end":
@@ -116,7 +112,7 @@ class Parser:
 
     @property
     def next(self) -> Token:
-        """The token that has not been taken yet."""
+        """The next token, which is not taken."""
         return self.tokens[self.at]
 
     def take(self) -> Token:
@@ -129,7 +125,7 @@ class Parser:
         raise error_at(self.passage.place(at), message)
 
     def alternatives(self, opened: str) -> Expression:
-        """Parse what is in a group, or all; `opened` is what begins the group."""
+        """Parse what is in a group, or all; `opened` is the mark that opened the group."""
         parts, between = [self.alternative()], ""
         while self.next.text in self.PARTS and self.next.kind == "mark":
             token = self.take()
@@ -184,7 +180,7 @@ class Parser:
         return self.fail(f'"{token.text}" cannot stand here; remove it', token.at)
 
     def group(self, token: Token) -> Expression:
-        """Parse a group behind its beginning."""
+        """Parse a group after its opening mark."""
         close = dict((self.OPTIONAL, self.GROUP))[token.text]
         self.depth += 1
         if self.depth > MAX_GROUP_DEPTH:
@@ -218,7 +214,7 @@ class Parser:
 
 
 def word_spellings(item: Expression) -> list[str] | None:
-    """All that a group of single words may be, nothing too; None if it is something else."""
+    """All spellings of a group of single words, perhaps empty; None if it is something else."""
     if isinstance(item, Word):
         return [item.text]
     if isinstance(item, Optional):

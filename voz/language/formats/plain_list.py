@@ -13,12 +13,12 @@ MAX_COMMAND_WORDS = 12
 
 @dataclass(frozen=True)
 class CommandList:
-    """A command list that can be used.
+    """The sentences of a plain list.
 
     Attributes:
         name: what messages call the list, mostly its path.
         sentences: the commands, normalized, each once, in the order of the list.
-        lines: the line in which each sentence stands, counted from 1.
+        lines: the line number of each sentence, from 1.
         warnings: what the user should know, one line each.
     """
 
@@ -28,7 +28,7 @@ class CommandList:
     warnings: tuple[str, ...] = ()
 
     def places(self) -> dict[str, str]:
-        """Give each word of the commands and where it first stands, as `FILE:LINE`."""
+        """Where each word first stands, as `FILE:LINE`."""
         places: dict[str, str] = {}
         for sentence, line in zip(self.sentences, self.lines, strict=True):
             for word in sentence.split():
@@ -41,11 +41,11 @@ def parse_commands(data: bytes, name: str) -> CommandList:
     """Parse a command list: one sentence a line, `#` begins a comment.
 
     Args:
-        data: the bytes of the list, UTF-8.
+        data: UTF-8.
         name: what messages call the list.
 
     Raises:
-        CommandsError: the list cannot be used; the message says which line and why.
+        CommandsError: the list cannot be used.
     """
     lines: dict[str, int] = {}
     repeats: list[str] = []
@@ -66,7 +66,6 @@ def parse_commands(data: bytes, name: str) -> CommandList:
 
 
 def _check_sentence(text: str, where: str) -> None:
-    """Raise CommandsError, beginning with `where`, if the text is no usable sentence."""
     if found := find_unspeakable(text):
         raise CommandsError(f"{where}: {found[1]}")
     words = text.split()

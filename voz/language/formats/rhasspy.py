@@ -34,7 +34,7 @@ _TAG = re.compile(r"\{\s*([A-Za-z_][\w-]*)\s*(?::([^{}!]*))?(?:!\w+)*\s*\}")
 _RANGE = re.compile(r"(-?[0-9]{1,6})\.\.(-?[0-9]{1,6})(?:,([0-9]{1,6}))?", re.ASCII)
 
 ReadSlots = Callable[[str], tuple[str, bytes] | None]
-"""Reads the list of a name: what messages call its file, and its bytes; None if there is none."""
+"""Reads a list: what messages call its file, and its bytes; None if there is none."""
 
 
 class RhasspyParser(Parser):
@@ -48,7 +48,7 @@ class RhasspyParser(Parser):
     DIGITS = True
 
     def item(self, items: list[Expression]) -> None:
-        """Parse one more item; values, converters and tags belong to the one before."""
+        """Parse one more item; values, converters and tags apply to the one before it."""
         token = self.next
         if token.kind == "value":
             self.take()
@@ -95,12 +95,12 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
     """Parse a `sentences.ini`.
 
     Args:
-        data: its bytes, UTF-8.
+        data: UTF-8.
         name: what messages call it.
         read_slots: reads the lists that it names.
 
     Raises:
-        CommandsError: it has something that cannot be.
+        CommandsError: it cannot be used.
     """
     source = TemplateSource(name)
     intent = ""
@@ -141,7 +141,7 @@ def _add(
 def _use_names(
     source: TemplateSource, own: dict[str, dict[tuple[DefinitionKind, str], str]]
 ) -> None:
-    """Give the rules of an intent the names by which the others know them."""
+    """Replace the names of an intent's own rules by their global names."""
     source.templates = [
         Template(t.command, renamed(t.expression, own.get(t.command or "", {})), t.place)
         for t in source.templates

@@ -28,7 +28,7 @@ BUILT_IN_NUMBERS: Mapping[str, int] = {
     "TwoDigitInteger": 99,
     "Percent": 100,
 }
-"""The largest number of the slots that Rhino brings."""
+"""The largest number of Rhino's built-in slots."""
 
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
@@ -68,11 +68,7 @@ class RhinoParser(Parser):
 
 
 def parse_rhino(text: Yaml) -> TemplateSource:
-    """Parse a YAML context of Rhino.
-
-    Raises:
-        CommandsError: it has something that cannot be.
-    """
+    """Parse a YAML context of Rhino; raises CommandsError."""
     source = TemplateSource(text.name)
     root = text.mapping(text.root, "the context")
     parts = text.mapping(root["context"], "expressions, slots and macros")

@@ -1,4 +1,4 @@
-"""Reads a file of templates and those that it imports, in any format. An edge: it reads files."""
+"""Reads a file of templates and those that it imports, in any format. Does I/O."""
 
 from __future__ import annotations
 
@@ -14,24 +14,20 @@ from voz.language.sentences.location import error_at
 from voz.language.sentences.template_source import TemplateSource
 
 MAX_IMPORTED_FILES = 100
-"""That import each other."""
 
 
 def has_known_ending(path: Path) -> bool:
-    """Tell by the ending of its name whether a file is in the format of another program."""
+    """Whether the file is in the format of another program, by its ending."""
     return path.suffix.lower() in PARSERS
 
 
 def is_templates(path: Path, data: bytes) -> bool:
-    """Tell whether a file has more than plain sentences."""
+    """Whether a file has more than plain sentences."""
     return has_known_ending(path) or has_templates(data)
 
 
 def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
     """Read a file of templates and those that it imports.
-
-    Args:
-        path: of the file; its ending tells the format.
 
     Returns:
         What they hold together, and the bytes of each file that was read.
@@ -115,7 +111,7 @@ def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
 
 
 FormatParser: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], TemplateSource]
-"""Parses a file; the path and what was read are for those that name others."""
+"""Parses data called name; the path and the files read so far are for further files."""
 
 PARSERS: Mapping[str, FormatParser] = {
     ".ini": _rhasspy,
@@ -124,4 +120,4 @@ PARSERS: Mapping[str, FormatParser] = {
     ".gram": _jsgf,
     ".jsgf": _jsgf,
 }
-"""What parses a file with such an ending; any other file is in voz's own notation."""
+"""By the ending of the file; other files are in voz's own notation."""

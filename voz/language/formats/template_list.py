@@ -19,7 +19,7 @@ _COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
 
 
 def has_templates(data: bytes) -> bool:
-    """Tell whether a command list has more than plain sentences; comments do not count."""
+    """Whether a command list has more than plain sentences; comments do not count."""
     lines = (line.partition(b"#")[0] for line in data.replace(b"\r", b"\n").split(b"\n"))
     return any(_MARKS.search(line) or _is_import(line) for line in lines)
 
@@ -29,15 +29,7 @@ def _is_import(line: bytes) -> bool:
 
 
 def parse_templates(data: bytes, name: str) -> TemplateSource:
-    """Parse a file in voz's own notation.
-
-    Args:
-        data: its bytes, UTF-8.
-        name: what messages call it.
-
-    Raises:
-        CommandsError: a line cannot be used; the message says where and why.
-    """
+    """Parse a file in voz's notation, UTF-8; `name` is for messages. Raises CommandsError."""
     source = TemplateSource(name)
     for number, whole in numbered_lines(data, name):
         text = whole.partition("#")[0].rstrip()
@@ -71,7 +63,6 @@ def _add(source: TemplateSource, line: Passage) -> None:
 
 
 def _behind(line: Passage, match: re.Match[str]) -> Passage:
-    """What is behind the `=` or the `:`; raises CommandsError if that is nothing."""
     if not line.text[match.end() :].strip():
         raise error_at(
             line.place(match.end() - 1), "there is nothing behind this; write what is said"

@@ -12,17 +12,14 @@ MAX_WARNINGS = 10
 
 
 def content_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
-    """Go through the lines of a text that hold more than a comment.
+    """Number the lines that hold more than a comment, without comment and outer space.
 
     Args:
-        data: the bytes of the text; any line ends, with or without a byte order mark.
+        data: UTF-8 with any line ends.
         name: what messages call the text.
 
-    Yields:
-        The number of the line, counted from 1, and the line without its comment and outer space.
-
     Raises:
-        CommandsError: the text is too large or a line is not UTF-8.
+        CommandsError: the text is too large or not UTF-8.
     """
     for number, line in numbered_lines(data, name):
         text = line.partition("#")[0].strip(" \t")
@@ -31,7 +28,7 @@ def content_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
 
 
 def numbered_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
-    """Go through all lines of a text as they are; the rest is as with `content_lines`."""
+    """Number all lines, from 1; as `content_lines` otherwise."""
     if len(data) > MAX_TEXT_BYTES:
         raise CommandsError(f"{name}: is larger than {MAX_TEXT_BYTES:,} bytes; make it smaller")
     data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -45,5 +42,5 @@ def numbered_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
 
 
 def summarize_warnings(warnings: list[str], summary: str) -> tuple[str, ...]:
-    """Keep a few warnings as they are, and replace many by one that sums them up."""
+    """Keep a few warnings as they are, and replace many by a summary."""
     return tuple(warnings) if len(warnings) <= MAX_WARNINGS else (summary,)

@@ -1,4 +1,4 @@
-"""YAML with the places of its parts, for errors; pure."""
+"""YAML that knows the places of its parts, for errors; pure."""
 
 from __future__ import annotations
 
@@ -12,14 +12,10 @@ from voz.language.sentences.location import Location, error_at
 
 
 class Yaml:
-    """A YAML file; its methods raise CommandsError where something else stands."""
+    """A YAML file; its methods raise CommandsError where something else is expected."""
 
     def __init__(self, data: bytes, name: str) -> None:
-        """Parse it.
-
-        Raises:
-            CommandsError: it is no YAML.
-        """
+        """Parse it; raises CommandsError."""
         self.name = name
         self._lines = [line for _, line in numbered_lines(data, name)]
         try:
@@ -47,13 +43,13 @@ class Yaml:
         return Location(self.name, mark.line + 1, mark.column + 1, self._lines[mark.line])
 
     def mapping(self, node: yaml.Node, what: str) -> dict[str, yaml.Node]:
-        """The parts of a mapping by name; `what` says what should stand there."""
+        """The parts of a mapping by name; `what` names what is expected there."""
         if not isinstance(node, yaml.MappingNode):
             raise error_at(self.place(node), f"here stand {what}, as in: name: ...")
         return {self.text(key).text: value for key, value in node.value}
 
     def sequence(self, node: yaml.Node, what: str) -> list[yaml.Node]:
-        """The parts of a sequence; `what` says what should stand there."""
+        """The parts of a sequence; `what` names what is expected there."""
         if not isinstance(node, yaml.SequenceNode):
             raise error_at(self.place(node), f'here stand {what}, one a line behind "-"')
         return list(node.value)

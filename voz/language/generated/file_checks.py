@@ -1,8 +1,7 @@
-"""Whether language files are whole and belong together. An edge: it reads them.
+"""Checks that language files are whole and belong together. Does I/O.
 
-pocketsphinx crashes on a model that is cut or changed, and on files of two languages Python fails
-in odd places. `voz build-lm` leaves a fingerprint, which tells of any change. Files of lmtool, or
-of an older voz, have none: they are read here, strictly, before pocketsphinx gets them.
+pocketsphinx crashes on a damaged model. `voz build-lm` leaves a fingerprint that shows any change;
+files of lmtool or of an older voz have none, and are parsed strictly instead.
 """
 
 from __future__ import annotations
@@ -28,11 +27,7 @@ from voz.language.generated.ngram import check_arpa
 
 
 def check_files(files: LanguageFiles) -> None:
-    """Check that language files can be used.
-
-    Raises:
-        LanguageError: one is missing or damaged, or they do not belong together.
-    """
+    """Raise LanguageError if files are missing or damaged, or do not belong together."""
     if shown_path(files.folder) != str(files.folder):
         raise LanguageError(
             f"{shown_path(files.folder)}: is no name in UTF-8, and pocketsphinx reads no other; "
@@ -55,11 +50,7 @@ def check_files(files: LanguageFiles) -> None:
 def check_words(
     sentences: Sequence[str], words: Mapping[str, object], path: Path, advice: str = REBUILD_ADVICE
 ) -> None:
-    """Check that sentences have no word that a dictionary lacks; `path` is theirs.
-
-    Raises:
-        LanguageError: they have.
-    """
+    """Raise LanguageError if sentences, read from `path`, have a word that a dictionary lacks."""
     for word in dict.fromkeys(word for sentence in sentences for word in sentence.split()):
         if word not in words or "(" in word:
             raise LanguageError(f'{path}: "{word[:60]}" is not in the dictionary; {advice}')
@@ -68,11 +59,7 @@ def check_words(
 def check_model(
     text: str, words: Mapping[str, object], path: Path, advice: str = REBUILD_ADVICE
 ) -> None:
-    """Check that a trigram model can be used with a dictionary; `path` is the model's.
-
-    Raises:
-        LanguageError: it cannot.
-    """
+    """Raise LanguageError if a trigram model, read from `path`, does not fit a dictionary."""
     try:
         check_arpa(text, words)
     except ValueError as error:
@@ -80,13 +67,13 @@ def check_model(
 
 
 def fingerprint(contents: Mapping[str, str]) -> str:
-    """Write the SHA-256 of files, by their names, as `sha256sum` does."""
+    """The SHA-256 of files by their names, in the format of `sha256sum`."""
     return "".join(_line(name, text.encode()) for name, text in contents.items())
 
 
 @contextmanager
 def lock_folder(folder: Path, how: int) -> Iterator[None]:
-    """Keep the files of a folder as they are, from all that ask in this way.
+    """Lock the files of a folder against other processes of voz.
 
     Args:
         folder: the folder.

@@ -1,7 +1,7 @@
-"""The automaton as the finite state grammar that pocketsphinx searches; pure.
+"""The automaton as a finite state grammar of pocketsphinx; pure.
 
-It is loaded as it is: of 50,000 sentences in 15 states nothing is copied, where a grammar in JSGF
-takes 470 MB. Weights make every sentence as likely as any other.
+It is loaded without copies: JSGF of 50,000 sentences takes 470 MB. Weights make all sentences
+equally likely.
 """
 
 from __future__ import annotations
@@ -11,18 +11,11 @@ from typing import TypeAlias
 from voz.language.sentences.automaton import NO_LABEL, Automaton
 
 FsgArc: TypeAlias = tuple[int, int, float, str] | tuple[int, int, float]
-"""From one state to another with a probability, and a word unless a sentence ends."""
+"""From state, to state, probability, and a word unless a sentence ends."""
 
 
 def to_fsg(automaton: Automaton) -> tuple[list[FsgArc], int]:
-    """Write a automaton as arcs from state 0 on.
-
-    Args:
-        automaton: the sentences.
-
-    Returns:
-        The arcs, and the state in which every sentence ends.
-    """
+    """Write an automaton as arcs from state 0 on, and name the final state."""
     arcs: list[FsgArc] = []
     end = len(automaton.arcs)
     for state, following in enumerate(automaton.arcs):

@@ -1,10 +1,7 @@
-"""The grammar in JSGF: exactly the sentences of the list, with common beginnings shared.
+"""The JSGF grammar of a list of sentences, with common beginnings shared; pure.
 
-Does no I/O. https://www.w3.org/TR/jsgf/
-
-pocketsphinx loads a long list of whole sentences slowly and keeps a copy of every word in memory;
-as a tree, `go ( forward | back )`, it is many times smaller. Weights keep every sentence as
-likely as any other: without them one that shares its beginning with many others would be less so.
+https://www.w3.org/TR/jsgf/. pocketsphinx loads a long list of whole sentences slowly; as a tree,
+`go ( forward | back )`, it is many times smaller. Weights make all sentences equally likely.
 """
 
 from __future__ import annotations
@@ -15,20 +12,13 @@ GRAMMAR_NAME = "comandos_voz"
 
 
 class _Node(dict[str, "_Node"]):
-    """The words that can follow a beginning; `ends` says that it is a sentence by itself."""
+    """The words that can follow a beginning; `ends` says that it is a sentence."""
 
     ends = False
 
 
 def jsgf(sentences: Iterable[str]) -> str:
-    """Write the grammar that accepts some sentences and no other.
-
-    Args:
-        sentences: normalized sentences, one word or more in each.
-
-    Returns:
-        The text of a JSGF file with one public rule, `<command>`.
-    """
+    """Write a JSGF file whose public rule `<command>` accepts exactly these sentences."""
     rule = "\n    | ".join(tree_alternatives(sentences))
     return f"#JSGF V1.0;\n\ngrammar {GRAMMAR_NAME};\n\npublic <command> =\n      {rule}\n    ;\n"
 
@@ -39,7 +29,6 @@ def tree_alternatives(sentences: Iterable[str]) -> list[str]:
 
 
 def _tree(sentences: Iterable[str]) -> _Node:
-    """Put sentences into a tree of words, in their order."""
     root = _Node()
     for sentence in sentences:
         node = root
@@ -50,7 +39,7 @@ def _tree(sentences: Iterable[str]) -> _Node:
 
 
 def _alternatives(node: _Node) -> tuple[list[str], int]:
-    """Write what can follow a beginning, and count the sentences that this makes."""
+    """Write what can follow a beginning, and count the sentences."""
     written = [(word, *_rest(child)) for word, child in node.items()]
     alone = len(written) == 1 and not node.ends
     texts = [
@@ -61,7 +50,6 @@ def _alternatives(node: _Node) -> tuple[list[str], int]:
 
 
 def _rest(node: _Node) -> tuple[str, int]:
-    """Write what follows a word, as a group if there is a choice."""
     texts, count = _alternatives(node)
     joined = " | ".join(texts)
     if not texts:

@@ -1,4 +1,4 @@
-"""The language files: what they are called, where they are looked for. An edge: it reads them."""
+"""The language files: their names, where they are, and readers. Does I/O."""
 
 from __future__ import annotations
 
@@ -26,16 +26,12 @@ REBUILD_ADVICE = "make the language files again with `voz build-lm`"
 _WORD = re.compile(
     rf"((?:[^\W_]|{COMBINING_SIGN}|['.-]){{1,{MAX_WORD_LETTERS}}})(\([0-9]{{1,3}}\))?"
 )
-"""Of a dictionary. The underscore is for voz's own words, others mean something in a grammar."""
+"""Of a dictionary. Underscores are for voz's own words, other marks are JSGF syntax."""
 
 
 @dataclass(frozen=True)
 class LanguageFiles:
-    """The files of one language, all in one folder.
-
-    Attributes:
-        folder: the folder, as the user or the search named it.
-    """
+    """The files of one language, all in one folder."""
 
     folder: Path
 
@@ -76,12 +72,12 @@ class LanguageFiles:
 
     @property
     def templates(self) -> Path:
-        """What templates were compiled to; a plain list has no such file."""
+        """Compiled templates; missing for a plain list."""
         return self.folder / f"{FILE_STEM}.templates"
 
     @property
     def spoken(self) -> Path:
-        """Which acoustic model belongs to them; where it is voz's usual English, there is none."""
+        """The spoken language; missing for English."""
         return self.folder / f"{FILE_STEM}.language"
 
     @property
@@ -98,10 +94,7 @@ class LanguageFiles:
 
 
 def find_language(folder: str | Path | None) -> LanguageFiles:
-    """Find the language files: in the folder given, else in `lm/` here, else in the package.
-
-    Args:
-        folder: where the user says that they are; None searches.
+    """Find the language files: in `folder`, else in `lm/` here, else in the package.
 
     Raises:
         LanguageError: the folder lacks a file that recognition needs.
@@ -123,37 +116,24 @@ def find_language(folder: str | Path | None) -> LanguageFiles:
 
 
 def read_sentences(files: LanguageFiles) -> list[str]:
-    """Read the sentences that the language files were generated from, in the order of the list.
-
-    Raises:
-        LanguageError: the file cannot be read or holds something else.
-    """
+    """Read the sentences of the language files, in the order of the list; raises LanguageError."""
     return parse_sentences(read_plain_text(files.sentences), files.sentences)
 
 
 def read_commands(files: LanguageFiles) -> Commands:
-    """Read what the language files were generated from: sentences, or templates.
-
-    Raises:
-        LanguageError: the file cannot be read or holds something else.
-    """
+    """Read the commands of the language files; raises LanguageError."""
     stored = _stored(files)
     return decode_commands(stored) if stored else plain_commands(read_sentences(files))
 
 
 def _stored(files: LanguageFiles) -> StoredCommands | None:
-    """What templates were compiled to; None for a plain list."""
     if not files.templates.exists():
         return None
     return read_json(files.templates, StoredCommands, LanguageError, REBUILD_ADVICE)
 
 
 def list_name(files: LanguageFiles) -> str:
-    """Name the list that language files were made from, as messages call it.
-
-    Raises:
-        LanguageError: the file with what templates were compiled to cannot be read.
-    """
+    """What messages call the list that language files were made from; raises LanguageError."""
     stored = _stored(files)
     if stored and stored.sources:  # the list is the first of them
         return os.path.normpath(files.folder / next(iter(stored.sources)))
@@ -176,21 +156,13 @@ def parse_sentences(text: str, path: Path, advice: str = REBUILD_ADVICE) -> list
 
 
 def read_pronunciations(files: LanguageFiles) -> dict[str, tuple[str, ...]]:
-    """Read the phones of each word of the dictionary; variants are words, as `the(2)`.
-
-    Raises:
-        LanguageError: the dictionary cannot be read or holds something else.
-    """
+    """The phones of each word; variants are words, as `the(2)`. Raises LanguageError."""
     phones = read_language_info(files).phones
     return parse_dictionary(read_plain_text(files.dictionary), files.dictionary, phones=phones)
 
 
 def read_language_info(files: LanguageFiles) -> LanguageInfo:
-    """Read which language is spoken: English, unless the language files say another.
-
-    Raises:
-        LanguageError: the file cannot be read or holds something else.
-    """
+    """Read which language is spoken; raises LanguageError."""
     if not files.spoken.exists():
         return english()
     return read_json(files.spoken, LanguageInfo, LanguageError, REBUILD_ADVICE)
@@ -208,7 +180,7 @@ def parse_dictionary(
         phones: those of the acoustic model.
 
     Raises:
-        LanguageError: a line is something else; the message says which.
+        LanguageError: a line is something else.
     """
     words: dict[str, tuple[str, ...]] = {}
     for number, line in enumerate(_lines(text), start=1):
@@ -223,11 +195,7 @@ def parse_dictionary(
 
 
 def read_plain_text(path: Path, advice: str = REBUILD_ADVICE) -> str:
-    """Read a text whose lines mean the same to Python and to C: no other control characters.
-
-    Raises:
-        LanguageError: it cannot be read or is none.
-    """
+    """Read a text without control characters but tabs and line ends; raises LanguageError."""
     try:
         text = read_bytes(path, LanguageError, advice).decode()
     except UnicodeDecodeError:
@@ -243,11 +211,10 @@ def _lines(text: str) -> list[str]:
 
 
 def stale_warning(files: LanguageFiles) -> str | None:
-    """Compare the command list with what the other files were generated from.
+    """Warn if the command list has changed since the other files were generated.
 
     Returns:
-        A line that tells the user what to do, None if the list has the same sentences or there
-        is no list in the folder.
+        What to do; None if the list is unchanged or missing.
 
     Raises:
         LanguageError: the sentences cannot be read.
@@ -276,7 +243,6 @@ def _changed(path: Path) -> str:
 
 
 def _sha(files: LanguageFiles, name: str) -> str | None:
-    """The SHA-256 of a file that templates were read from; None if it cannot be read."""
     try:
         return sha256(
             read_bytes(files.folder / name, CommandsError, "", MAX_TEXT_BYTES)

@@ -1,10 +1,9 @@
-"""The trigram language model in ARPA format, by the formulas of lmtool's QuickLM. Does no I/O.
-
-Models of others are checked before pocketsphinx gets them: cut or changed ones crash it.
+"""The trigram language model in ARPA format, by the formulas of lmtool's QuickLM; pure.
 
 http://www.speech.cs.cmu.edu/tools/lmtool.html: half of the probability of every history is kept
-for what was not seen ("discount mass 0.5"), the other half goes by relative frequency; the
-back-off weights follow from that (Katz's ratio method, without cut-offs).
+for unseen words ("discount mass 0.5"), the other half goes by relative frequency; the back-off
+weights follow from that (Katz's ratio method, without cut-offs). Models of others are checked:
+damaged ones crash pocketsphinx.
 """
 
 from __future__ import annotations
@@ -19,29 +18,21 @@ DISCOUNT = 0.5
 NGRAM_ORDER = 3
 
 SENTENCE_MARKS = ("<s>", "</s>")
-"""The ends of a sentence; every model has both."""
 
 UNKNOWN_WORDS = {"<unk>", "<UNK>"}
 """Any other word, in models of other programs."""
 
 MAX_NGRAM_ORDER = 5
-"""pocketsphinx knows no longer n-grams."""
+"""The longest n-grams that pocketsphinx supports."""
 
 MAX_LOG_PROBABILITY = 100.0
-"""Programs write -99 for what never happens."""
+"""Absolute value, base 10; programs write -99 for what never happens."""
 
 Gram: TypeAlias = tuple[str, ...]
 
 
 def arpa(sentences: Sequence[str]) -> str:
-    """Compute the trigram model of some sentences.
-
-    Args:
-        sentences: normalized sentences, one word or more in each.
-
-    Returns:
-        The model as the text of an ARPA file.
-    """
+    """Compute the trigram model of normalized sentences, as the text of an ARPA file."""
     counts = [_count(sentences, n) for n in range(1, NGRAM_ORDER + 1)]
     probabilities = [_probabilities(longer, shorter) for shorter, longer in _with_shorter(counts)]
     lines = [
@@ -57,7 +48,7 @@ def arpa(sentences: Sequence[str]) -> str:
 
 
 def _count(sentences: Iterable[str], n: int) -> Counter[Gram]:
-    """Count the runs of n words, with the marks of the sentences' ends."""
+    """Count the runs of n words, with the sentence marks."""
     counts: Counter[Gram] = Counter()
     for sentence in sentences:
         words = (SENTENCE_MARKS[0], *sentence.split(), SENTENCE_MARKS[1])
@@ -68,20 +59,18 @@ def _count(sentences: Iterable[str], n: int) -> Counter[Gram]:
 def _with_shorter(
     counts: Sequence[Counter[Gram]],
 ) -> Iterable[tuple[Mapping[Gram, int], Counter[Gram]]]:
-    """Pair the counts of each length with those of the histories."""
     total: Mapping[Gram, int] = {(): counts[0].total()}
     return zip([total, *counts], counts, strict=False)
 
 
 def _probabilities(counts: Mapping[Gram, int], histories: Mapping[Gram, int]) -> dict[Gram, float]:
-    """Compute P(last word | the words before it) from the counts."""
     return {gram: DISCOUNT * count / histories[gram[:-1]] for gram, count in counts.items()}
 
 
 def _section(
     grams: Mapping[Gram, float], longer: Mapping[Gram, float], is_last: bool
 ) -> Iterable[str]:
-    """Write the lines of one length of n-grams, sorted; the longest have no back-off weight."""
+    """Write the lines of one length of n-grams, sorted."""
     seen: dict[Gram, float] = defaultdict(float)
     for gram in longer:
         seen[gram[:-1]] += grams[gram[1:]]
@@ -91,19 +80,19 @@ def _section(
 
 
 def _log(probability: float) -> str:
-    """Write a logarithm to the base 10 with four decimals, never as -0.0000."""
+    """Format a base-10 logarithm, never as -0.0000."""
     return f"{round(log10(probability), 4) + 0.0:.4f}"
 
 
 def check_arpa(text: str, words: Collection[str]) -> None:
-    """Check that a model is one, so strictly that pocketsphinx reads the same.
+    """Check a model, so strictly that pocketsphinx reads the same.
 
     Args:
         text: the model, with no control characters but tabs and line feeds.
         words: those of the dictionary.
 
     Raises:
-        ValueError: it is none; the message says what is wrong.
+        ValueError: it cannot be used.
     """
     _, found, body = f"\n{text}".partition("\n\\data\\\n")
     counts, *sections = [part.split("\n") for part in re.split(r"\n{2,}", body.strip())]
@@ -136,7 +125,6 @@ _LOG = re.compile(r"[-+]?[0-9]{1,3}(\.[0-9]{1,20})?([eE][-+]?[0-9]{1,2})?", re.A
 def _grams(
     lines: Sequence[str], order: int, last: int, shorter: Collection[Gram], known: set[str]
 ) -> Collection[Gram]:
-    """Read the lines of one length of n-grams; raises ValueError."""
     grams: dict[Gram, None] = {}
     for line in lines:
         probability, *rest = line.split() or [""]

@@ -1,4 +1,4 @@
-"""Compiled templates as a file, for the program that runs; pure."""
+"""Compiled templates as JSON; pure."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from voz.language.sentences.command_set import Commands, Meaning
 
 
 class StoredCommands(msgspec.Struct, frozen=True):
-    """What is kept of templates.
+    """What the file holds.
 
     Attributes:
-        sources: the SHA-256 of each file that they were read from, by its path from here.
+        sources: the SHA-256 of each template file, by its path relative to the folder.
         arcs: of the automaton.
         labels: of the automaton.
         meanings: of the labels.
@@ -27,7 +27,7 @@ class StoredCommands(msgspec.Struct, frozen=True):
 
 
 def encode_commands(commands: Commands, sources: Mapping[str, str]) -> str:
-    """Write commands as JSON; the same for the same arguments."""
+    """Write commands as JSON; deterministic."""
     automaton = commands.automaton
     stored = StoredCommands(
         dict(sources), automaton.arcs, automaton.labels, list(commands.meanings)
@@ -36,5 +36,5 @@ def encode_commands(commands: Commands, sources: Mapping[str, str]) -> str:
 
 
 def decode_commands(stored: StoredCommands) -> Commands:
-    """The commands again."""
+    """The reverse of `encode_commands`."""
     return Commands(Automaton(stored.arcs, stored.labels), stored.meanings)

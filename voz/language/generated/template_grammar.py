@@ -1,7 +1,7 @@
-"""The grammar of templates in JSGF, as they are written: rules, groups, options; pure.
+"""The JSGF grammar of templates, with their rules, groups and options; pure.
 
-pocketsphinx copies a rule wherever it is named, so this takes as much memory as the templates, not
-as their sentences. Weights make every sentence as likely as any other.
+pocketsphinx copies a rule wherever it is named: memory grows with the templates, not with their
+sentences. Weights make all sentences equally likely.
 """
 
 from __future__ import annotations
@@ -29,14 +29,7 @@ from voz.language.sentences.number_words import wordings
 
 
 def structured_jsgf(expressions: Iterable[Expression]) -> str:
-    """Write the grammar of templates.
-
-    Args:
-        expressions: of the templates, without references.
-
-    Returns:
-        The text of a JSGF file with one public rule, `<command>`.
-    """
+    """Write a JSGF file with one public rule, `<command>`, for expressions without references."""
     writer = _Writer()
     alternatives = writer.alternatives(list(expressions), "\n    | ")
     rules = "".join(f"\n<{name}> = {body};\n" for name, body in writer.rules.items())

@@ -1,6 +1,6 @@
-"""Pronunciations of a language that is not English: a dictionary's, and by rules of its letters.
+"""Pronunciations of a language other than English, from a dictionary and letter-to-sound rules.
 
-Pure, but for `read_dictionary` and `read_rules`.
+Only `read_dictionary` and `read_rules` do I/O.
 """
 
 from __future__ import annotations
@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_text, shown_path
@@ -26,12 +26,13 @@ MAX_DICTIONARY_BYTES = 100_000_000
 _NAME = re.compile(r"(.+?)(\([0-9]{1,3}\))?")
 
 
-class LetterRules(NamedTuple):
-    """How the letters of a language are said.
+@dataclass(frozen=True)
+class LetterRules:
+    """Letter-to-sound rules.
 
     Attributes:
-        phones: of each group of letters, none for letters that are silent. `^` before it stands
-            for the beginning of a word, `$` behind it for the end.
+        phones: of each group of letters; silent letters have none. `^` before it stands for the
+            beginning of a word, `$` after it for the end.
         longest: letters of the longest group, with such marks.
     """
 
@@ -40,17 +41,17 @@ class LetterRules(NamedTuple):
 
 
 def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """Read a dictionary as people publish them: sorted or not, separated by spaces or tabs.
+    """Read a published dictionary: sorted or not, separated by spaces or tabs.
 
     Args:
         path: of the dictionary, UTF-8; `##` and `;;;` begin comments.
         phones: those of the acoustic model.
 
     Returns:
-        The pronunciations of each word, in lower case, the usual one first.
+        The pronunciations of each word in lower case, the usual one first.
 
     Raises:
-        LanguageError: it cannot be read, or names a phone that the model does not have.
+        LanguageError: it cannot be read, or names an unknown phone.
     """
     text = read_text(path, LanguageError, DICTIONARY_ADVICE, MAX_DICTIONARY_BYTES)
     found: dict[str, dict[str, None]] = {}
@@ -71,15 +72,14 @@ def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str,
 
 
 def read_rules(path: Path, phones: Collection[str]) -> LetterRules:
-    """Read the rules of a language.
+    """Read letter-to-sound rules.
 
     Args:
-        path: lines `letters<TAB>PHONE PHONE`, of which the longest that fits holds; UTF-8; `#`
-            begins a comment.
+        path: lines `letters<TAB>PHONE PHONE`; UTF-8; `#` begins a comment.
         phones: those of the acoustic model.
 
     Raises:
-        LanguageError: a line is no rule, or names a phone that the model does not have.
+        LanguageError: a line is no rule, or names an unknown phone.
     """
     found: dict[str, tuple[str, ...]] = {}
     text = read_text(path, LanguageError, RULES_ADVICE, MAX_DICTIONARY_BYTES)
@@ -99,7 +99,7 @@ def read_rules(path: Path, phones: Collection[str]) -> LetterRules:
 
 
 def apply_rules(word: str, rules: LetterRules) -> tuple[str, ...]:
-    """Say a word by rules, from left to right, the longest rule that fits at each place.
+    """Pronounce a word from left to right, by the longest rule that fits at each place.
 
     Returns:
         Its phones; none if there is no rule for one of its letters.
@@ -117,7 +117,7 @@ def apply_rules(word: str, rules: LetterRules) -> tuple[str, ...]:
 
 
 def _longest_rule(marked: str, at: int, rules: LetterRules) -> tuple[str, int] | None:
-    """The rule for the letters from a place on, and where it begins: at the mark, if it has one."""
+    """The rule for the letters from a place on, and where it begins: perhaps at the `^`."""
     begins = (at - 1, at) if at == 1 else (at,)
     for length in range(rules.longest, 0, -1):
         for begin in begins:
@@ -128,7 +128,7 @@ def _longest_rule(marked: str, at: int, rules: LetterRules) -> tuple[str, int] |
 
 
 def letters_of(words: Iterable[str]) -> frozenset[str]:
-    """All that is a letter in some words."""
+    """All letters of some words."""
     return frozenset(char for word in words for char in word if char.isalpha())
 
 
@@ -138,12 +138,12 @@ def pronounce_from(
     dictionary: Mapping[str, tuple[str, ...]],
     rules: LetterRules | None,
 ) -> dict[str, LexiconEntry]:
-    """Find out how words are pronounced; the first that knows one decides.
+    """Find out how words are pronounced; the first source that knows one decides.
 
     Args:
-        places: the words, and where each stands for messages, as `FILE:LINE`.
+        places: the words, and where each stands, as `FILE:LINE`.
         user: the user's own pronunciations.
-        dictionary: what `read_dictionary` gives.
+        dictionary: what `read_dictionary` returns.
         rules: for words that neither has.
 
     Returns:
@@ -168,7 +168,6 @@ def pronounce_from(
 def _unknown(
     word: str, place: str, letters: Collection[str], rules: LetterRules | None
 ) -> CommandsError:
-    """Say why a word cannot be pronounced, and what to do."""
     strange = [c for c in word if c.isalpha() and c not in letters]
     if strange:
         name = unicodedata.name(strange[0], "unknown").lower()

@@ -1,4 +1,4 @@
-"""Guessed pronunciations, from festival's letter-to-sound rules. An edge: it runs festival."""
+"""Guesses pronunciations by festival's letter-to-sound rules. Runs festival."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class FestivalError(Exception):
 
 
 def guess(words: Sequence[str]) -> dict[str, str]:
-    """Guess how words that stand in no dictionary are pronounced.
+    """Guess how words are pronounced.
 
     Args:
-        words: words of the letters a to z and apostrophes, which are passed over.
+        words: of the letters a to z and apostrophes, which are ignored.
 
     Returns:
-        The phones of each word, such as "Z AO R B L AE K S"; a word for which festival has no
-        idea is missing.
+        The phones of each word, such as "Z AO R B L AE K S"; words that festival cannot pronounce
+        are missing.
 
     Raises:
         FestivalError: festival is not installed, fails, or takes too long.
@@ -48,7 +48,6 @@ def guess(words: Sequence[str]) -> dict[str, str]:
 
 
 def _program(words: Iterable[str]) -> str:
-    """Write the Scheme that prints one line for each word."""
     lines = ["(setup_cmu_lex)"]  # whatever voice the user's .festivalrc selects
     for word in words:
         if not re.fullmatch("[a-z]+", word):  # anything else could be Scheme
@@ -58,7 +57,6 @@ def _program(words: Iterable[str]) -> str:
 
 
 def _run_festival(program: str) -> str:
-    """Let festival evaluate a program, and return what it prints."""
     try:
         done = subprocess.run(
             ["festival", "--pipe"],

@@ -1,4 +1,4 @@
-"""Pronunciations: the user's, the CMU dictionary's, of compounds, and guesses from the letters.
+"""English pronunciations: the user's, the CMU dictionary's, of compounds, and guesses.
 
 Only `read_cmudict` does I/O.
 """
@@ -49,10 +49,9 @@ class LexiconEntry:
 
 
 def read_cmudict() -> bytes:
-    """Read the CMU dictionary of the pocketsphinx package, sorted by word, as it is.
+    """Read the CMU dictionary of the pocketsphinx package, sorted by word, as bytes.
 
-    It is neither decoded nor parsed: 135,000 lines would take longer than all the rest of
-    building a small language.
+    To parse its 135,000 lines would take longer than the rest of a build.
     """
     import pocketsphinx  # 20 ms that who types commands need not wait for
 
@@ -60,7 +59,7 @@ def read_cmudict() -> bytes:
 
 
 def look_up(cmudict: bytes, word: str) -> tuple[str, ...]:
-    """Look a word up in the CMU dictionary, by bisection.
+    """Look a word up by bisection.
 
     Args:
         cmudict: lines `word PH PH` and `word(2) PH PH`, sorted by word.
@@ -75,11 +74,7 @@ def look_up(cmudict: bytes, word: str) -> tuple[str, ...]:
 
 
 def find_anywhere(cmudict: bytes, word: str) -> tuple[str, ...]:
-    """Look a word up in the CMU dictionary wherever it stands.
-
-    In pocketsphinx 5.0 a few words, `stilton` for one, are not where the order has them. This
-    takes 2 ms and finds them.
-    """
+    """Look a word up linearly, 2 ms: pocketsphinx 5.0 has `stilton` and others out of order."""
     return _pronunciations_at(cmudict, cmudict.find(f"\n{word} ".encode()) + 1, word)
 
 
@@ -89,7 +84,6 @@ def _word_at(cmudict: bytes, offset: int) -> bytes:
 
 
 def _pronunciations_at(cmudict: bytes, start: int, word: str) -> tuple[str, ...]:
-    """Read the lines from an offset on as long as they are the word's."""
     found = []
     while start < len(cmudict) and _word_at(cmudict, start) == word.encode():
         end = cmudict.find(b"\n", start)
@@ -104,15 +98,12 @@ def parse_pronunciations(
     """Parse the user's pronunciations: lines `word PH PH`, several for the same word if need be.
 
     Args:
-        data: the bytes of the file, UTF-8; `#` begins a comment.
+        data: UTF-8; `#` begins a comment.
         name: what messages call the file.
         phones_known: those of another language's acoustic model; None is English.
 
-    Returns:
-        The pronunciations of each word, in the order of the file.
-
     Raises:
-        CommandsError: a line is no pronunciation, or names a phone that does not exist.
+        CommandsError: a line is no pronunciation, or names an unknown phone.
     """
     found: dict[str, dict[str, None]] = {}
     for number, text in content_lines(data, name):
@@ -130,7 +121,7 @@ def parse_pronunciations(
 
 
 def _check_phones(phones: Sequence[str], where: str, known: Collection[str] | None) -> str:
-    """Bring phones into the model's form: for English upper case, no stress digits."""
+    """Normalize phones; for English to upper case, without stress digits."""
     plain = list(phones) if known else [phone.upper().rstrip("012") for phone in phones]
     if not plain:
         raise CommandsError(f"{where}: has no phones; write them after the word")
@@ -142,14 +133,7 @@ def _check_phones(phones: Sequence[str], where: str, known: Collection[str] | No
 
 
 def check_english(places: Mapping[str, str]) -> None:
-    """Refuse words with letters that English does not have.
-
-    Args:
-        places: the words, and where each stands for messages.
-
-    Raises:
-        CommandsError: there is one.
-    """
+    """Raise CommandsError for a word with letters that English does not have."""
     for word, place in places.items():
         if wrong := _NOT_ENGLISH.search(word):
             raise CommandsError(
@@ -167,10 +151,10 @@ def pronounce(
     """Find out how words are pronounced; the first of the four sources that knows one decides.
 
     Args:
-        places: the words, and where each stands for messages, as `FILE:LINE`.
+        places: the words, and where each stands, as `FILE:LINE`.
         user: the user's own pronunciations.
-        cmudict: what `read_cmudict` gives.
-        guess: `letter_to_sound.guess`, or another that guesses the phones of unknown words.
+        cmudict: what `read_cmudict` returns.
+        guess: guesses the phones of unknown words.
 
     Returns:
         An entry for each word, sorted by word.
@@ -196,15 +180,15 @@ def pronounce(
 
 
 def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]:
-    """Split a word into words that are known: as few as can be, the shortest as long as can be.
+    """Split a word into as few known words as possible, the shortest as long as possible.
 
     Args:
-        word: the word, in lower case.
-        known: says, by a value that counts as true, that a part is a word.
+        word: in lower case.
+        known: whether a part is a word.
 
     Returns:
-        The parts, none if it cannot be split. Of two equally good splits the one with the
-        longer beginning is taken.
+        The parts, none if it cannot be split. Of two equally good splits the one with the longer
+        beginning is taken.
     """
     for count in range(2, MAX_COMPOUND_PARTS + 1):
         splits = [parts for parts in _splits(word, count) if all(map(known, parts))]
@@ -214,7 +198,6 @@ def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]
 
 
 def _splits(word: str, count: int) -> Iterator[tuple[str, ...]]:
-    """Cut a word into `count` parts that are not too short, in all ways."""
     for cuts in combinations(range(1, len(word)), count - 1):
         parts = tuple(word[start:end] for start, end in pairwise((0, *cuts, len(word))))
         if min(map(len, parts)) >= MIN_PART_LETTERS:
@@ -222,14 +205,12 @@ def _splits(word: str, count: int) -> Iterator[tuple[str, ...]]:
 
 
 def _join(parts: Sequence[str], known: Callable[[str], tuple[str, ...]]) -> tuple[str, ...]:
-    """Pronounce a compound in all the ways in which its parts can be."""
     return tuple(dict.fromkeys(" ".join(phones) for phones in product(*map(known, parts))))
 
 
 def _guess_all(
     words: Sequence[str], places: Mapping[str, str], guess: Guesser
 ) -> dict[str, LexiconEntry]:
-    """Guess the pronunciations of words that stand nowhere; refuse the first without any."""
     if not words:
         return {}
     try:

@@ -1,7 +1,7 @@
-"""All sentences as states with words between them, each sentence one way through; pure.
+"""All sentences as an automaton: states with words between them; pure.
 
-It is a minimal acyclic automaton, so that a few hundred states hold millions of sentences, whose
-number is exact and any of which can be found by its number.
+It is minimal and acyclic: a few hundred states hold millions of sentences, whose number is exact
+and each of which can be found by its number.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ NO_LABEL = -1
 """The label of a state in which no sentence ends."""
 
 Arcs = list[dict[str, int]]
-"""Of each state: by word the state that it leads to."""
+"""For each state the next state by word."""
 
 
 class Automaton:
-    """Sentences, each with a label: whose it is.
+    """Sentences, each with a label.
 
     Attributes:
-        arcs: of each state, by word; the first is where every sentence begins.
-        labels: of the sentences that end in each state; `NO_LABEL` if none does.
+        arcs: for each state the next state by word; every sentence begins in the first.
+        labels: of the sentences that end in each state, or `NO_LABEL`.
     """
 
     def __init__(self, arcs: Arcs, labels: list[int]) -> None:
-        """Take the states as they are: nothing may lead back, every state leads to an end."""
+        """Take states of which none leads back and every one leads to an end."""
         self.arcs = arcs
         self.labels = labels
 
     @cached_property
     def counts(self) -> list[int]:
-        """How many sentences go on from each state."""
+        """Sentences that continue from each state."""
         counts = [0] * len(self.arcs)
         for state in bottom_up(self.arcs):
             ends = self.labels[state] != NO_LABEL
@@ -41,7 +41,7 @@ class Automaton:
 
     @property
     def count(self) -> int:
-        """How many sentences there are."""
+        """Number of sentences."""
         return self.counts[0]
 
     @cached_property
@@ -58,7 +58,7 @@ class Automaton:
         return tuple(dict.fromkeys(word for arcs in self.arcs for word in arcs))
 
     def walk(self, words: Iterable[str], state: int = 0) -> int | None:
-        """Go along words; None if nothing begins so."""
+        """The state that words lead to; None if no sentence begins so."""
         for word in words:
             following = self.arcs[state].get(word)
             if following is None:
@@ -67,7 +67,7 @@ class Automaton:
         return state
 
     def sentence(self, number: int) -> str:
-        """The sentence of a number from 0 on."""
+        """The sentence with a number, from 0."""
         words, state = list[str](), 0
         while True:
             if self.labels[state] != NO_LABEL:
@@ -82,12 +82,7 @@ class Automaton:
                 number -= self.counts[to]
 
     def sample(self, number: int, seed: int = 0) -> list[str]:
-        """Draw sentences, each as likely as any other, and none twice.
-
-        Args:
-            number: how many at most; fewer if there are no more.
-            seed: the same gives the same.
-        """
+        """Draw at most `number` different sentences, each equally likely."""
         drawn = random.Random(seed).sample(range(self.count), min(number, self.count))
         return [self.sentence(one) for one in drawn]
 
@@ -96,7 +91,7 @@ class Automaton:
         return [text for _, text in sorted(self._labeled(0, []), key=lambda pair: pair[0])]
 
     def sentences_with_words(self, words: Collection[str]) -> list[str]:
-        """For each of some words a sentence with it, in the order in which they are found."""
+        """For each of some words a sentence with it."""
         way = {0: ""}
         found: dict[str, str] = {}
         for state in reversed(bottom_up(self.arcs)):
@@ -107,7 +102,6 @@ class Automaton:
         return list(found.values())
 
     def _shortest(self, state: int) -> str:
-        """How a sentence may end from a state on."""
         words = list[str]()
         while self.labels[state] == NO_LABEL:
             word, state = next(iter(self.arcs[state].items()))
@@ -121,7 +115,7 @@ class Automaton:
             yield from self._labeled(to, [*before, word])
 
     def sentences_with_label(self, label: int, most: int) -> list[str]:
-        """The shortest sentences with a label; with as many words those that come first."""
+        """The shortest sentences with a label."""
         found: list[str] = []
         level: list[tuple[int, tuple[str, ...]]] = [(0, ())]
         while level and len(found) < most:
@@ -136,7 +130,7 @@ class Automaton:
 
     @cached_property
     def _reachable_labels(self) -> list[frozenset[int]]:
-        """The labels of the sentences that go on from each state."""
+        """Labels of the sentences that continue from each state."""
         found = [frozenset[int]()] * len(self.arcs)
         for state in bottom_up(self.arcs):
             own = {self.labels[state]} - {NO_LABEL}
@@ -145,7 +139,7 @@ class Automaton:
 
     @cached_property
     def counts_by_label(self) -> Mapping[int, int]:
-        """How many sentences have each label."""
+        """Number of sentences by label."""
         ways, found = [0] * len(self.arcs), dict[int, int]()
         ways[0] = 1
         for state in reversed(bottom_up(self.arcs)):
@@ -157,7 +151,7 @@ class Automaton:
 
 
 def prefix_tree(sentences: Sequence[str]) -> Automaton:
-    """Make a prefix tree of a list; the label of each sentence is its place in the list."""
+    """Make an automaton of a list; the label of a sentence is its place in the list."""
     arcs: Arcs = [{}]
     labels = [NO_LABEL]
     for number, sentence in enumerate(sentences):
@@ -175,7 +169,7 @@ def prefix_tree(sentences: Sequence[str]) -> Automaton:
 
 
 def bottom_up(arcs: Arcs) -> list[int]:
-    """All states that are reached, each after those that it leads to."""
+    """All reachable states, each after those that it leads to."""
     order, seen = list[int](), {0}
     path = [(0, iter(arcs[0].values()))]
     while path:
@@ -192,7 +186,7 @@ def bottom_up(arcs: Arcs) -> list[int]:
 
 
 def minimized(arcs: Arcs, labels: list[int]) -> Automaton:
-    """Merge states from which the same goes on; only what is needed stays."""
+    """Merge equivalent states and drop unreachable ones."""
     merged: dict[int, int] = {}
     known: dict[tuple[object, ...], int] = {}
     kept: list[int] = []

@@ -1,12 +1,11 @@
-"""What the parts ask about the commands of a language, plain lists and templates alike; pure."""
+"""The commands of a language, from plain lists and templates alike; pure."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain
-from types import MappingProxyType
-from typing import NamedTuple
 
 import msgspec
 
@@ -20,12 +19,10 @@ from voz.language.sentences.spelling import strip_accents
 from voz.language.sentences.typed_text import spoken_forms
 
 MAX_LISTED_SENTENCES = 5_000
-"""Sentences of templates that are written down one by one; of more some are drawn."""
+"""Sentences of templates that are listed one by one; of more some are drawn."""
 
 MAX_WRONG_LETTERS = 0.4
-"""Of the letters of a line that is no sentence, the share that may be wrong to guess which."""
-
-NO_SLOTS: Mapping[str, Value] = MappingProxyType({})
+"""Share of letters that may be wrong to guess which sentence was meant."""
 
 
 class Meaning(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -42,7 +39,8 @@ class Meaning(msgspec.Struct, frozen=True, omit_defaults=True):
     reader: SlotReader | None = None
 
 
-class Parse(NamedTuple):
+@dataclass(frozen=True)
+class Parse:
     """What a sentence means.
 
     Attributes:
@@ -53,25 +51,23 @@ class Parse(NamedTuple):
 
     text: str
     command: str
-    slots: Mapping[str, Value] = NO_SLOTS
+    slots: Mapping[str, Value] = field(default_factory=dict)
 
     def is_one_of(self, names: Collection[str]) -> bool:
-        """Tell whether it, or its command, is among some names."""
+        """Whether the sentence or its command is among some names."""
         return self.text in names or self.command in names
 
 
 class Commands(Collection[str]):
     """All sentences of a language, however many, and what each means.
 
-    A sentence is in it, can be counted and looked at as in a list; `len` is how many there are.
-
     Attributes:
-        automaton: the sentences; their labels are places in `meanings`.
+        automaton: the sentences, labeled by places in `meanings`.
         meanings: of each template, or of each sentence of a plain list.
     """
 
     def __init__(self, automaton: Automaton, meanings: Sequence[Meaning]) -> None:
-        """Take what templates were compiled to."""
+        """Combine an automaton with the meanings of its labels."""
         self.automaton = automaton
         self.meanings = meanings
 
@@ -79,7 +75,6 @@ class Commands(Collection[str]):
         return self.automaton.count
 
     def __iter__(self) -> Iterator[str]:
-        """All sentences in the order of the list; raises what `listed` does."""
         return iter(self.listed)
 
     def __contains__(self, text: object) -> bool:
@@ -87,16 +82,12 @@ class Commands(Collection[str]):
 
     @property
     def can_be_listed(self) -> bool:
-        """Whether they can be written down one by one, as every plain list can."""
+        """Whether there are few enough to list, as of every plain list."""
         return len(self) <= max(MAX_LISTED_SENTENCES, len(self.meanings))
 
     @cached_property
     def listed(self) -> list[str]:
-        """All sentences in the order of the list.
-
-        Raises:
-            LanguageError: they are too many to be written down.
-        """
+        """All sentences in the order of the list; raises LanguageError if they are too many."""
         if not self.can_be_listed:
             raise LanguageError(
                 f"{len(self):,} sentences are too many for this, which looks at each of them; "
@@ -120,13 +111,10 @@ class Commands(Collection[str]):
         return tuple(dict.fromkeys(meaning.command for meaning in self.meanings))
 
     def parse(self, text: str) -> Parse | None:
-        """Find what a sentence means, spoken or typed.
+        """Find what a sentence means; None if it is not in the language.
 
         Args:
-            text: typed text may have digits, capitals and a full stop, and lack accents.
-
-        Returns:
-            Its command and slots; None if it is no sentence of the language.
+            text: spoken, or typed with digits, capitals and a full stop, perhaps without accents.
         """
         words = text.split()
         label = self._label(words)
@@ -143,18 +131,18 @@ class Commands(Collection[str]):
         return Parse(" ".join(words), meaning.command, slots)
 
     def has_continuation(self, text: str) -> bool:
-        """Tell whether a longer sentence begins with this one."""
+        """Whether a longer sentence begins with this text."""
         state = self.automaton.walk(text.split())
         return state is not None and bool(self.automaton.arcs[state])
 
     def is_typed_prefix(self, text: str) -> bool:
-        """Tell whether a longer sentence begins with what was typed, which may have digits."""
+        """Whether a longer sentence begins with what was typed, perhaps with digits."""
         return bool(words := spoken_forms(text)) and any(
             self.automaton.arcs[state] for state, _ in self._walked(words)
         )
 
     def continuing_commands(self, text: str) -> frozenset[str]:
-        """Name the commands of the longer sentences that begin with this one."""
+        """The commands of longer sentences that begin with this text."""
         begin = self.automaton.walk(text.split())
         if begin is None:
             return frozenset()
@@ -169,18 +157,18 @@ class Commands(Collection[str]):
         return frozenset(found)
 
     def sample(self, number: int, seed: int = 0) -> list[str]:
-        """Draw sentences, each as likely as any other, none twice; the same seed the same."""
+        """Draw different sentences, each equally likely."""
         return self.automaton.sample(number, seed)
 
     def examples(self) -> list[str]:
-        """All sentences if they are few; else some with all words, each drawn as likely."""
+        """All sentences if they can be listed; else some, with all words."""
         if self.can_be_listed:
             return self.listed
         drawn = self.sample(MAX_LISTED_SENTENCES)
         return drawn + self.automaton.sentences_with_words(set(self.vocabulary) - _words(drawn))
 
     def named(self, names: Collection[str], most: int) -> list[str]:
-        """Sentences that mean one of some commands or are named themselves, in the list's order.
+        """Sentences that mean one of some commands, or are named themselves.
 
         Args:
             names: of commands, or sentences.
@@ -193,15 +181,12 @@ class Commands(Collection[str]):
         return list(dict.fromkeys([*found, *(text for text in names if text in self)]))
 
     def neighbors(self, text: str, most: int, sound: WordCosts) -> list[str]:
-        """Find the sentences that sound most like one: a word or two are another, or one too many.
+        """Find the sentences that sound most like one, the nearest first.
 
         Args:
             text: a sentence of the language.
             most: how many at most.
-            sound: knows how the words sound.
-
-        Returns:
-            The sentences, the nearest first; fewer if there are no more so near.
+            sound: costs by how the words sound.
         """
         return [near.sentence for near in nearest(self.automaton, text.split(), sound, most)]
 
@@ -220,19 +205,19 @@ class Commands(Collection[str]):
         return None if label == NO_LABEL else label
 
     def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
-        """Give typed words their accents; one that may have several is each of them."""
+        """Give typed words their accents, in all ways."""
         return [[word for way in ways for word in self._accents.get(way, [way])] for ways in typed]
 
     @cached_property
     def _accents(self) -> dict[str, list[str]]:
-        """The words that may be meant by one without accents."""
+        """Words by their form without accents."""
         found: dict[str, list[str]] = {}
         for word in self.vocabulary:
             found.setdefault(strip_accents(word), []).append(word)
         return found
 
     def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
-        """The sentences that typed text may be; numbers have several wordings."""
+        """The sentences that typed text may be, with their labels."""
         for state, words in self._walked(typed):
             if self.automaton.labels[state] != NO_LABEL:
                 yield words, self.automaton.labels[state]

@@ -1,4 +1,4 @@
-"""What a template says, as a tree that never changes; pure."""
+"""A template as a tree that never changes; pure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Word:
 
 @dataclass(frozen=True, slots=True)
 class Concatenation:
-    """One after the other; none of them is no word at all."""
+    """One after the other; perhaps no word at all."""
 
     items: tuple[Expression, ...]
 
@@ -49,7 +49,7 @@ class Permutation:
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """What counts as a value, however it is spoken."""
+    """An item that counts as a value, however it is spoken."""
 
     item: Expression
     value: Value
@@ -57,7 +57,7 @@ class Tag:
 
 @dataclass(frozen=True, slots=True)
 class NumberRange:
-    """A number in words: from the first to the last, so far apart, in all usual wordings."""
+    """A number in words: from first to last by step, in all usual wordings."""
 
     first: Fraction
     last: Fraction
@@ -66,7 +66,7 @@ class NumberRange:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """What is spoken here is the value of a name."""
+    """What is spoken here is the value of the slot."""
 
     name: str
     item: Expression
@@ -75,7 +75,7 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The name of a rule or a list, which says what it stands for elsewhere."""
+    """The name of a rule or a list that is defined elsewhere."""
 
     kind: Literal["rule", "list"]
     name: str
@@ -105,7 +105,6 @@ Expression: TypeAlias = (
 )
 
 NO_WORDS = Concatenation(())
-"""No word."""
 
 
 def concatenation(items: list[Expression]) -> Expression:

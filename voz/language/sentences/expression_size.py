@@ -1,4 +1,4 @@
-"""How much an expression says, without writing it all down; pure."""
+"""The number of sentences of an expression, without listing them; pure."""
 
 from __future__ import annotations
 
@@ -35,12 +35,7 @@ class Size(NamedTuple):
 
 
 def size(item: Expression, known: dict[int, Size]) -> Size:
-    """Measure an expression.
-
-    Args:
-        item: without references.
-        known: what names stand for, which this adds to.
-    """
+    """Measure an expression without references; `known` is a cache by id."""
     if isinstance(item, Word):
         return Size(1, 1)
     if isinstance(item, NumberRange):
@@ -69,7 +64,7 @@ def _size_of_numbers(numbers: NumberRange) -> Size:
 
 
 def default_name(item: Expression) -> str:
-    """The first sentence of a template without what may be left out; a slot is its name."""
+    """The first sentence of a template without options; a slot is its name."""
     if isinstance(item, Word):
         return item.text
     if isinstance(item, Slot):

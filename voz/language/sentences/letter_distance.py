@@ -7,10 +7,10 @@ from functools import lru_cache
 
 
 class LetterDistances:
-    """How far apart words are written, in letters that differ."""
+    """Costs by letters that differ, see `WordCosts`."""
 
     def __init__(self) -> None:
-        """Keep what was compared."""
+        """Begin with an empty cache."""
         self.substitution_cost = lru_cache(maxsize=10_000)(self._instead)
 
     def _instead(self, word: str, other: str) -> float:
@@ -22,5 +22,5 @@ class LetterDistances:
         return len(set(word) ^ set(other))
 
     def gap_cost(self, word: str) -> float:
-        """What it costs to leave a word out, or to put it in: it is half a mistake."""
+        """Half the letters: a missing word is half a mistake."""
         return len(word) / 2 + 0.5

@@ -9,12 +9,12 @@ from voz.errors import CommandsError
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """Where something stands, for messages.
+    """A place in a file, for messages.
 
     Attributes:
         file: what messages call the file.
-        line: counted from 1.
-        column: counted from 1; 0 is the whole line.
+        line: from 1.
+        column: from 1; 0 is the whole line.
         text: the line.
     """
 
@@ -27,7 +27,7 @@ class Location:
         return f"{self.file}:{self.line}" + (f":{self.column}" if self.column else "")
 
     def excerpt(self) -> tuple[str, ...]:
-        """The line with a caret below the column; nothing if the column is not known."""
+        """The line with a caret below the column; empty if the column is unknown."""
         if not self.column:
             return ()
         text = self.text.replace("\t", " ").rstrip()
@@ -35,5 +35,5 @@ class Location:
 
 
 def error_at(place: Location, message: str) -> CommandsError:
-    """Make an error that says where, and shows it."""
+    """An error that names and shows a place."""
     return CommandsError(f"{place}: {message}", place.excerpt())

@@ -1,8 +1,9 @@
-"""The sentences nearest to one, by whatever distance of words; pure."""
+"""The sentences nearest to one, by any distance of words; pure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from heapq import nsmallest
 from operator import itemgetter
@@ -11,31 +12,32 @@ from typing import NamedTuple, Protocol
 from voz.language.sentences.automaton import NO_LABEL, Automaton
 
 BEAM_WIDTH = 64
-"""Beginnings that are followed up at each word; those with one change are all looked at."""
+"""Beginnings that are continued at each word."""
 
 MAX_SUBSTITUTES = 16
-"""Words that are tried in the place of another, the nearest of those that may stand there."""
+"""Words that are tried in place of another, the cheapest."""
 
 
 MAX_COMPARED_WORDS = 64
-"""Of more words that may stand in the place of another, those are compared that seem nearest."""
+"""Candidates whose cost is computed, the cheapest by `rough_cost`."""
 
 
 class WordCosts(Protocol):
-    """How far apart words are."""
+    """Costs of edits of words."""
 
     def substitution_cost(self, word: str, other: str) -> float:
-        """What it costs to take one word for another."""
+        """Cost of one word in place of another."""
 
     def rough_cost(self, word: str, other: str) -> float:
-        """The same at a glance, to choose those that are worth a closer look."""
+        """A fast estimate of the same."""
 
     def gap_cost(self, word: str) -> float:
-        """What it costs to leave a word out, or to put it in."""
+        """Cost of leaving a word out, or inserting it."""
 
 
-class Neighbor(NamedTuple):
-    """A sentence and what it costs to take another for it."""
+@dataclass(frozen=True)
+class Neighbor:
+    """A sentence and the cost of the edits to it."""
 
     cost: float
     sentence: str
@@ -51,17 +53,14 @@ class _Begun(NamedTuple):
 def nearest(
     automaton: Automaton, said: Sequence[str], costs: WordCosts, most: int, changes: int = 2
 ) -> list[Neighbor]:
-    """Find the sentences that are nearest to one.
+    """Find the sentences that are nearest to one, without itself, the nearest first.
 
     Args:
         automaton: the sentences.
-        said: words, which need be no sentence.
-        costs: how far apart words are.
+        said: words, which need not be a sentence.
+        costs: of edits.
         most: how many at most.
-        changes: words that may be another, too many or too few.
-
-    Returns:
-        The sentences, the nearest first, without that itself.
+        changes: edits at most.
     """
     found: dict[tuple[str, ...], float] = {}
     replacing = lru_cache(None)(lambda state, word: _replacing(automaton, costs, state, word))
@@ -94,7 +93,7 @@ def nearest(
 def _with_more(
     automaton: Automaton, costs: WordCosts, begun: list[_Begun], changes: int
 ) -> list[_Begun]:
-    """Add what begins the same with a word more, or with several."""
+    """Add what begins the same with inserted words."""
     every, last = list(begun), begun
     while last := [one for one in last if one.changes < changes]:
         longer = [
@@ -131,7 +130,7 @@ def _finish(
     rest: Sequence[str],
     found: dict[tuple[str, ...], float],
 ) -> None:
-    """Note the sentences that go on with the rest as it is."""
+    """Add the sentences that continue with the unchanged rest."""
     for one in begun:
         end = automaton.walk(rest, one.state)
         if end is not None and automaton.labels[end] != NO_LABEL:

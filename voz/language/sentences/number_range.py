@@ -16,15 +16,10 @@ from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.number_words import wordings
 
 MAX_RANGE_NUMBERS = 10_001
-"""Numbers in one range."""
 
 
 def check_range(numbers: NumberRange, place: Location) -> NumberRange:
-    """Check a range of numbers.
-
-    Raises:
-        CommandsError: it has none, or too many, or some that nobody says.
-    """
+    """Raise CommandsError if a range is empty, too long or has numbers that nobody says."""
     if numbers.step <= 0:
         raise error_at(place, "the numbers must grow; write a step above 0")
     count = (numbers.last - numbers.first) // numbers.step + 1
@@ -47,7 +42,7 @@ def numbers_in(numbers: NumberRange) -> list[Fraction]:
 
 
 def tagged_wordings(numbers: NumberRange) -> Expression:
-    """All wordings of a range, each with its number; a wording of two has the smaller one's."""
+    """All wordings of a range, tagged with their numbers; of an ambiguous one the smaller."""
     said: dict[str, Fraction] = {}
     for number in numbers_in(numbers):
         for text in wordings(number):

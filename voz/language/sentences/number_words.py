@@ -28,17 +28,13 @@ QUARTERS = {
 
 @lru_cache(maxsize=20_000)
 def wordings(number: Fraction) -> tuple[str, ...]:
-    """Say a number in all ways that are usual.
+    """Say a number in all usual ways, the plainest first: `one hundred and eighty`, `one eighty`.
 
     Args:
-        number: at most six digits before the point; after it as many as it takes.
-
-    Returns:
-        The wordings, each once, the plainest first: `one hundred and eighty`, `a hundred eighty`,
-        `one eighty`, ...
+        number: at most six digits before the point and six after it.
 
     Raises:
-        ValueError: the number is too large, or its digits never end.
+        ValueError: the number is too large, or has more digits.
     """
     if number < 0:
         return tuple(

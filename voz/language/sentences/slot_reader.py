@@ -1,4 +1,4 @@
-"""The states of a template, which find the values of slots in a sentence; pure."""
+"""A template as states, to find the values of its slots in a sentence; pure."""
 
 from __future__ import annotations
 
@@ -10,34 +10,31 @@ import msgspec
 from voz.language.sentences.expression import Value
 
 SlotMark: TypeAlias = tuple[str, Value]
-"""`{` and `}` are the ends of a slot, `<` and `>` those of what counts as a value."""
+"""`{` and `}` are the ends of a slot, `<` and `>` those of a tag."""
 
 SlotMarks: TypeAlias = tuple[SlotMark, ...]
 
 MarkedArc: TypeAlias = tuple[int, SlotMarks]
-"""The state that a word leads to, and what begins or ends before the word."""
+"""The next state, and the marks before the word."""
 
 
 class SlotReader(msgspec.Struct, frozen=True):
-    """The states of a template; the first is where it begins, and nothing leads back.
+    """The states of a template, without cycles; it begins in the first.
 
     Attributes:
         arcs: of each state, by word.
-        ends: the states in which a sentence may end, and what ends there.
+        ends: the final states, and the marks at the end.
     """
 
     arcs: list[dict[str, list[MarkedArc]]]
     ends: dict[int, SlotMarks]
 
     def slots(self, words: Sequence[str]) -> dict[str, Value] | None:
-        """Find what the slots are in a sentence; None if it is none of the template.
-
-        Of several ways to read it that which comes first in the template is taken.
-        """
+        """The slots of a sentence, by its first reading; None if it is not of the template."""
         return next(self.readings(words), None)
 
     def readings(self, words: Sequence[str]) -> Iterator[dict[str, Value]]:
-        """All ways to read a sentence, perhaps some of them twice."""
+        """All readings of a sentence, perhaps some of them twice."""
         dead: set[tuple[int, int]] = set()
         for marks in self._paths(words, 0, 0, dead):
             yield _values(words, marks)
@@ -45,7 +42,7 @@ class SlotReader(msgspec.Struct, frozen=True):
     def _paths(
         self, words: Sequence[str], at: int, state: int, dead: set[tuple[int, int]]
     ) -> Iterator[list[SlotMarks]]:
-        """The marks before each word of a sentence from one on, and behind it."""
+        """The marks before each word from `at` on, and at the end."""
         if at == len(words):
             if state in self.ends:
                 yield [self.ends[state]]
@@ -62,7 +59,6 @@ class SlotReader(msgspec.Struct, frozen=True):
 
 
 def _values(words: Sequence[str], marks: Sequence[SlotMarks]) -> dict[str, Value]:
-    """What the slots are, by the marks before each word and at the end."""
     found: dict[str, Value] = {}
     name, parts, tagged = "", list[Value](), 0
     for word, here in zip([*words, ""], marks, strict=True):

@@ -1,4 +1,4 @@
-"""How words are written: one form for all parts, and which characters nobody can say; pure."""
+"""The one form of words that all parts compare, and which characters nobody can say; pure."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import unicodedata
 MAX_WORD_LETTERS = 40  # the longest English words have under 30; festival crashes on 3000
 
 COMBINING_SIGN = r"(?:(?!\w)[\u0300-\u036f\u0900-\u0963\u0971-\u0d65])"
-"""What some scripts put to a letter, and is none by itself."""
+"""Vowel signs and accents that belong to a letter."""
 
 ANY_LETTER = rf"(?:[^\W\d_]|{COMBINING_SIGN})"
-"""Of any language; which of them a language has, its dictionary says."""
+"""A letter of any language."""
 
 # Of the white space only the space and the tab are meant to be in a line of text: the others
 # that `\s` knows below U+0020 are control characters.
@@ -19,28 +19,23 @@ _UNUSUAL = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
 
 
 def normalize(text: str) -> str:
-    """Bring a command, from a list or typed, into the one form that all parts compare.
-
-    Returns:
-        The text in lower case, with single spaces and none at its ends; a letter with its accent
-        is one character.
-    """
+    """Lower case, single spaces, none at the ends, and accented letters as one character."""
     return " ".join(compose_accents(text.lower()).split())
 
 
 def compose_accents(text: str) -> str:
-    """Write each letter with its accent as one character, whatever the editor made of it."""
+    """Write each letter with its accent as one character."""
     return unicodedata.normalize("NFC", text)
 
 
 def strip_accents(text: str) -> str:
-    """Leave out all accents, as who types on a keyboard without them does."""
+    """Remove all accents, as typed on a keyboard without them."""
     letters = unicodedata.normalize("NFD", text)
     return "".join(letter for letter in letters if not unicodedata.combining(letter))
 
 
 def find_unspeakable(text: str) -> tuple[int, str] | None:
-    """Find the first character that cannot stand in a command: where, and what to do about it."""
+    """The first character that cannot stand in a command: its offset, and advice."""
     for found in _UNUSUAL.finditer(text):
         if unicodedata.category(found.group())[0] not in "LM":  # letters, and signs put to them
             return found.start(), _advice(found.group())
@@ -48,7 +43,7 @@ def find_unspeakable(text: str) -> tuple[int, str] | None:
 
 
 def length_complaint(word: str) -> str:
-    """Say that a word is too long to be one; empty if it is not."""
+    """Why a word is too long; empty if it is not."""
     if len(word) <= MAX_WORD_LETTERS:
         return ""
     return (
@@ -58,7 +53,6 @@ def length_complaint(word: str) -> str:
 
 
 def _advice(char: str) -> str:
-    """Say why a character cannot stand in a command, and what to write instead."""
     shown = f'"{char}"' if char.isprintable() else f"the character U+{ord(char):04X}"
     if char.isnumeric():
         return f"{shown} is a digit; write the number as words"

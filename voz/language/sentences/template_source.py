@@ -1,4 +1,4 @@
-"""What a file of templates holds, in whatever format it is written; pure."""
+"""The contents of a file of templates, in whatever format it is written; pure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Template:
         command: its name; None if the template itself names it.
         expression: the sentences.
         place: where it stands.
-        constants: slots that it has however it is said.
+        constants: slots with fixed values.
     """
 
     command: str | None
@@ -32,7 +32,7 @@ class Template:
 
 @dataclass(frozen=True)
 class Definition:
-    """What a rule or a list stands for, and where that stands."""
+    """What a rule or a list stands for, and its place."""
 
     expression: Expression
     place: Location
@@ -40,13 +40,13 @@ class Definition:
 
 @dataclass
 class TemplateSource:
-    """What is in a file and those that it imports.
+    """The contents of a file and of those that it imports.
 
     Attributes:
         name: what messages call the file.
         templates: in their order.
         definitions: of rules and lists, by kind and name.
-        imports: names of other files, and where they are asked for.
+        imports: names of other files, and where they are named.
     """
 
     name: str
@@ -57,11 +57,7 @@ class TemplateSource:
     def define(
         self, kind: DefinitionKind, name: str, expression: Expression, place: Location
     ) -> None:
-        """Add what a name stands for.
-
-        Raises:
-            CommandsError: it stands for something else already.
-        """
+        """Add a rule or list; raises CommandsError if the name is taken."""
         if before := self.definitions.get((kind, name)):
             raise error_at(
                 place, f'the {kind} "{name}" is there already ({before.place}); use another name'
@@ -69,12 +65,12 @@ class TemplateSource:
         self.definitions[kind, name] = Definition(expression, place)
 
     def add(self, other: TemplateSource) -> None:
-        """Add what an imported file holds; errors are those of `define`."""
+        """Add the contents of an imported file; raises CommandsError if a name is taken."""
         self.templates += other.templates
         for (kind, name), definition in other.definitions.items():
             self.define(kind, name, definition.expression, definition.place)
 
 
 def reference_text(kind: DefinitionKind, name: str) -> str:
-    """Write a name as it is used in a template."""
+    """A reference as it is written in a template."""
     return f"<{name}>" if kind == "rule" else f"{{{name}}}"

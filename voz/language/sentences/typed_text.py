@@ -13,20 +13,13 @@ _TOKEN = re.compile(r"(?a:[-+]?[0-9]+(?:\.[0-9]+)?|\.[0-9]+)|" rf"{_LETTERS}(?:'
 _PLAIN = str.maketrans(
     {**dict.fromkeys("‘’`´", "'"), "°": " degrees ", "%": " percent "}  # noqa: RUF001
 )
-"""What keyboards make of an apostrophe, and signs that are words."""
+"""Variants of an apostrophe, and signs that are words."""
 
 _HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
 
 
 def spoken_forms(text: str) -> list[list[str]]:
-    """Split typed text into words and numbers.
-
-    Args:
-        text: with capitals, digits and a full stop if it likes.
-
-    Returns:
-        For each word or number the ways to say it: a word in lower case, a number in all wordings.
-    """
+    """For each word or number of typed text the ways to say it."""
     plain = _HYPHEN.sub(" ", compose_accents(text.lower()).translate(_PLAIN))
     return [_said(token) for token in _TOKEN.findall(plain)]
 

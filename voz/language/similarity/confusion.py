@@ -1,11 +1,9 @@
 """Which commands sound alike to the acoustic model; pure.
 
-The distance of two commands is what the recognizer would lose, in log-likelihood for each frame,
-by taking one for the other: each phone that is said is explained by the phones of the other
-command, in order, and lasts as long as it does. So it is no plain edit distance: a hidden Markov
-model stretches a phone over as many frames as it likes for nothing but the mismatch, and skips
-one in no less than three. How badly one phone explains another is measured, see
-`phone_distances.py`.
+The distance of two commands is the log-likelihood per frame that the recognizer would lose by
+taking one for the other: each phone that is said is explained by the phones of the other command,
+in order, and keeps its length. It is no plain edit distance: a hidden Markov model stretches a
+phone over many frames at the cost of the mismatch alone, and cannot skip one in less than three.
 """
 
 from __future__ import annotations
@@ -18,16 +16,16 @@ from itertools import combinations, islice, product, takewhile
 from voz.language.acoustics.phone_distances import PhoneDistances, read_distances
 
 UNRELATED_LOSS = 7.5
-"""Nats that a frame loses on average when a phone is explained by one with nothing in common."""
+"""Nats per frame, on average, of a phone explained by one with nothing in common."""
 
 MIN_PHONE_FRAMES = 3
 """A phone's model has three states, and each takes a frame at least."""
 
 LISTED_SIMILARITY = 0.65
-"""From here on a pair is worth a place in the table."""
+"""Pairs from here on are in the table."""
 
 MAX_COMPARED_VARIANTS = 8
-"""Ways to say a command that are compared; a sentence of many words can have thousands."""
+"""Pronunciations of a command; a long sentence can have thousands."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ class SimilarPair:
 
 @dataclass(frozen=True)
 class _Spoken:
-    """One way to say a command, with what comparing it needs again and again."""
+    """One pronunciation of a command, with what its comparisons share."""
 
     phones: tuple[str, ...]
     frames: float
@@ -62,16 +60,13 @@ def find_similar(
     at_least: float = LISTED_SIMILARITY,
     distances: PhoneDistances | None = None,
 ) -> list[SimilarPair]:
-    """Find the pairs of commands that sound alike.
+    """Find the pairs of commands that sound alike, the most similar first.
 
     Args:
         commands: normalized sentences, each once.
-        pronunciations: the pronunciations of each of their words, such as "K OW L AH".
-        at_least: how alike a pair must be, 0 to 1; the higher, the faster.
-        distances: how far apart the phones are; None for those of English.
-
-    Returns:
-        The pairs, the most alike first.
+        pronunciations: of each of their words, such as "K OW L AH".
+        at_least: similarity, 0 to 1; the higher, the faster.
+        distances: of the phones; None for those of English.
     """
     distances = distances or read_distances()
     farthest = -math.log(at_least) * UNRELATED_LOSS if at_least > 0 else math.inf
@@ -86,10 +81,7 @@ def find_similar(
 
 
 def loss_between(one: Sequence[str], other: Sequence[str], distances: PhoneDistances) -> float:
-    """Compute what is lost if one sequence of phones is taken for another, in nats.
-
-    It is the mean of both directions; each has at least one phone.
-    """
+    """What is lost if non-empty phones are taken for others, nats; the mean of both directions."""
     frames = [sum(distances.frames[phone] for phone in phones) for phones in (one, other)]
     there, back = (_Spoken(tuple(p), f, {}) for p, f in zip((one, other), frames, strict=True))
     return (
@@ -118,7 +110,7 @@ def _spoken(phones: tuple[str, ...], distances: PhoneDistances) -> _Spoken:
 def _closest(
     first: Sequence[_Spoken], second: Sequence[_Spoken], distances: PhoneDistances, farthest: float
 ) -> tuple[float, tuple[_Spoken, _Spoken]]:
-    """Compare two commands in all ways to say them; a loss above `farthest` may be any such."""
+    """Compare all pronunciations; a loss above `farthest` is not exact."""
     said = (first[0], second[0])
     least = math.inf
     for one, other in product(first, second):
@@ -135,19 +127,19 @@ def _closest(
 
 
 def _at_least(one: _Spoken, other: _Spoken) -> float:
-    """Bound the loss from below: each phone is explained by the best of the other command."""
+    """A lower bound of the loss: each phone is explained by the best of the other command."""
     there = sum(map(other.cheapest.__getitem__, one.phones)) / one.frames
     back = sum(map(one.cheapest.__getitem__, other.phones)) / other.frames
     return (there + back) / 2
 
 
 def _loss(said: _Spoken, taken: _Spoken, distances: PhoneDistances, farthest: float) -> float:
-    """Compute what each frame of one command loses if it is taken for the other, in nats.
+    """What each frame of one command loses if it is taken for the other, nats.
 
-    Dynamic programming: `losses[n]` is the least loss if, of what was said so far, n phones of
-    `taken` are the explanation. A phone that was said is explained by the next phone of `taken`
-    or by a neighbor of that place; a phone of `taken` that nobody said takes its least frames
-    from what was said around it. A loss above `farthest` is not computed to its end.
+    Dynamic programming: `losses[n]` is the least loss if n phones of `taken` explain what was said
+    so far. A phone that was said is explained by the next phone of `taken` or its neighbors; a
+    phone of `taken` that nobody said takes its least frames from its neighbors. Stops above
+    `farthest`.
     """
     costs = [[distances.apart[phone][other] for other in taken.phones] for phone in said.phones]
     losses = [0.0]
@@ -163,7 +155,7 @@ def _loss(said: _Spoken, taken: _Spoken, distances: PhoneDistances, farthest: fl
 def _next_losses(
     losses: Sequence[float], cost: Sequence[float], following: Sequence[float], frames: float
 ) -> list[float]:
-    """Go on by one phone that was said; written for speed, for it takes nearly all the time."""
+    """Advance by one phone; written for speed, for it takes nearly all the time."""
     before = cost[0]
     least = losses[0] + frames * before
     reached = [least]
@@ -179,7 +171,6 @@ def _next_losses(
 
 
 def _difference(one: _Spoken, other: _Spoken) -> tuple[str, str]:
-    """Leave out the phones that both begin with, and those that both end with."""
     first, second = one.phones, other.phones
     begin = _shared(first, second)
     first, second = first[begin:], second[begin:]
@@ -188,6 +179,5 @@ def _difference(one: _Spoken, other: _Spoken) -> tuple[str, str]:
 
 
 def _shared(first: Iterable[str], second: Iterable[str]) -> int:
-    """Count the phones that are the same before the first that is not."""
     same = (one == other for one, other in zip(first, second, strict=False))
     return sum(1 for _ in takewhile(bool, same))

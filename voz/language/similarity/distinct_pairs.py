@@ -1,4 +1,4 @@
-"""Which pairs that sound alike are worth reporting: each way to be misunderstood once; pure."""
+"""Which pairs that sound alike are reported: each confusion of meanings once; pure."""
 
 from __future__ import annotations
 
@@ -12,21 +12,14 @@ from voz.language.sentences.number_words import wordings
 from voz.language.similarity.confusion import SimilarPair
 
 ANY_NUMBER = "{number}"
-"""What stands for every number that is spoken: nobody can choose another word for one."""
+"""Stands for every spoken number: nobody can choose another word for one."""
 
 
 def distinct_pairs(pairs: Iterable[SimilarPair], commands: Commands) -> list[SimilarPair]:
-    """Keep the most alike of the pairs that mix up the same meanings.
+    """Keep the most similar of the pairs that mix up the same meanings, most similar first.
 
-    Two numbers in the same slot are no difference, and what differs in nothing else is left out. So
-    is a pair that differs in all that another pair differs in, and in more.
-
-    Args:
-        pairs: sentences that sound alike.
-        commands: what the sentences mean.
-
-    Returns:
-        The pairs that are left, the most alike first.
+    Two numbers in the same slot are no difference. A pair that differs in all that another pair
+    differs in, and in more, is left out.
     """
     kept: dict[frozenset[object], SimilarPair] = {}
     parse = lru_cache(maxsize=None)(commands.parse)
@@ -39,7 +32,7 @@ def distinct_pairs(pairs: Iterable[SimilarPair], commands: Commands) -> list[Sim
 
 
 def _difference(first: Parse, second: Parse) -> frozenset[object]:
-    """The two commands; of the same command each slot that differs, with both of its values."""
+    """Both commands; of the same command each slot that differs, with both values."""
     if first.command != second.command:
         return frozenset([frozenset([first.command, second.command])])
     one, other = _without_numbers(first), _without_numbers(second)
@@ -58,7 +51,6 @@ def _without_numbers(parse: Parse) -> Mapping[str, Value]:
 
 
 def _is_spoken_as_number(value: Value, sentence: str) -> bool:
-    """Whether a value is said as a number; `fast` may also mean one."""
     if isinstance(value, str):
         return False
     try:

@@ -1,7 +1,6 @@
-"""Which sentences of very many sound alike; pure.
+"""Which of very many sentences sound alike; pure.
 
-Some are compared with those that are nearest to them in sound: to compare each with each other
-takes a time that grows with their square.
+A sample is compared with its nearest neighbors: to compare all pairs takes quadratic time.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ from voz.language.similarity.similarity_report import differing_sets, differing_
 from voz.language.similarity.word_distances import WordDistances
 
 SAMPLED_SENTENCES = 60
-"""Sentences of a long list that are compared with their neighbors; it takes a second or two."""
+"""They take a second or two."""
 
 NEIGHBORS_PER_SENTENCE = 50
-"""Of each: most of them may be the same sentence with another number in it."""
+"""Most may be the same sentence with another number."""
 
 COMMAND_FRAMES = 85.0
-"""Of a command, 10 ms each: those that come with voz have so many on average."""
+"""Average length of a packaged command, frames of 10 ms."""
 
 
 def similar_pairs_by_sampling(
@@ -32,16 +31,14 @@ def similar_pairs_by_sampling(
     pronunciations: Mapping[str, Sequence[str]],
     distances: PhoneDistances | None = None,
 ) -> list[SimilarPair]:
-    """Find pairs that sound alike among very many sentences.
+    """Find pairs that sound alike; of those that differ in the same words the most similar.
+
+    The similarity depends on the words that differ, not on the length of the rest.
 
     Args:
         commands: of a long list.
         pronunciations: of each of its words, such as "K OW L AH".
-        distances: how far apart the phones are; None for those of English.
-
-    Returns:
-        The pairs; of those that differ in the same words the most alike. How alike they are
-        depends on the words that differ, and not on the length of the rest.
+        distances: of the phones; None for those of English.
     """
     spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
     sound = WordDistances(spellings, distances)
@@ -56,7 +53,7 @@ def similar_pairs_by_sampling(
 
 
 def _drawn(commands: Commands) -> list[str]:
-    """Draw sentences: of as many templates as possible one, then others."""
+    """Draw sentences: one each of as many templates as possible, then others."""
     every = range(len(commands.meanings))
     labels = sorted(Random(0).sample(every, min(SAMPLED_SENTENCES, len(every))))
     each = [text for label in labels for text in commands.automaton.sentences_with_label(label, 1)]

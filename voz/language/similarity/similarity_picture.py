@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAX_PICTURED_COMMANDS = 60
-"""More make a picture that nobody can read."""
+"""More are not readable."""
 
 
 def draw_matrix(
@@ -26,17 +26,16 @@ def draw_matrix(
     path: Path,
     distances: PhoneDistances | None = None,
 ) -> None:
-    """Draw how alike all commands sound, as a matrix.
+    """Draw how alike all commands sound.
 
     Args:
         commands: normalized sentences, each once.
-        pronunciations: the pronunciations of each of their words.
-        path: the picture; its ending decides between PNG and SVG.
-        distances: how far apart the phones are; None for those of English.
+        pronunciations: of each of their words.
+        path: the picture, PNG or SVG by its ending.
+        distances: of the phones; None for those of English.
 
     Raises:
-        VozError: matplotlib is missing, there are too many commands, or the picture cannot be
-            written.
+        VozError: matplotlib is missing, there are too many commands, or `path` is not writable.
     """
     if path.suffix.lower() not in (".png", ".svg"):
         raise VozError(f"{path}: is no name for a picture; end it with .png or .svg")

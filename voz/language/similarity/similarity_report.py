@@ -1,4 +1,4 @@
-"""Tells which commands sound alike, and which to reword; pure."""
+"""Reports which commands sound alike, and which to reword; pure."""
 
 from __future__ import annotations
 
@@ -8,40 +8,30 @@ from collections.abc import Iterable, Sequence
 from voz.language.similarity.confusion import SimilarPair
 
 WARNING_SIMILARITY = 0.77
-"""From here on a pair is worth a warning.
-
-In the list that comes with voz these are four pairs, `start speech` and `stop speech` first.
-"""
+"""Pairs from here on are warned of; in the packaged list these are four."""
 
 MAX_COMPARED_COMMANDS = 100
-"""Of more, only some are compared: it takes a time that grows with their square.
-
-14 commands take 10 ms, 100 about a second, 300 ten times as long; of so many, dozens are alike.
-"""
+"""Of more, a sample is compared: 100 take a second, and time is quadratic."""
 
 LONG_SENTENCE_WORDS = 3
-"""Words; of longer sentences it is said in which words they differ."""
+"""From here on a warning names the words that differ."""
 
 MAX_REPORT_LINES = 10
-"""Of warnings: what is read. The worst come first."""
+"""The worst come first."""
 
 STEEPNESS = 13.3
-"""How fast mistakes become rare as two commands are less alike, see `confusion_rate`."""
+"""See `confusion_rate`."""
 
 NEVER_REWORDED = frozenset({"stop"})
-"""The one command that works always (S1): everybody must be able to guess it."""
+"""The command that works always (S1): everybody must be able to guess it."""
 
 
 def similarity_warnings(pairs: Sequence[SimilarPair], every: bool = False) -> tuple[str, ...]:
-    """Tell the user which pairs are risky, and which of the two to reword.
+    """Warn of risky pairs, and which of the two to reword.
 
     Args:
-        pairs: those that sound alike, the most alike first.
+        pairs: those that sound alike, the most similar first.
         every: whether each pair has a line; else there are at most `MAX_REPORT_LINES`.
-
-    Returns:
-        A line for each pair, the most alike first; if there are too many, the last line says how
-        many more there are.
     """
     risky = [pair for pair in pairs if pair.similarity >= WARNING_SIMILARITY]
     if every or len(risky) <= MAX_REPORT_LINES:
@@ -52,35 +42,21 @@ def similarity_warnings(pairs: Sequence[SimilarPair], every: bool = False) -> tu
 
 
 def confusion_rate(alike: float) -> float:
-    """Estimate how often a command is taken for one that sounds so much like it, in noise.
+    """Estimate how often a command is taken for another in noise, from their similarity.
 
-    Half the time if they sound the same. `benchmarks/mixing.py` measures it on the 14 commands of
-    eight synthetic voices, both ears together: in white noise at 5 dB .031 of 32 above .8, .025 of
-    81 at .75 to .8, none of 99 at .7 to .75, .001 of 731 at .5 to .6. In quiet it is one of 1,482,
-    at 0 dB twice as many and more. Above .85 nothing was measured.
-
-    Args:
-        alike: from 0 to 1, as in `SimilarPair`.
+    Half the time if they sound the same; fitted by `benchmarks/mixing.py` in white noise at 5 dB.
     """
     return 0.5 * math.exp(-STEEPNESS * (1 - alike))
 
 
 def rate_in_words(alike: float) -> str:
-    """Say in words how often two commands are taken for each other in noise."""
+    """Format a confusion rate, in 100 or in 1000."""
     share = confusion_rate(alike)
     return f"{100 * share:.0f} in 100" if share >= 0.01 else f"{1000 * share:.0f} in 1000"
 
 
 def command_to_reword(pair: SimilarPair, pairs: Iterable[SimilarPair]) -> str:
-    """Suggest which command of a pair to reword: the one that is also close to more others.
-
-    Args:
-        pair: the two commands.
-        pairs: all pairs that sound alike.
-
-    Returns:
-        The command; of two that are equally close to others the one that is later in the list.
-    """
+    """Choose which command of a pair to reword: the one that is also similar to more others."""
     others = [other for other in pairs if other != pair]
 
     def closeness(command: str) -> float:
@@ -91,14 +67,11 @@ def command_to_reword(pair: SimilarPair, pairs: Iterable[SimilarPair]) -> str:
 
 
 def similarity_table(pairs: Sequence[SimilarPair], every: bool = False) -> str:
-    """Write the closest pairs as a table.
+    """Format the most similar pairs as a table.
 
     Args:
-        pairs: those that sound alike, the most alike first.
+        pairs: the most similar first.
         every: whether all are written; else at most `MAX_REPORT_LINES`.
-
-    Returns:
-        Lines to print; one that says so if there are no such pairs.
     """
     if not pairs:
         return "no two commands sound alike"
@@ -122,7 +95,7 @@ def _warning(pair: SimilarPair, pairs: Sequence[SimilarPair]) -> str:
 
 
 def rewording_advice(pair: SimilarPair) -> str:
-    """Say which words of a pair would have to be others; empty if the pair is short enough."""
+    """Which words of a long pair to replace; empty if the pair is short."""
     if max(len(pair.first.split()), len(pair.second.split())) < LONG_SENTENCE_WORDS:
         return ""
     words = " or ".join(f'"{words}"' for words in sorted(differing_sets(pair)) if words)

@@ -11,27 +11,26 @@ from voz.language.similarity.confusion import loss_between
 GAP_COST = 22.0
 """Nats for each phone of a word that is too many or too few.
 
-Where it was said its eight frames or so are explained by its neighbors, where it was not three of
-theirs by it: on average so much, at about 4 nats for each.
+Its frames are explained by its neighbors, or three of theirs by it: about 4 nats each.
 """
 
 MAX_PRONUNCIATIONS = 2
-"""Ways to say a word that are compared."""
+"""Of a word, that are compared."""
 
 
 class WordDistances:
-    """How far apart words sound, in nats that the recognizer would lose."""
+    """Costs by how words sound, in nats that the recognizer would lose; see `WordCosts`."""
 
     def __init__(
         self,
         spellings: Mapping[str, Sequence[Sequence[str]]],
         distances: PhoneDistances | None = None,
     ) -> None:
-        """Take the phones of each word, in all the ways that it may be said.
+        """Take the pronunciations of each word.
 
         Args:
-            spellings: those phones.
-            distances: how far apart phones are; None for those of English.
+            spellings: phones.
+            distances: of the phones; None for those of English.
         """
         self._distances = distances or read_distances()
         self._spellings = {
@@ -50,7 +49,7 @@ class WordDistances:
         return len(self._phones[word] ^ self._phones[other])
 
     def gap_cost(self, word: str) -> float:
-        """What it costs to leave a word out, or to put it in."""
+        """Cost of leaving a word out, or inserting it."""
         return GAP_COST * len(self._spellings[word][0])
 
     def phones(self, words: str) -> str:

@@ -36,9 +36,9 @@ class VozError(Exception):
 
 
 class ConfigError(VozError, ValueError):
-    """A setting in voz.toml, on the command line or in a program cannot be.
+    """A setting in voz.toml, an option or an argument is invalid.
 
-    It is a ValueError, as Python's own are about arguments; msgspec adds the place in a file to it.
+    It is a ValueError, so that msgspec adds the place in a file.
     """
 
 
@@ -46,7 +46,7 @@ class CommandsError(VozError):
     """The command list or a pronunciation cannot be used.
 
     Attributes:
-        excerpt: the line that is wrong with a caret below it, where that helps; shown besides.
+        excerpt: the line with a caret below the error, if that helps.
     """
 
     def __init__(self, message: object, excerpt: tuple[str, ...] = ()) -> None:
@@ -67,11 +67,11 @@ class SpeechError(VozError):
 
 
 class RecognizerBusyError(VozError):
-    """A recognizer is called by a signal handler amid another call, which cannot go on by that."""
+    """A signal handler called a recognizer during another call."""
 
 
 class ServiceError(VozError):
-    """The system's manager of services is not there, or refuses."""
+    """The system's service manager is missing or refuses."""
 
 
 class RobotError(VozError):
@@ -79,4 +79,4 @@ class RobotError(VozError):
 
 
 class RobotMistake(RobotError):
-    """What a user programmed for a robot raised something, which is this error's cause."""
+    """A user's own code for a robot raised the error that is this one's cause."""

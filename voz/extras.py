@@ -1,4 +1,4 @@
-"""The parts of voz that not everybody installs: what to do where one is missing."""
+"""Advice for a missing optional part of voz."""
 
 from __future__ import annotations
 
@@ -8,13 +8,9 @@ from pathlib import Path
 
 
 def how_to_install(extra: str) -> str:
-    """Tell how the Python that runs gets an optional part of voz, for the end of a message.
+    """How to install an extra, for the end of a message.
 
-    Args:
-        extra: its name in pyproject.toml.
-
-    Returns:
-        What to do. No package of a registry is named: who calls himself `voz` there is another.
+    No package of a registry is named, since `voz` on PyPI is another project.
     """
     folder = Path(__file__).resolve().parent.parent
     pip = f"{shlex.quote(sys.executable)} -m pip install"

@@ -1,4 +1,4 @@
-"""What the threads at the edges hand to the one loop that drives: `stop` overtakes all of it."""
+"""Messages from other threads to the control loop; what stops the robot comes first."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import NamedTuple, TypeAlias
 from voz.events import Ended, Partial, Utterance, Warning
 
 MAX_QUEUED_MESSAGES = 64
-"""Messages that may wait besides those that stop: nobody says so much in the time of a beat."""
+"""Messages that stop, and as many others; nobody says so much in 0.1 s."""
 
 
 class Halt(NamedTuple):
-    """Somebody wants the robot to stand still, by a key or a button.
+    """The robot is to stand still, by a key or a button.
 
     Attributes:
         why: for people.
-        t: when, as a time of the run, s.
+        t: time of the run, s.
     """
 
     why: str = "stopped by a key"
@@ -27,13 +27,13 @@ class Halt(NamedTuple):
 
 
 class Rehearsal(NamedTuple):
-    """From now on commands are understood and not obeyed, or that is over. It is never dropped."""
+    """From now on commands are understood and not obeyed, or obeyed again. Never dropped."""
 
     on: bool
 
 
 class End(NamedTuple):
-    """The run is over, or fails by an error."""
+    """The run is over, or has failed by an error."""
 
     error: Exception | None = None
 
@@ -42,25 +42,24 @@ Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | Rehearsal | 
 
 
 class TakenMessage(NamedTuple):
-    """A message, and whether one that stops the robot came after it but was taken before."""
+    """A message, and whether a later one that stops the robot was taken before it."""
 
     message: Message
     overtaken: bool
 
 
 class Inbox:
-    """Messages on their way to the loop; `put` never waits, and signals may call it.
+    """Messages to the control loop; `put` never waits, and signal handlers may call it.
 
-    Signals interrupt the thread that takes the messages, so there is no lock that it could hold:
-    deques and `SimpleQueue` can be used in the midst of their own calls.
+    These interrupt the thread that takes messages, so there is no lock: deques and `SimpleQueue`
+    are reentrant.
 
     Attributes:
-        halts: the names of the commands that leave the robot at rest.
-        dropped: how many did not fit in, so far.
+        halts: names of the commands that stop the robot.
+        dropped: number of messages that were dropped.
     """
 
     def __init__(self, halts: Collection[str]) -> None:
-        """Start with nothing in it."""
         self.halts = halts
         self._numbers = itertools.count(1)
         self._urgent: deque[tuple[int, Message]] = deque()
@@ -70,7 +69,7 @@ class Inbox:
         self.dropped = 0
 
     def put(self, message: Message) -> None:
-        """Hand a message to the loop; if too many wait, it is dropped and counted."""
+        """Add a message; if too many wait, it is dropped and counted."""
         number = next(self._numbers)
         if self._stops(message):
             self._newest_stop = number
@@ -84,14 +83,7 @@ class Inbox:
         self._tokens.put(None)
 
     def take(self, timeout: float) -> TakenMessage | None:
-        """Take what stops the robot, else the oldest message.
-
-        Args:
-            timeout: how long to wait for one, s.
-
-        Returns:
-            None if none came.
-        """
+        """Take what stops the robot, else the oldest message; None if none came in `timeout` s."""
         try:
             self._tokens.get(timeout=timeout)
         except queue.Empty:

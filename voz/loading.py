@@ -1,4 +1,4 @@
-"""A recognizer in one call, for programs of others."""
+"""Loads a recognizer in one call."""
 
 from __future__ import annotations
 
@@ -20,20 +20,19 @@ def load(
     settings: Recognition | None = None,
     profile: str | None = None,
 ) -> Recognizer:
-    """Load a recognizer; it takes a third of a second, and serves any number of recordings.
+    """Load a recognizer for any number of recordings; it takes a third of a second.
 
     Args:
-        commands: the folder of the language files that `voz build-lm` made, or a list of English
-            sentences or templates, as the lines of a file; None takes the files in `lm/`, where
-            there are any, or those that come with voz.
-        settings: how sure it must be, and the like; None takes the usual ones.
-        profile: the name of what `voz calibrate` knows of a speaker; None for nobody's.
+        commands: a folder that `voz build-lm` made, or a list of English sentences or templates, as
+            the lines of a file; None takes `lm/` if it exists, else the files that come with voz.
+        settings: of the recognition; None takes the defaults.
+        profile: the name of a profile of `voz calibrate`; None for no speaker.
 
     Raises:
         CommandsError: the list cannot be used.
         LanguageError: the language files cannot be used.
         ConfigError: there is no such profile, a model in the settings cannot be read, or an
-            argument is something else.
+            argument has another type.
     """
     settings = Recognition() if settings is None else settings
     known = None

@@ -1,4 +1,4 @@
-"""Which computer this is, as figures that depend on it name it."""
+"""Names the computer, for figures that depend on it."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 
 CPUINFO = Path("/proc/cpuinfo")
 BOARD_MODEL = Path("/proc/device-tree/model")
-"""Small computers say here what they are, as `Raspberry Pi 5 Model B Rev 1.0`."""
+"""The model of a small computer, as `Raspberry Pi 5 Model B Rev 1.0`."""
 
 
 def machine() -> str:
-    """Name the processor, its cores and the Python."""
+    """The processor, its number of cores and the version of Python."""
     return f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 

@@ -1,12 +1,8 @@
-"""Text of others on a terminal: seen, and not obeyed by it. Pure."""
+"""Text of others, made safe for a terminal."""
 
 
 def printable(text: str) -> str:
-    r"""Write what a terminal would obey as Python does, such as `\x1b`, `\r` and `\u202e`.
-
-    Args:
-        text: one line, perhaps with names of files, typed text or messages of other programs.
-    """
+    r"""Escape control characters of a line as Python does, such as `\x1b`, `\r` and `\u202e`."""
     if text.isprintable():
         return text
     return "".join(

@@ -1,4 +1,4 @@
-"""Records that check their fields where they are made. Pure."""
+"""Records that check their fields when they are made."""
 
 from __future__ import annotations
 
@@ -13,23 +13,22 @@ from voz.errors import ConfigError
 
 Fraction = Annotated[float, msgspec.Meta(ge=0, le=1)]
 Finite = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
-"""Any number but NaN and infinity; seconds since 1970 are among them."""
+"""Any number but NaN and infinity, seconds since 1970 included."""
 Int16 = Annotated[int, msgspec.Meta(ge=-(2**15), lt=2**15)]
 """What a `std_msgs/Int16` holds."""
 Int32 = Annotated[int, msgspec.Meta(ge=-(2**31), lt=2**31)]
 """What a `std_msgs/Int32` holds."""
 Int64 = Annotated[int, msgspec.Meta(ge=-(2**63), le=2**63 - 1)]
-"""Whole numbers that are floats, too."""
 
 
 class CheckedRecord(msgspec.Struct, frozen=True):
-    """A record whose fields have the types and limits that are declared, however it is made.
+    """A record whose fields have the declared types and limits, however it is made.
 
-    msgspec checks what it reads from a file; its constructors check nothing.
+    msgspec's constructors check nothing.
     """
 
     def __post_init__(self) -> None:
-        """Check all fields, as if they stood in a file.
+        """Check all fields, as if they were read from a file.
 
         Raises:
             ConfigError: a field has another type, or is out of its range.
@@ -49,12 +48,12 @@ class CheckedRecord(msgspec.Struct, frozen=True):
 
 
 def check_type(kind: type | tuple[type, ...], value: object, name: str) -> None:
-    """Refuse an argument of another type, in the words in which a record is refused.
+    """Check the type of an argument, with the message of a record.
 
     Args:
-        kind: the type that it must have; of several, messages name the first.
+        kind: the type; messages name the first of several.
         value: the argument.
-        name: what messages call it.
+        name: its name in messages.
 
     Raises:
         ConfigError: it has another type.
@@ -66,7 +65,7 @@ def check_type(kind: type | tuple[type, ...], value: object, name: str) -> None:
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a number, of Python's own or of numpy's."""
+    """Whether a value is a number, of Python or numpy."""
     return isinstance(value, Real)
 
 
@@ -78,7 +77,7 @@ def _declared(kind: type[CheckedRecord]) -> Any:
 
 
 def _builtin(value: object) -> object:
-    """Give the number that a number of numpy's is; msgspec knows only Python's own."""
+    """A number of numpy as Python's; msgspec knows no other."""
     if type(value) in (float, int, bool, str):
         return value
     if isinstance(value, Integral):

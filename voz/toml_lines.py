@@ -1,4 +1,4 @@
-"""In which lines of a voz.toml its commands stand: a parser of TOML does not tell. Pure."""
+"""The lines of a voz.toml on which commands are defined, which no TOML parser reports."""
 
 from __future__ import annotations
 
@@ -7,17 +7,14 @@ import re
 from voz.control.table import DEFAULT_STATE
 
 KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*(\.?)""")
-"""One of the keys with which a line begins, and whether another follows."""
+"""A key at the beginning of a line, and whether another follows."""
 
 
 def lines_of_commands(text: str) -> dict[tuple[str, str], int]:
-    """Find where each command is defined, however its table is written.
+    """The line of each command, by its state and name, however its table is written.
 
     Args:
-        text: valid TOML.
-
-    Returns:
-        The first line of each, by its state and name; one that is written with escapes is left out.
+        text: valid TOML; keys with escapes are not found.
     """
     lines: dict[tuple[str, str], int] = {}
     table: tuple[str, ...] = ()
@@ -35,7 +32,7 @@ def lines_of_commands(text: str) -> dict[tuple[str, str], int]:
 
 
 def _keys(line: str) -> tuple[str, ...]:
-    """Read the keys with which a line begins, as `states.menu."go back"`."""
+    """The keys at the beginning of a line, as `states.menu."go back"`."""
     keys: list[str] = []
     at = 0
     while found := KEY.match(line, at):

@@ -1,4 +1,4 @@
-"""Speech out of noise: a Wiener filter for stretches that are noisy, and only for those."""
+"""A Wiener filter for noisy stretches of speech."""
 
 from __future__ import annotations
 
@@ -10,31 +10,24 @@ from voz.audio import SAMPLE_RATE, Samples
 Floats = npt.NDArray[np.float64]
 
 ENERGY_FRAME = SAMPLE_RATE // 100
-"""Samples of 10 ms, over which the energy is taken."""
+"""Samples in 10 ms, over which the energy is measured."""
 
 MAX_NOISY_RANGE = 25.0
-"""Below this range of energies there is noise to take away, dB.
-
-Speech at 10 dB over kitchen noise has 13 to 31, recordings in quiet rooms over 40, phones 25 to 80.
-A filter that is always on costs foreign accents 2 of 53 commands and phones as many of 105.
-"""
+"""Speech whose frame energies span less than this is filtered, dB: filtering all loses commands."""
 
 WIENER_WINDOW, WIENER_HOP = 512, 128  # samples, 32 and 8 ms
 NOISE_QUANTILE = 0.4  # of the time there is only noise in a band
 POWER_SMOOTHING = 0.7  # of the power from which the noise is taken, a frame
 PRIOR_SNR_WEIGHT = 0.92  # of the decision-directed signal-to-noise ratio
 MIN_GAIN = 0.2
-"""Leaves some noise: with less, what is left of the speech sounds like nothing the model knows."""
+"""Of a band; with less the filtered speech sounds like nothing the acoustic model knows."""
 
 
 def frame_energies(samples: Samples | Floats) -> Floats:
-    """Measure the energy of each 10 ms.
+    """Mean square of each 10 ms, dB relative to one unit of the 16 bits.
 
     Args:
-        samples: 16 kHz.
-
-    Returns:
-        The mean squares, dB over one unit of the 16 bits; a rest at the end is left out.
+        samples: 16 kHz; an incomplete frame at the end is left out.
     """
     whole = samples[: len(samples) // ENERGY_FRAME * ENERGY_FRAME]
     frames = whole.astype(np.float64).reshape(-1, ENERGY_FRAME)
@@ -42,35 +35,21 @@ def frame_energies(samples: Samples | Floats) -> Floats:
 
 
 def is_noisy(samples: Samples) -> bool:
-    """Tell whether a stretch of speech, with a margin on either side, has noise in it."""
+    """Whether a stretch of speech, with a margin on either side, has noise in it."""
     found = frame_energies(samples)
     return len(found) > 0 and bool(np.ptp(np.percentile(found, (10, 95))) < MAX_NOISY_RANGE)
 
 
 def denoise_if_noisy(samples: Samples) -> Samples:
-    """Take noise away where there is much of it.
-
-    Args:
-        samples: a stretch of speech, 16 kHz.
-
-    Returns:
-        The same samples if they are not noisy, else as many that are filtered.
-    """
+    """Denoise a stretch of speech, 16 kHz, if it is noisy; else return the same array."""
     return denoise(samples) if is_noisy(samples) else samples
 
 
 def denoise(samples: Samples) -> Samples:
-    """Filter out noise that is there all the time.
+    """Filter out steady noise; returns as many samples, 16 kHz.
 
-    The noise of each band is a low quantile of its smoothed power. Each frame's signal-to-noise
-    ratio leans on the one before (the decision-directed estimate of Ephraim and Malah 1984,
-    doi:10.1109/TASSP.1984.1164453), which keeps the filter from flickering.
-
-    Args:
-        samples: 16 kHz.
-
-    Returns:
-        As many samples.
+    The noise of a band is a low quantile of its smoothed power. The signal-to-noise ratio is
+    estimated decision-directed (Ephraim and Malah 1984, doi:10.1109/TASSP.1984.1164453).
     """
     # A periodic window, whose square adds up to the same everywhere.
     window = np.sqrt(np.hanning(WIENER_WINDOW + 1)[:-1])
@@ -87,7 +66,7 @@ def denoise(samples: Samples) -> Samples:
 
 
 def _gains(power: Floats) -> Floats:
-    """Find how much of each band of each frame is speech, from their power, shape (n, bands)."""
+    """The share of speech in each band of each frame, from their power of shape (n, bands)."""
     noise = np.quantile(_smooth(power), NOISE_QUANTILE, axis=0) + 1e-9
     above = power / noise
     before = np.maximum(above[0] - 1, 0)

@@ -1,9 +1,7 @@
-"""Takes what the loudspeaker gave out from what the microphone heard: pure.
+"""Echo cancellation: removes from the microphone's sound what the loudspeaker played.
 
-In each band of frequencies the echo is what was played in the last moments, each moment weighted by
-how the room gives it back; the weights are those that leave the least (least squares). That is the
-convolutive transfer function of Talmon, Cohen and Gannot (2009), here for one window of sound, so
-nothing has to be learnt beforehand and nothing is remembered.
+In each frequency band the echo is a weighted sum of the last played frames; the weights are fitted
+by least squares to one window (convolutive transfer function, Talmon, Cohen and Gannot 2009).
 """
 
 from __future__ import annotations
@@ -23,34 +21,34 @@ ECHO_WINDOW = 512
 ECHO_HOP = 256
 
 ECHO_EDGE = ECHO_WINDOW - ECHO_HOP
-"""At either end so many samples are not whole: some of their windows lie outside."""
+"""Samples at either end that are incomplete: some of their windows lie outside."""
 
 ROOM_TAPS = 12
-"""Hops of the past that the room gives back, 0.2 s."""
+"""Frames of the past that the room reflects, 0.2 s."""
 
 LEAD_TAPS = 1
-"""Hops by which the delay that was found may be too long."""
+"""Frames by which the estimated delay may be too long."""
 
 RELATIVE_RIDGE = 1e-3
-"""Of the mean power, added to the diagonal: where nothing was played there are no weights."""
+"""Of the mean power, added to the diagonal so that silence gives no weights."""
 
 MAX_ECHO_DELAY = int(0.4 * SAMPLE_RATE)
-"""Samples between what the loudspeaker is said to give out and its arrival."""
+"""Samples between the loudspeaker's nominal time and the arrival of its sound."""
 
 ANALYSIS_WINDOW = np.sqrt(np.hanning(ECHO_WINDOW + 1)[:-1])
 
 
 @on_one_thread
 def cancel_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
-    """Take the echo out.
+    """Remove the echo from recorded sound.
 
     Args:
-        heard: what the microphone gave, 16 kHz.
-        played: what the loudspeaker was given, 16 kHz; it ends with the same moment, as well as
-            that is known, and begins `MAX_ECHO_DELAY` earlier.
+        heard: the microphone's samples, 16 kHz.
+        played: the loudspeaker's, 16 kHz, ending at the same time and beginning `MAX_ECHO_DELAY`
+            earlier.
 
     Returns:
-        As many samples as were heard.
+        As many samples as `heard`.
     """
     start = MAX_ECHO_DELAY - _find_delay(heard, played)
     source = _spectrum(played[start : start + len(heard)])
@@ -69,7 +67,7 @@ def cancel_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
 
 
 def _find_delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
-    """Find by how many samples what is heard comes after what is played (GCC-PHAT)."""
+    """By how many samples `heard` comes after `played` (GCC-PHAT)."""
     size = len(heard) + len(played)
     cross = np.fft.rfft(heard, size) * np.fft.rfft(played, size).conj()
     likeness = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-9), size)
@@ -85,7 +83,6 @@ def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:
 
 
 def _samples(spectrum: Spectrum) -> Floats:
-    """Back to samples by overlap and add."""
     frames = np.fft.irfft(spectrum, axis=1) * ANALYSIS_WINDOW
     samples = np.zeros((len(frames) - 1) * ECHO_HOP + ECHO_WINDOW)
     for number, frame in enumerate(frames):
@@ -94,7 +91,7 @@ def _samples(spectrum: Spectrum) -> Floats:
 
 
 def _delayed_copies(source: Spectrum) -> Spectrum:
-    """What was played around each frame: bands, frames, moments."""
+    """What was played around each frame, of shape (bands, frames, taps)."""
     frames, bands = source.shape
     moments = np.zeros((bands, frames, LEAD_TAPS + ROOM_TAPS), complex)
     for number, shift in enumerate(range(-LEAD_TAPS, ROOM_TAPS)):

@@ -1,8 +1,7 @@
-"""PortAudio, through sounddevice: what microphone and loudspeaker share. An edge.
+"""Opens the streams of PortAudio, through sounddevice.
 
-PortAudio is not made for several threads that open and close streams, and it looks for devices
-once, when it starts: to see new ones it has to end, which takes all streams with it. So every
-stream of voz is opened here.
+PortAudio does not support opening streams from several threads, and finds devices only when it is
+initialized, which closes all streams. So every stream of voz is opened here.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ _open_streams = 0
 
 
 def load_sounddevice() -> ModuleType:
-    """Import the binding to PortAudio; raises AudioError if that is not installed."""
+    """Import sounddevice; raises AudioError if PortAudio is not installed."""
     _silence_alsa()
     try:
         import sounddevice  # looks for devices as it is imported, which takes its time
@@ -43,15 +42,12 @@ def load_sounddevice() -> ModuleType:
 def open_stream(
     kind: Literal["RawInputStream", "RawOutputStream"], **settings: Any
 ) -> Iterator[Any]:
-    """Open and start a stream for the length of a `with` block; what it still holds is dropped.
+    """Open and start a stream for a `with` block; buffered sound is dropped at its end.
 
     Args:
-        kind: which of sounddevice's streams; those with numpy set an array's shape, which numpy
-            will not let them for long.
-        settings: what it is given.
-
-    Yields:
-        The stream.
+        kind: the class of sounddevice; not those with numpy, which set an array's shape, and
+            numpy deprecates that.
+        settings: its arguments.
 
     Raises:
         sounddevice.PortAudioError: it cannot be opened.
@@ -78,7 +74,7 @@ def open_stream(
 
 
 def refresh_devices() -> None:
-    """See devices that came or went since the program began, if no stream is open."""
+    """Find devices that were connected or removed, if no stream is open."""
     sounddevice = load_sounddevice()
     with _lock:
         if not _open_streams:
@@ -88,12 +84,12 @@ def refresh_devices() -> None:
 
 
 def abandon_streams() -> None:
-    """Let the program end though a stream cannot be closed, because its sound server hangs."""
+    """Let the program end although a hanging sound server keeps a stream from closing."""
     atexit.unregister(load_sounddevice()._exit_handler)  # it would wait for that stream
 
 
 @functools.cache
 def _silence_alsa() -> None:
-    """Keep libasound from writing about each lost block to the terminal."""
+    """Keep libasound from writing each lost block to the terminal."""
     with suppress(OSError, AttributeError):
         ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(_ignore_message)

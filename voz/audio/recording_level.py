@@ -1,7 +1,6 @@
-"""How loud a recording is, and what is wrong with it for whoever wants it understood: pure.
+"""The level of a recording, and what is wrong with it for speech recognition.
 
-The limits are where commands begin to be lost: `benchmarks/microphone.py` takes such as are obeyed,
-by synthetic voices and by people, and makes them quieter, cuts them off and puts noise behind them.
+The limits are where commands begin to be lost, as `benchmarks/microphone.py` measures.
 """
 
 from __future__ import annotations
@@ -17,45 +16,41 @@ from voz.audio.denoise import ENERGY_FRAME, Floats, frame_energies
 from voz.audio.endpointing.silero import SILERO_BLOCK, Silero
 
 FULL_SCALE_DB = 20 * math.log10(32768)
-"""The loudest that 16 bits hold, dB over one unit."""
+"""The highest level of 16 bits, dB relative to one unit."""
 
 MIN_DBFS = -FULL_SCALE_DB
-"""One unit of the 16 bits, dBFS: digital silence is not told from it."""
+"""One unit of the 16 bits, dBFS; digital silence has this level, too."""
 
 MAX_SILENT_RANGE = 2
-"""Units between the lowest and the highest sample of what may be a converter that hears nothing."""
+"""Units between the lowest and the highest sample of a microphone that is off."""
 
 TOO_QUIET = -40.0
-"""Speech below it is too quiet, dBFS: of 100, 91 are obeyed between -50 and -45, and 41 between -60
-and -50. Nobody speaks equally loudly all the time, hence 5 dB more."""
+"""Speech below this is too quiet, dBFS: 91 of 100 commands are obeyed between -50 and -45."""
 
 MIN_SNR = 18.0
-"""Speech by less above the background is noisy, dB: of 100, 90 are obeyed between 18 and 22, 74
-between 14 and 18, 49 between 5 and 10."""
+"""Speech closer to the background is noisy, dB: 74 of 100 are obeyed between 14 and 18."""
 
 OBEYED_BY_SNR = ((25.0, 97), (18.0, 92), (13.0, 85), (8.0, 79))
-"""Above a sound that goes on by so much, dB, so many of 100 commands are obeyed: the means that
-`benchmarks/rooms.py` prints in quiet, and at 20, 15 and 10 dB."""
+"""Speech above background, dB, and how many of 100 commands are obeyed (`benchmarks/rooms.py`)."""
 
 TOP_SHARE = 0.95
-"""Of the highest sample: what is above it is at the top."""
+"""Samples above this share of the highest one count as clipped."""
 
 MAX_CLIPPED_SHARE = 0.01
-"""Of the samples of speech; a clean voice has 0.001. Of 100, 98 are obeyed below it, 82 just above,
-and 53 where a fifth is at the top."""
+"""Of the speech; a clean voice has 0.001. Of 100 commands 82 are obeyed just above it."""
 
 SPEECH_PROBABILITY, NO_SPEECH_PROBABILITY = 0.5, 0.2
-"""Probabilities above and below which 32 ms are speech or background; between, neither."""
+"""A block above the first is speech, below the second background."""
 
 SYLLABLE_BLOCKS = 6
-"""Blocks, a fifth of a second: only what is speech for so long, on average, is speech."""
+"""Blocks, 0.2 s, over which the mean probability of speech is taken."""
 
 MIN_BACKGROUND_FRAMES = 20
-"""Frames of 10 ms that tell the background; with fewer, somebody speaks all the time."""
+"""Frames of 10 ms; with fewer there is no pause to measure the background in."""
 
 
 class Fault(enum.Enum):
-    """What can be wrong with a recording: in words, and what to do."""
+    """What can be wrong with a recording, and what to do."""
 
     SILENT = (
         "silent: the microphone gives nothing but zeros",
@@ -85,14 +80,14 @@ class Fault(enum.Enum):
 
 
 class RecordingLevel(NamedTuple):
-    """How loud a recording is; dBFS are dB under the loudest that 16 bits hold.
+    """The level of a recording.
 
     Attributes:
-        still: whether nothing moves in it.
+        still: whether all samples are the same, but for noise of a converter.
         peak: the highest sample, dBFS.
-        speech: the mean power where somebody speaks, dBFS; None if nobody does.
-        background: the power of most that is no speech, dBFS.
-        at_top: how much of the speech is as loud as its loudest, 0 to 1; 0 without speech.
+        speech: mean power of the speech, dBFS; None without speech.
+        background: power of the rest, dBFS.
+        at_top: share of clipped samples in the speech, 0 to 1.
     """
 
     still: bool
@@ -103,21 +98,17 @@ class RecordingLevel(NamedTuple):
 
     @property
     def above_background(self) -> float | None:
-        """By how much the speech is louder than the background, dB."""
+        """Speech above background, dB."""
         return None if self.speech is None else self.speech - self.background
 
 
 def obeyed_of_100(above: float) -> int | None:
-    """Tell how many of 100 commands are obeyed by somebody who is so far above a room, dB.
-
-    Returns:
-        About so many; None if it was not measured, since few are.
-    """
+    """How many of 100 commands are obeyed so far above the background, dB; None if unknown."""
     return next((share for least, share in OBEYED_BY_SNR if above >= least), None)
 
 
 def dbfs(samples: Samples | Floats) -> float:
-    """Measure the mean power of some samples, dBFS; at least that of one unit."""
+    """Mean power of samples, dBFS; at least that of one unit."""
     return 10 * math.log10(float(np.mean(samples.astype(np.float64) ** 2)) + 1) - FULL_SCALE_DB
 
 
@@ -125,7 +116,7 @@ def measure_level(samples: Samples) -> RecordingLevel:
     """Measure a recording in which somebody should speak.
 
     Args:
-        samples: at least one, 16 kHz; three seconds with a pause in them tell enough.
+        samples: at least one, 16 kHz; best three seconds with a pause in them.
     """
     highest = float(np.abs(samples.astype(np.float64)).max())
     peak = 20 * math.log10(max(highest, 1.0)) - FULL_SCALE_DB
@@ -146,7 +137,7 @@ def measure_level(samples: Samples) -> RecordingLevel:
 
 
 def find_faults(level: RecordingLevel) -> list[Fault]:
-    """Tell what is wrong with a recording, the worst first; nothing if it is fine."""
+    """What is wrong with a recording, the worst first."""
     if level.still:
         return [Fault.SILENT]
     if level.speech is None:
@@ -160,7 +151,7 @@ def find_faults(level: RecordingLevel) -> list[Fault]:
 
 
 def _speech_probabilities(sound: Floats) -> Floats:
-    """How likely each block is speech, however quiet it is: the network hears it made louder."""
+    """Of each block, after amplification: the network depends on the level."""
     louder = sound * (0.5 * 32767 / np.abs(sound).max())
     return Silero().probabilities(louder.astype(np.int16)).astype(np.float64)
 
@@ -173,10 +164,7 @@ def _has_speech(voice: Floats) -> bool:
 
 
 def _background(frames: Floats, voice: Floats) -> float:
-    """The power of most frames that are surely no speech, dBFS; else of the quietest tenth.
-
-    Not the mean: now and then the network takes a syllable for background.
-    """
+    """Median power of the frames without speech, dBFS; else that of the quietest tenth."""
     if not len(frames):
         return MIN_DBFS
     blocks = (np.arange(len(frames)) * ENERGY_FRAME + ENERGY_FRAME // 2) // SILERO_BLOCK

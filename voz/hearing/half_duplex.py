@@ -1,4 +1,4 @@
-"""Half duplex: while the robot itself can be heard, only commands that must not be missed are."""
+"""Half duplex: while the robot's own sound is heard, only the `never_missed` commands count."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recognition.stream import Stream
 
 REVERBERATION_SECONDS = 0.2
-"""How long a room goes on giving back what was said, s."""
+"""How long a room reverberates."""
 
 ECHO_FIT_SAMPLES = 2 * SAMPLE_RATE
-"""What the echo is estimated from."""
+"""The echo is estimated from these."""
 
 CLEANED_SAMPLES = int(0.24 * SAMPLE_RATE)
-"""How much is cleaned at a time: each time costs 30 ms of CPU."""
+"""Cleaned at a time, which costs 30 ms of CPU."""
 
 
 class Playback(Protocol):
-    """What is known of the robot's own sound."""
+    """The robot's own sound."""
 
     def busy_until(self) -> float:
-        """When the last audible sample has left it, on the monotonic clock, s."""
+        """Monotonic time when the last audible sample is heard, s."""
 
     def recent(self, seconds: float) -> tuple[npt.NDArray[np.float32], float]:
-        """What it gave out last, 16 kHz, and when the last sample of it left, s."""
+        """What was played last, 16 kHz, and when the last sample is heard, s."""
 
 
 class HalfDuplex:
     """Stands between the microphone and the recognizer.
 
-    What is heard while the loudspeaker sounds is cleaned of its echo and given to a stream of its
-    own, of which only the commands count that must not be missed; the others are told as ignored.
-    The usual stream hears silence.
+    During playback the sound is cleaned of its echo and fed to a second stream, of which only the
+    `never_missed` commands count; other commands are marked as ignored. The main stream
+    gets silence.
     """
 
     def __init__(
@@ -50,13 +50,13 @@ class HalfDuplex:
         never_missed: Collection[str],
         source: str = MICROPHONE,
     ) -> None:
-        """Start with nothing heard.
+        """Start a stream.
 
         Args:
-            recognizer: what understands.
-            loudspeaker: tells of the robot's own sound; None if the microphone cannot hear it.
-            never_missed: the commands that are heard also while it sounds.
-            source: what its utterances say that they come from.
+            recognizer: makes the streams.
+            loudspeaker: the robot's own sound; None if the microphone cannot hear it.
+            never_missed: the commands that count during playback.
+            source: the `source` of the utterances.
         """
         self._recognizer = recognizer
         self._source = source
@@ -71,23 +71,23 @@ class HalfDuplex:
 
     @property
     def deaf(self) -> bool:
-        """Whether the loudspeaker sounds, so that only what must not be missed counts."""
+        """Whether there is playback, so that only `never_missed` commands count."""
         return self._guard is not None
 
     @property
     def background(self) -> float:
-        """The level of the room, dB over one unit of the 16 bits."""
+        """Level of the room, dB relative to one unit of the 16 bits."""
         return self._usual.background
 
     def feed(self, block: Samples, arrived: float) -> Iterator[Utterance | Partial]:
-        """Take what the microphone gave.
+        """Take the next block of the microphone.
 
         Args:
-            block: the next samples of the stream, 16 kHz.
-            arrived: when they did, on the monotonic clock, s.
+            block: 16 kHz.
+            arrived: its monotonic arrival time, s.
 
         Yields:
-            What is heard, with the times of the stream.
+            Events, with the times of the stream.
         """
         if self._loudspeaker is None:
             yield from self._usual.feed(block)
@@ -128,7 +128,7 @@ class HalfDuplex:
             self._pending = 0
 
     def _played(self, loudspeaker: Playback, until: float) -> npt.NDArray[np.float32]:
-        """What was given out, to the same moment as the window and from before it."""
+        """What was played until the end of the window, from `MAX_ECHO_DELAY` before it."""
         length = ECHO_FIT_SAMPLES + MAX_ECHO_DELAY
         played, end = loudspeaker.recent((length + SAMPLE_RATE // 2) / SAMPLE_RATE)
         beyond = round((end - until) * SAMPLE_RATE)
@@ -138,7 +138,7 @@ class HalfDuplex:
     def _filter_events(
         self, events: Iterator[Utterance | Partial]
     ) -> Iterator[Utterance | Partial]:
-        """What counts, and the commands that do not, marked so; the rest may be the robot's own."""
+        """Events that count, and other commands as ignored; the rest may be the robot's speech."""
         for event in events:
             counts = event.text in self._never_missed or event.name in self._never_missed
             if isinstance(event, Utterance) and event.accepted:

@@ -1,4 +1,4 @@
-"""Listens to the microphone on a thread of its own, and comes back by itself when it was lost."""
+"""Listens to the microphone on a thread of its own, and reopens it after a loss."""
 
 from __future__ import annotations
 
@@ -23,29 +23,27 @@ from voz.language.sentences.command_set import Commands
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 
 NO_SOUND_TIMEOUT = 0.35
-"""Without a block for so long nothing is heard any more, s: with the beat, half a second."""
+"""Without a block for this time the microphone is lost, s; with the beat, 0.5 s."""
 
 MAX_LAG = 0.4
-"""What is heard so late is as good as not heard, s: the longest command takes half of it."""
+"""A larger delay of the recognition stops the robot, s: a command would come too late."""
 
 RETRY_DELAYS = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""Pauses before a lost microphone is opened again, s; the last one goes on."""
+"""Before a lost microphone is opened again, s; the last one repeats."""
 
 MICROPHONE_CLOSE_TIMEOUT = 1.0
-"""For the microphone to be closed, s; a sound server that hangs would never let go."""
+"""A hanging sound server never closes it, s."""
 
 
 class OpenMicrophone(Protocol):
-    """What sound comes from: iterate over it for its blocks, 16 kHz, int16, stream by stream.
-
-    The one of a sound card has one stream without an end.
+    """An iterator over blocks of sound, 16 kHz, stream by stream; a sound card's has one stream.
 
     Attributes:
         name: of the device.
-        alive: when it last handed something over, or need not have, on the monotonic clock, s.
-        arrived: when the block arrived that was last taken, on the monotonic clock, s.
-        blocks_lost: how many blocks were lost, of `BLOCK_SECONDS` each.
-        whole: whether the stream that ended is; else what was still open in it does not count.
+        alive: monotonic time of the last sign of life, s.
+        arrived: monotonic arrival time of the block that was taken last, s.
+        blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
+        whole: whether the stream that ended is complete; else what is open in it is dropped.
     """
 
     name: str
@@ -55,21 +53,21 @@ class OpenMicrophone(Protocol):
     whole: bool
 
     def __iter__(self) -> Iterator[Samples]:
-        """Take the blocks."""
+        """Itself."""
 
     def __next__(self) -> Samples:
-        """Take a block; raises AudioError if it fails, and StopIteration at a stream's end."""
+        """The next block; raises AudioError on failure, StopIteration at a stream's end."""
 
 
 MicrophoneOpener: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone]]
 
 
 class SoundSource(NamedTuple):
-    """Where sound is taken from.
+    """Where sound comes from.
 
     Attributes:
         open: opens the microphone for a `with` block.
-        source: what utterances say that they come from.
+        source: the `source` of the utterances.
     """
 
     open: MicrophoneOpener
@@ -77,17 +75,17 @@ class SoundSource(NamedTuple):
 
 
 class SoundRecorder(Protocol):
-    """Keeps what a microphone gave and what was understood of it."""
+    """Records sound, and what was understood of it."""
 
     @property
     def note(self) -> str:
-        """What the user is to see all the time; empty if nothing is recorded any more."""
+        """What the user always sees; empty if nothing is recorded any more."""
 
     def feed(self, block: Samples) -> None:
-        """Take the next samples, 16 kHz; it never waits."""
+        """Take the next samples, 16 kHz, without waiting."""
 
     def mark(self, utterance: Utterance, begun: float) -> None:
-        """Keep an utterance of a stream that began at that time of the run, s."""
+        """Keep an utterance of the stream that began at `begun`, s of the run."""
 
     def end_stream(self) -> None:
         """What follows is another stream."""
@@ -99,16 +97,14 @@ def sound_card(device: str | None) -> SoundSource:
 
 
 class Hearing:
-    """From a microphone to what is said, as messages in an inbox.
-
-    Use it in a `with` block: it listens for the length of it.
+    """Listens in a `with` block, and puts what is said into an inbox.
 
     Attributes:
-        peak: the highest sample of the last block, 0 to 1.
-        background: the level of the room, dBFS.
-        deaf: whether the robot speaks, so that only commands count that must not be missed.
-        device: the name of the microphone.
-        source: what its utterances say that they come from.
+        peak: highest sample of the last block, 0 to 1.
+        background: level of the room, dBFS.
+        deaf: whether the robot speaks, so that only `never_missed` commands count.
+        device: name of the microphone.
+        source: the `source` of the utterances.
     """
 
     def __init__(
@@ -124,13 +120,13 @@ class Hearing:
         """Prepare to listen.
 
         Args:
-            recognizer: what understands.
-            sound: what it listens to.
-            inbox: where what is heard goes.
+            recognizer: understands the sound.
+            sound: where it comes from.
+            inbox: where events go.
             clock: the time of the run, s.
-            loudspeaker: what the microphone hears of the robot itself, if it does.
-            never_missed: the commands that are heard also while the robot speaks.
-            recorder: keeps what is heard.
+            loudspeaker: the robot's own sound, if the microphone hears it.
+            never_missed: the commands that count while the robot speaks.
+            recorder: records the sound.
         """
         self.peak, self.background = 0.0, MIN_DBFS
         self.deaf, self.device = False, ""
@@ -167,15 +163,11 @@ class Hearing:
 
     @property
     def commands(self) -> Commands:
-        """What may be said."""
+        """The list of commands."""
         return self._recognizer.commands
 
     def trouble(self, moving: bool) -> str | None:
-        """Tell why nothing is heard right now; None if all is well.
-
-        Args:
-            moving: whether the robot moves; a microphone that is muted matters then.
-        """
+        """Why nothing is heard now, if so; a muted microphone counts while the robot moves."""
         microphone, now = self._microphone, time.monotonic()
         if self._problem or microphone is None:
             return self._problem
@@ -218,7 +210,7 @@ class Hearing:
         self._problem = problem
 
     def _listen(self, microphone: OpenMicrophone) -> None:
-        """Follow one stream to its end, or until there are other commands."""
+        """Follow one stream to its end, or until the commands change."""
         commands = self._recognizer.commands
         ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed, self.source)
         watch = SoundWatch(self._inbox, self._clock)
@@ -247,7 +239,7 @@ class Hearing:
             self._recorder.end_stream()
 
     def _stream_start(self, microphone: OpenMicrophone, fed: int) -> float:
-        """Tell when the stream began, by the clock of the run, s."""
+        """When the stream began, s of the run."""
         return self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
 
     def _send(self, events: Iterator[Utterance | Partial], begun: float) -> None:
@@ -258,7 +250,7 @@ class Hearing:
                 self._recorder.mark(told, begun)
 
     def _in_run_time(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
-        """Give what was heard the times of the run."""
+        """Convert the times of a stream to those of the run."""
         now = self._clock()
         moved = replace(shift_time(event, begun), t=round(now, 3))
         if isinstance(event, Utterance) and event.latency is not None:

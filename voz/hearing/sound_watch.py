@@ -1,4 +1,4 @@
-"""What is wrong with the sound of a microphone: it is muted, or some of it is lost."""
+"""Warns of a muted microphone, and of lost sound."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from voz.events import Warning
 from voz.inbox import Inbox
 
 MUTED_AFTER = 5.0
-"""A microphone that gives nothing but zeros for so long is switched off, s; no room is so quiet."""
+"""A microphone that gives only zeros for this time is muted, s; no room is so quiet."""
 
 MUTED_AFTER_IN_MOTION = 0.35
-"""The same while the robot moves, s: with the beat, half a second. Nobody could stop it."""
+"""The same while the robot moves, s; with the beat, 0.5 s."""
 
 LOSS_WARNING_INTERVAL = 5.0
-"""Of sound that is lost block after block a user wants to read a line now and then, s."""
+"""Between two warnings of lost sound, s."""
 
 ONLY_SILENCE = "the microphone gives only silence"
 
@@ -26,36 +26,26 @@ MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` tells"
 
 
 class SilenceCheck:
-    """Whether it matters that a microphone gives only zeros: while the robot moves, and then on."""
+    """Whether a muted microphone stops the robot: if it moves, and from then on."""
 
     def __init__(self) -> None:
         self._matters = False
 
     def trouble(self, silent: bool, moving: bool) -> str | None:
-        """Tell that nothing is heard; None while it does not matter.
-
-        Args:
-            silent: whether the microphone gives only zeros.
-            moving: whether the robot moves.
-        """
+        """What is wrong, if the microphone is silent and the robot moves or has moved."""
         self._matters = silent and (moving or self._matters)
         return ONLY_SILENCE if self._matters else None
 
 
 class SoundWatch:
-    """Warns of a microphone that is muted, and of sound that is lost.
+    """Warns of a muted microphone, and of lost sound.
 
     Attributes:
-        zeros: how long it has given nothing but zeros, s.
+        zeros: how long the microphone has given only zeros, s.
     """
 
     def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
-        """Begin with a stream.
-
-        Args:
-            inbox: where warnings go.
-            clock: the time of the run, s.
-        """
+        """Start a stream; warnings go into `inbox` with the time of `clock`, s."""
         self._inbox = inbox
         self._clock = clock
         self._blocks_lost = 0
@@ -63,7 +53,7 @@ class SoundWatch:
         self.zeros = 0.0
 
     def look_at(self, block: Samples, blocks_lost: int) -> float:
-        """Look at a block and at how many were lost before it; gives its peak, 0 to 1."""
+        """Check a block, and the number of lost blocks so far; returns its peak, 0 to 1."""
         now = self._clock()
         if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_WARNING_INTERVAL:
             seconds = (blocks_lost - self._blocks_lost) * MICROPHONE_BLOCK_SECONDS

@@ -1,7 +1,4 @@
-"""The sounds that the robot makes without words, with the numbers that ROS sound_play gave them.
-
-Made here from sines. What repeats ends in its own silence, so that it can follow itself.
-"""
+"""Sounds without words, synthesized from sines, with the numbers of ROS sound_play."""
 
 from __future__ import annotations
 
@@ -17,17 +14,17 @@ from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 from voz.errors import SpeechError
 
 ALL = -1
-"""The number that stands for all sounds where something is stopped."""
+"""Stops all sounds."""
 
 AMPLITUDE = 0.5
-"""Amplitude: loud enough beside a voice, and two at once need not be turned down."""
+"""Loud enough beside a voice; two at once need not be turned down."""
 
 ATTACK_SECONDS = 0.008
-"""Seconds in which a note swells: shorter would click."""
+"""A shorter attack clicks."""
 
 
 class BuiltinSound(enum.IntEnum):
-    """What the robot has to say without words; raises SpeechError for a number of none."""
+    """The sounds; another number raises SpeechError."""
 
     BACKINGUP = 1
     NEEDS_UNPLUGGING = 2
@@ -48,7 +45,7 @@ class BuiltinSound(enum.IntEnum):
 
 
 class _Note(NamedTuple):
-    """One tone: Hz, seconds until the next begins, and how bright it is, 0 to 1."""
+    """A tone: Hz, seconds until the next, and brightness, 0 to 1."""
 
     frequency: float
     seconds: float
@@ -80,12 +77,12 @@ MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
 
 @functools.cache
 def synthesize_sound(sound: BuiltinSound) -> Wave:
-    """Make the samples of a sound, at `PLAYBACK_RATE`; it begins and ends with silence."""
+    """The samples at `PLAYBACK_RATE`; they begin and end with silence, so that they can repeat."""
     return np.concatenate([_tone(note) for note in MELODIES[sound]])
 
 
 def _tone(note: _Note) -> Wave:
-    """A note that swells, then dies away; the brighter, the more it is like a reed than a bell."""
+    """A decaying note; bright ones sound like a reed, others like a bell."""
     time = np.arange(round(note.seconds * PLAYBACK_RATE)) / PLAYBACK_RATE
     harmonics = [note.brightness ** (k - 1) / k for k in (1, 2, 3, 4)]
     wave = sum(

@@ -1,8 +1,4 @@
-"""Voices of espeak-ng, for the languages that festival has no voice for; a program it starts.
-
-Its texts keep their letters, and come on its standard input. See
-https://github.com/espeak-ng/espeak-ng
-"""
+"""Voices of espeak-ng (https://github.com/espeak-ng/espeak-ng), for languages without festival."""
 
 from __future__ import annotations
 
@@ -13,28 +9,24 @@ from collections.abc import Sequence
 from voz.errors import SpeechError
 
 ESPEAK_PREFIX = "espeak-ng:"
-"""Before the name of a voice, as in `espeak-ng:es`."""
+"""Of the names of its voices, as in `espeak-ng:es`."""
 
 _VOICE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,30}(\+[A-Za-z0-9_-]{1,20})?")
 
 
 def is_espeak(voice: str) -> bool:
-    """Tell whether a voice is one of espeak-ng's, by its name."""
+    """Whether a voice is one of espeak-ng's, by its name."""
     return voice.startswith(ESPEAK_PREFIX)
 
 
 def check_espeak_voice(voice: str) -> None:
-    """Raise SpeechError if a name cannot be that of a voice; only espeak-ng knows which it has."""
+    """Raise SpeechError for an impossible name; only espeak-ng knows which voices it has."""
     if not _VOICE.fullmatch(voice.removeprefix(ESPEAK_PREFIX)):
         raise SpeechError(f"voice {voice!a} is unknown; see `espeak-ng --voices`")
 
 
 def espeak_command(voice: str, wav: str) -> Sequence[str]:
-    """What speaks the text on its standard input into a WAV file.
-
-    Raises:
-        SpeechError: espeak-ng is not installed.
-    """
+    """The program that speaks its standard input into a file; raises SpeechError without it."""
     path = shutil.which("espeak-ng")
     if path is None:
         raise SpeechError(
@@ -44,5 +36,5 @@ def espeak_command(voice: str, wav: str) -> Sequence[str]:
 
 
 def no_voice_error(voice: str) -> SpeechError:
-    """Say that there is no sound."""
+    """The error where espeak-ng wrote no sound."""
     return SpeechError(f"voice {voice!a}: espeak-ng has no such voice; see `espeak-ng --voices`")

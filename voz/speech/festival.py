@@ -1,9 +1,8 @@
-"""Text to a WAV file, through festival's program `text2wave`, or espeak-ng.
+"""Text to a WAV file, by festival's `text2wave` or espeak-ng.
 
-Festival (https://www.cstr.ed.ac.uk/projects/festival/) crashes on more texts than one would
-think, and its language is a programming language. So it is given folded text on its standard
-input, which it reads aloud and never evaluates, and what it wrote is looked at before anyone
-else sees it.
+Festival (https://www.cstr.ed.ac.uk/projects/festival/) crashes on many texts, and its language is a
+programming language. So it reads plain words on its standard input, which it never evaluates, and
+its output is checked.
 """
 
 from __future__ import annotations
@@ -38,38 +37,34 @@ VOICES = {
     "ked_diphone": "festvox-kdlpc16k",
     "cmu_us_slt_arctic_hts": "festvox-us-slt-hts",
 }
-"""The voices that can be asked for, each with the Debian package that brings it."""
+"""Festival's voices, each with its Debian package."""
 
 MAX_TEXT_LENGTH = 1000
-"""Characters; more than a minute of speech, which nobody waits for from a robot."""
+"""Characters; more than a minute of speech."""
 
 MAX_WORD_LENGTH = 100
-"""Characters; festival crashes on words of some thousands, and a long web address has fewer."""
+"""Characters; festival crashes on words of some thousands."""
 
 FESTIVAL_TIMEOUT = 30.0
-"""Seconds; ten times what the longest text takes the slowest voice on a desktop computer."""
+"""Ten times what the longest text takes the slowest voice on a desktop computer, s."""
 
 CANCEL_CHECK_INTERVAL = 0.05
-"""How often is looked whether festival's work is still wanted, s."""
+"""Between checks of whether the text is still wanted, s."""
 
 PLAIN_PUNCTUATION = str.maketrans("‘’“”‐–—", "''\"\"---")  # noqa: RUF001
-"""Marks that Unicode does not decompose, but that have a plain form everyone knows."""
+"""Characters that Unicode does not decompose, and their ASCII forms."""
 
 SPEAKABLE = re.compile(r"[A-Za-z0-9#$%&*+=@]")
-"""Festival says something for each of these, and crashes on a phrase without any."""
+"""Festival crashes on a phrase without any of these."""
 
 SPEAKABLE_BY_ESPEAK = re.compile(r"[^\W_]|[#$%&*+=@]")
-"""The same for espeak-ng, which reads the letters of any language."""
+"""The same for espeak-ng, which reads the letters of all languages."""
 
 WAV_HEADER_BYTES = 44
-"""Bytes before the first sample."""
 
 
 def installed_voices() -> list[str]:
-    """Ask festival which of the known voices are installed.
-
-    Returns:
-        Names from `VOICES`, in its order.
+    """The installed ones of `VOICES`, in its order.
 
     Raises:
         SpeechError: festival is not installed or does not answer.
@@ -80,15 +75,14 @@ def installed_voices() -> list[str]:
 
 
 def speakable(text: str, voice: str = "") -> str:
-    """Reduce a text to what a voice can speak without harm.
+    """Reduce a text to words that a voice can speak.
 
     Args:
         text: anything.
-        voice: whose; one of espeak-ng's keeps all letters, any other is festival's.
+        voice: one of espeak-ng's keeps all letters, any other is festival's.
 
     Returns:
-        One line of words, for festival in ASCII: accents are folded. Words that have no sound are
-        left out.
+        One line without words that have no sound, for festival in ASCII, without accents.
 
     Raises:
         SpeechError: nothing is left, or too much.
@@ -125,10 +119,10 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
     """Speak a text into a WAV file.
 
     Args:
-        text: what to say; see `speakable` for what is made of it.
-        voice: a name from `VOICES`, or of espeak-ng.
-        out: the file to write; it appears, or is replaced, only when it is complete.
-        cancelled: once it is set, by another thread, festival is ended.
+        text: what to say; see `speakable`.
+        voice: one of `VOICES`, or of espeak-ng.
+        out: the file to write; it is replaced only when complete.
+        cancelled: festival is killed when another thread sets it.
 
     Raises:
         SpeechError: festival or the voice is missing, the text cannot be spoken, or the file
@@ -149,7 +143,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
 
 
 def check_known(voice: str) -> None:
-    """Raise SpeechError if a voice is none of `VOICES`, nor may be one of espeak-ng's."""
+    """Raise SpeechError if a voice is none of `VOICES`, nor possibly one of espeak-ng's."""
     check_type(str, voice, "voice")
     if is_espeak(voice):
         check_espeak_voice(voice)
@@ -164,7 +158,7 @@ def check_known(voice: str) -> None:
 def synthesize_speech(
     plain: str, voice: str, folder: Path, cancelled: threading.Event | None
 ) -> Path:
-    """Let festival speak in an empty folder, where the core dump of a crash may be left, too."""
+    """Speak in an empty folder, where a crash may leave its core dump, too."""
     wav = folder / "speech.wav"
     if is_espeak(voice):
         _run(espeak_command(voice, wav.name), plain, folder, cancelled)
@@ -195,7 +189,7 @@ def _run(
     folder: Path | None = None,
     cancelled: threading.Event | None = None,
 ) -> str:
-    """Run a program in a folder with a text on its input; give what it prints."""
+    """Run a program with a text on its standard input; returns its output."""
     try:
         process = subprocess.Popen(
             program,
@@ -222,7 +216,7 @@ def _run(
 def _output(
     process: subprocess.Popen[bytes], text: bytes, cancelled: threading.Event | None
 ) -> bytes:
-    """Wait for what a program prints; raises SpeechError if it is not wanted or takes too long."""
+    """Wait for the output; raises SpeechError if it is cancelled or takes too long."""
     deadline = time.monotonic() + FESTIVAL_TIMEOUT
     unsent: bytes | None = text
     while not (cancelled and cancelled.is_set()):
@@ -239,7 +233,7 @@ def _output(
 
 
 def _failure_reason(plain: str, voice: str) -> SpeechError:
-    """Find out why there is no sound: festival ends with 0 when the voice is not there."""
+    """Why there is no sound: festival ends with 0 without the voice."""
     if voice not in installed_voices():
         return SpeechError(
             f"voice {voice!r} is not installed; install it with: "
@@ -249,7 +243,7 @@ def _failure_reason(plain: str, voice: str) -> SpeechError:
 
 
 def _is_whole_wav(path: Path) -> bool:
-    """Whether a file is a WAV with sound in it, and as long as its header says."""
+    """Whether a file is a WAV with sound in it, as long as its header says."""
     try:
         with path.open("rb") as file:
             header = file.read(WAV_HEADER_BYTES)

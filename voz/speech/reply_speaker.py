@@ -1,4 +1,4 @@
-"""Says the robot's replies beside the control cycle, which never waits for them."""
+"""Says the robot's replies without making the control loop wait."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from voz.speech.speech_cache import cached_speech, is_cached
 _log = logging.getLogger("voz")
 
 MAX_QUEUED_REPLIES = 8
-"""Replies that may wait; what is said later than that no longer belongs to what was done."""
+"""A later reply would no longer belong to what was done."""
 
 LAST_REPLIES_TIMEOUT = 5.0
-"""Seconds; enough for two replies of the robot's to be heard to their end."""
+"""Enough for two of the robot's replies, s."""
 
 SPEAKER_STOP_TIMEOUT = 1.0
-"""Seconds for the threads to end once all is silent."""
+"""For the threads to end once all is silent, s."""
 
 
 class _QueuedReply(NamedTuple):
-    """What is to be said, and whether that has been rendered just now; or a sound."""
+    """A text, and whether it has just been rendered; or a sound."""
 
     text: str
     is_rendered: bool = False
@@ -37,24 +37,22 @@ class _QueuedReply(NamedTuple):
 
 
 class ReplySpeaker:
-    """Says replies one after the other, on threads of its own.
+    """Says replies one after the other, on two threads: one renders new texts, one plays.
 
-    One thread lets festival render what was never said before, the other lets be heard what is
-    rendered: so a festival that hangs keeps back no reply that is ready. Nothing that goes wrong
-    stops it: each problem is told once, and the next reply is tried anew.
+    So a hanging festival does not delay a reply that is rendered already. An error is one warning,
+    and the next reply is tried.
 
-        with Speaker("kal_diphone") as speaker:
+        with ReplySpeaker("kal_diphone") as speaker:
             speaker.say("I am listening")
 
     Args:
-        voice: a name from `voz.speech.festival.VOICES`.
-        prepared: replies that are rendered at once, so that they are heard without delay.
-        warn: called with one line for each problem, on any thread; the same line comes again only
-            if the loudspeaker was back.
+        voice: one of `voz.speech.festival.VOICES`, or of espeak-ng.
+        prepared: replies to render at the start.
+        warn: called with each message once, on any thread, or again if the loudspeaker was back.
 
     Attributes:
-        client: what the replies go through; other sounds may be played with it.
-        mixer: the client's, which tells what is heard and until when.
+        client: plays the replies, and other sounds.
+        mixer: the client's.
     """
 
     def __init__(
@@ -81,19 +79,11 @@ class ReplySpeaker:
             thread.start()
 
     def say(self, text: str) -> None:
-        """Queue a reply and return at once; if too many wait, the oldest is left out.
-
-        Args:
-            text: what to say. After `close` nothing is said.
-        """
+        """Queue a reply; if too many wait, the oldest is dropped. Nothing is said after `close`."""
         self._queue(_QueuedReply(text))
 
     def play(self, sound: str) -> None:
-        """Queue a sound among the replies and return at once.
-
-        Args:
-            sound: the title of a built-in sound, or a file.
-        """
+        """Queue a sound: the title of a built-in one, or a file."""
         self._queue(_QueuedReply(sound, is_sound=True))
 
     def _queue(self, text: _QueuedReply) -> None:
@@ -105,11 +95,7 @@ class ReplySpeaker:
         self._to_say.put(text)
 
     def close(self, timeout: float = LAST_REPLIES_TIMEOUT) -> None:
-        """Say what is queued, then end; what is not said in time is left out.
-
-        Args:
-            timeout: how long to wait, s.
-        """
+        """Say what is queued, for at most `timeout` seconds, then end."""
         deadline = time.monotonic() + timeout
         if not self._closing.is_set():
             self._closing.set()

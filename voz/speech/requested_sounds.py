@@ -1,4 +1,4 @@
-"""What a sound client was asked for and is still to be heard, known by what it is stopped by."""
+"""The sounds that a client requested and that are still to be heard, by key."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from voz.errors import SpeechError, VozError
 from voz.records import is_number
 
 SoundKey: TypeAlias = tuple[str, ...]
-"""The kind of a sound, then what it is: its name, its path, or its text and voice."""
+"""The kind of a sound, then its name, its path, or its text and voice."""
 
 
 class RequestedSound:
-    """One sound that was asked for, and its way to the loudspeaker once it has begun.
+    """A requested sound, and the playing one once it has begun.
 
     Args:
-        volume: 0 to 1; what is beyond is taken as that.
-        repeats: whether it goes on until it is stopped.
+        volume: limited to 0 to 1.
+        repeats: whether it repeats until it is stopped.
 
     Raises:
         SpeechError: the volume is no number.
@@ -36,16 +36,12 @@ class RequestedSound:
 
     @property
     def over(self) -> bool:
-        """Whether it is not to be heard any more."""
+        """Whether it will not be heard any more."""
         return self.decided.is_set() and (self.source is None or self.source.over)
 
 
 class RequestedSounds:
-    """All that is to be heard, one of each key; may be used from several threads.
-
-    Args:
-        mixer: where they are heard.
-    """
+    """All requested sounds, one of each key; thread-safe."""
 
     def __init__(self, mixer: Mixer) -> None:
         self._mixer = mixer
@@ -54,7 +50,7 @@ class RequestedSounds:
         self._closed = False
 
     def place(self, key: SoundKey, volume: float, repeats: bool) -> RequestedSound:
-        """Take note of a sound that is to begin, in the place of what has the same key."""
+        """Add a sound that is to begin; it replaces the one with the same key."""
         order = RequestedSound(volume, repeats)
         self.stop(key)
         with self._lock:
@@ -65,14 +61,14 @@ class RequestedSounds:
         return order
 
     def begin(self, order: RequestedSound, wave: Wave) -> None:
-        """Let a sound be heard, unless it was stopped meanwhile."""
+        """Play a sound, unless it was stopped meanwhile."""
         with self._lock:
             if not order.decided.is_set():
                 order.source = self._mixer.play(wave, order.volume, order.repeats)
                 order.decided.set()
 
     def fail(self, order: RequestedSound, error: VozError) -> bool:
-        """Give a sound up; False if it was stopped meanwhile, so that nobody cares."""
+        """Note that a sound cannot be played; returns False if it was stopped meanwhile."""
         with self._lock:
             if order.decided.is_set():
                 return False
@@ -81,7 +77,7 @@ class RequestedSounds:
             return True
 
     def stop(self, beginning: SoundKey = ()) -> None:
-        """End all whose keys begin so."""
+        """Stop all sounds whose keys begin like this."""
         with self._lock:
             for key, order in self._orders.items():
                 if key[: len(beginning)] == beginning:
@@ -90,7 +86,7 @@ class RequestedSounds:
                         self._mixer.stop(order.source)
 
     def wait(self, order: RequestedSound) -> None:
-        """Wait until a sound has ended, and raise what kept it from being heard."""
+        """Wait until a sound has ended; raises the error that prevented it."""
         order.decided.wait()
         if order.source:
             self._mixer.wait(order.source)
@@ -98,12 +94,12 @@ class RequestedSounds:
             raise order.error
 
     def heard_once(self) -> list[RequestedSound]:
-        """Give what ends by itself."""
+        """The sounds that do not repeat."""
         with self._lock:
             return [order for order in self._orders.values() if not order.repeats]
 
     def close(self) -> None:
-        """End all, and let nothing begin any more."""
+        """Stop all sounds, and start no more."""
         with self._lock:
             self._closed = True
         self.stop()

@@ -1,7 +1,4 @@
-"""The robot's sounds and voice for any program: the SoundClient of ROS sound_play without ROS.
-
-Names are sound_play's in snake case, and the built-in sounds have the same numbers.
-"""
+"""SoundClient of ROS sound_play without ROS: names in snake case, the same numbers of sounds."""
 
 from __future__ import annotations
 
@@ -28,19 +25,19 @@ from voz.speech.speech_cache import cached_speech, is_cached
 _log = logging.getLogger("voz")
 
 MAX_RENDERERS = 4
-"""Texts that festival works on at once; what is asked for beyond that is left out."""
+"""Texts that festival renders at once; more are an error."""
 
 RENDERER_TIMEOUT = 1.0
-"""Seconds for festival to be ended."""
+"""For festival to be killed, s."""
 
 
 class Sound(NamedTuple):
-    """One sound of a client's, to be heard whenever it is wanted.
+    """A sound of a client, to be played later.
 
     Attributes:
-        play: lets it be heard once.
-        repeat: lets it be heard again and again.
-        stop: ends it.
+        play: plays it once.
+        repeat: plays it again and again.
+        stop: stops it.
     """
 
     play: Callable[..., None]
@@ -49,23 +46,23 @@ class Sound(NamedTuple):
 
 
 class SoundClient:
-    """Plays built-in sounds, files and speech, several at once; no call waits unless it is told to.
+    """Plays built-in sounds, files and speech, several at once, without waiting by default.
 
-    What is played again while it is heard begins anew. A sound that cannot be is an error at once;
-    a loudspeaker that is not there, or festival failing, is one warning. A `with` block waits at
-    its end for what is heard once.
+    A sound that is played again starts anew. One that cannot be played raises an error; a missing
+    loudspeaker or a failing festival is one warning. A `with` block waits at its end for sounds
+    that do not repeat.
 
         with SoundClient() as client:
             client.play(BuiltinSound.BACKINGUP)
             client.say("I am going back")
 
     Args:
-        voice: who speaks if nobody else is named, one of `voz.speech.festival.VOICES`.
+        voice: the default voice, one of `voz.speech.festival.VOICES`, or of espeak-ng.
         blocking: whether `play`, `play_wave` and `say` wait until the sound has ended.
-        warn: called with a warning's line, from any thread.
+        warn: called with the message of a warning, on any thread.
 
     Raises:
-        ConfigError: an argument is something else.
+        ConfigError: an argument has another type.
     """
 
     def __init__(
@@ -91,8 +88,8 @@ class SoundClient:
 
         Args:
             sound: its number, as in `BuiltinSound`.
-            volume: 0 to 1; what is beyond is taken as that.
-            blocking: whether to wait until it has ended; None is as the client was made.
+            volume: limited to 0 to 1.
+            blocking: whether to wait until it has ended; None is the client's setting.
 
         Raises:
             SpeechError: there is no such sound, or the volume is no number.
@@ -104,7 +101,7 @@ class SoundClient:
         self._play_builtin(sound, volume, repeats=True)
 
     def stop(self, sound: int) -> None:
-        """End a built-in sound, or with `ALL` every sound."""
+        """Stop a built-in sound, or with `ALL` every sound."""
         self._orders.stop(() if sound == ALL else ("builtin", BuiltinSound(sound).name))
 
     def play_wave(
@@ -113,7 +110,7 @@ class SoundClient:
         """Play a sound file once.
 
         Args:
-            sound: its path; WAV, FLAC, OGG and whatever else libsndfile reads, up to 10 minutes.
+            sound: its path; in any format of libsndfile, as WAV, FLAC or OGG, up to 10 minutes.
             volume: as for `play`.
             blocking: as for `play`.
 
@@ -134,7 +131,7 @@ class SoundClient:
         self._play_wave(sound, volume, repeats=True)
 
     def stop_wave(self, sound: str | os.PathLike[str]) -> None:
-        """End a sound file."""
+        """Stop a sound file."""
         self._orders.stop(_key_of(sound))
 
     def say(
@@ -143,10 +140,10 @@ class SoundClient:
         """Say a text once.
 
         Args:
-            text: what to say; what was said before, in any program, begins at once.
-            voice: who says it; empty is the client's own voice.
+            text: what to say; it starts at once if any program has said it before.
+            voice: another than the client's, if not empty.
             volume: as for `play`.
-            blocking: as for `play`; then what festival cannot do is an error too.
+            blocking: as for `play`; then festival's failure raises an error, too.
 
         Raises:
             SpeechError: the text cannot be spoken, or the voice is unknown.
@@ -159,17 +156,17 @@ class SoundClient:
         self._say(text, voice, volume, repeats=True, tell=True)
 
     def stop_saying(self, text: str) -> None:
-        """End a text, whoever says it."""
+        """Stop a text, in any voice."""
         for voice in ("", ESPEAK_PREFIX):
             with suppress(SpeechError):  # nothing that such a voice could have said
                 self._orders.stop(("voice", speakable(text, voice)))
 
     def stop_all(self) -> None:
-        """End every sound."""
+        """Stop every sound."""
         self._orders.stop()
 
     def builtin_sound(self, sound: int, volume: float = 1.0) -> Sound:
-        """Give a built-in sound to be played when it is wanted."""
+        """A built-in sound, to be played later."""
         return Sound(
             partial(self.play, sound, volume),
             partial(self.start, sound, volume),
@@ -177,7 +174,7 @@ class SoundClient:
         )
 
     def wave_sound(self, sound: str | os.PathLike[str], volume: float = 1.0) -> Sound:
-        """Give a sound file to be played when it is wanted."""
+        """A sound file, to be played later."""
         return Sound(
             partial(self.play_wave, sound, volume),
             partial(self.start_wave, sound, volume),
@@ -185,7 +182,7 @@ class SoundClient:
         )
 
     def voice_sound(self, text: str, volume: float = 1.0) -> Sound:
-        """Give a text to be said when it is wanted."""
+        """A text, to be said later."""
         return Sound(
             partial(self.say, text, "", volume),
             partial(self.repeat, text, volume),
@@ -193,17 +190,17 @@ class SoundClient:
         )
 
     def set_quiet(self, quiet: bool) -> None:
-        """Keep warnings to itself, or no longer."""
+        """Suppress warnings, or no longer."""
         self._quiet = quiet
 
     def wait(self) -> None:
-        """Wait until all that is heard once has ended."""
+        """Wait until all sounds that do not repeat have ended."""
         for order in self._orders.heard_once():
             with suppress(VozError):  # which was told
                 self._orders.wait(order)
 
     def close(self) -> None:
-        """End every sound, and play nothing any more."""
+        """Stop every sound, and play nothing more."""
         self._orders.close()
         self._closed.set()
         for thread in self._renderers:
@@ -278,7 +275,7 @@ class SoundClient:
 
 
 def _key_of(sound: str | os.PathLike[str]) -> SoundKey:
-    """By what a sound file is known; raises AudioError if it is not named by a path."""
+    """The key of a sound file; raises AudioError if it is no path."""
     try:
         return "wave", str(Path(sound).resolve())
     except (TypeError, ValueError):  # no name of a file has a zero in it

@@ -1,4 +1,4 @@
-"""What was rendered once is kept: a file for each text and voice, in the user's cache folder."""
+"""A cache of rendered speech in the user's cache folder, one file for each text and voice."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from voz.errors import SpeechError
 from voz.speech.festival import check_known, speakable, synthesize_speech
 
 CACHE_FORMAT = 1
-"""To be raised when the same text and voice shall give other files than before."""
+"""To be raised when the same text and voice are to give another file."""
 
 _KNOWN_TEXTS: set[tuple[str, str]] = set()
-"""Text and voice of what `cached_speech` has given in this process."""
+"""Text and voice of what `cached_speech` has returned in this process."""
 
 
 def cached_speech(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
-    """Give a WAV file of a text, rendered the first time and kept in the user's cache folder.
+    """A WAV file of a text, which is rendered the first time.
 
     Args:
         text: what to say; texts that sound the same share a file.
-        voice: a name from `VOICES`, or of espeak-ng.
-        cancelled: as `render` takes it.
+        voice: one of `VOICES`, or of espeak-ng.
+        cancelled: as for `render`.
 
     Returns:
-        The file, in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be
-        written or is another user's, in a folder that lives as long as this process.
+        A file in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be written
+        or is another user's, in a temporary folder of this process.
 
     Raises:
-        SpeechError: as `render` does.
+        SpeechError: as `render`.
     """
     plain = speakable(text, voice)
     check_known(voice)
@@ -50,18 +50,14 @@ def cached_speech(text: str, voice: str, cancelled: threading.Event | None = Non
 
 
 def is_cached(text: str, voice: str) -> bool:
-    """Whether `cached_speech` has given a file before; asks no disk, which might not answer.
-
-    Raises:
-        SpeechError: there is no text.
-    """
+    """Whether `cached_speech` has returned a file before; the disk is not asked."""
     return (speakable(text, voice), voice) in _KNOWN_TEXTS
 
 
 def _render_into(
     folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
 ) -> Path:
-    """Render a file into the cache, under a name that says what is in it."""
+    """Render into the cache, under a name with the file's digest."""
     # Beside its place, so that the finished file can be moved there at once.
     with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
         wav = synthesize_speech(plain, voice, Path(work), cancelled)
@@ -71,7 +67,7 @@ def _render_into(
 
 
 def _find_in(folder: Path, key: str) -> Path | None:
-    """Find a file in the cache; what only looks like it is removed."""
+    """Find a file in the cache; damaged ones are removed."""
     for path in folder.glob(f"{key}-*.wav"):
         if path.name == f"{key}-{_digest_of_own(path)}.wav":
             return path
@@ -80,7 +76,7 @@ def _find_in(folder: Path, key: str) -> Path | None:
 
 
 def _digest_of_own(path: Path) -> str | None:
-    """Sum up a file; None if it is no regular one of this user, but a link or a pipe."""
+    """Digest of a file; None if it is not a regular one of this user."""
     try:
         # A link is not opened, and whoever writes into a pipe is not waited for.
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)

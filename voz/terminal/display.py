@@ -1,4 +1,4 @@
-"""What a terminal shows while the robot listens: level, what was heard, motion, reply."""
+"""The display of a live run: level, what was heard, motion, reply."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from voz.printable import printable
 from voz.robot.console import motion_in_words
 
 MAX_LINES = 6
-"""Utterances and warnings that stay in sight."""
+"""Utterances and warnings that are shown."""
 
 BAR_WIDTH = 30
 """Characters of the level bar."""
@@ -27,28 +27,27 @@ BAR_MIN_DBFS = -60.0
 """The level at which the bar is empty, dBFS: a quiet room."""
 
 CLIPPING_DBFS = -3.0
-"""Above it a microphone is about to clip, dBFS."""
+"""Above this a microphone is about to clip, dBFS."""
 
 PANEL_WIDTH = 76
-"""Of the panel, in characters."""
 
 MIN_SIDE_WIDTH = 40
-"""Characters that something beside it needs; with less it goes below."""
+"""Characters that `extra` needs beside the panel; with less it is drawn below."""
 
 KEYS_HELP = "space or Esc stops the robot, typed commands work too, Ctrl-C ends"
 
 TYPING_HELP = "Esc or two spaces stop the robot, Enter obeys the line, Ctrl-C ends"
-"""While a command is typed: the space between its words does not stop."""
+"""While a command is typed: the space between its words does not stop the robot."""
 
 
 class HeardSound(Protocol):
-    """What there is to show of a microphone.
+    """What is shown of a microphone.
 
     Attributes:
         peak: its level now, 0 to 1.
-        background: the level of the room, dBFS.
-        deaf: whether the robot speaks, so that nothing but `stop` is obeyed.
-        device: the name of the microphone.
+        background: level of the room, dBFS.
+        deaf: whether the robot speaks, so that only `never_missed` commands are obeyed.
+        device: its name.
     """
 
     peak: float
@@ -58,7 +57,7 @@ class HeardSound(Protocol):
 
 
 class Display:
-    """Collects the events and draws them whenever it is asked to."""
+    """Collects events, and draws them when rich asks for it."""
 
     def __init__(
         self,
@@ -71,11 +70,11 @@ class Display:
         """Start with nothing heard.
 
         Args:
-            sound: what the microphone gives.
+            sound: the microphone.
             listening: whether commands are obeyed.
-            typing: gives the line that is being typed.
-            note: gives what is to be seen all the time.
-            extra: what is drawn below, or beside if there is room.
+            typing: returns the line that is being typed.
+            note: returns a text that is always shown.
+            extra: drawn beside the panel, or below it in a narrow terminal.
         """
         self._sound = sound
         self._device = sound.device
@@ -90,7 +89,7 @@ class Display:
         self._above: float | None = None  # how far the last utterance stood out of the room, dB
 
     def receive(self, event: Event) -> None:
-        """Take an event; it is seen the next time that the display is drawn."""
+        """Take an event; it is shown at the next refresh."""
         if isinstance(event, Twist):
             self._velocity = (event.linear, event.angular)
         elif isinstance(event, SelectedObject):
@@ -135,7 +134,7 @@ class Display:
 
 
 class PanelWithExtra:
-    """A panel and something else: beside it in a wide terminal, below it in others."""
+    """A panel and something else, beside it in a wide terminal, below it in others."""
 
     def __init__(self, panel: Panel, other: RenderableType) -> None:
         self._panel = panel
@@ -163,7 +162,7 @@ def _level_text(peak: float) -> Text:
 
 
 def _room_text(background: float, above: float | None) -> Text:
-    """How loud the room is, and how far the last speech stood out of it."""
+    """The level of the room, and how far the last speech was above it."""
     level = Text(f"{background:4.0f} dB")
     if above is not None:
         colour = "yellow" if above < MIN_SNR else "green"

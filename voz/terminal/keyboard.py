@@ -1,4 +1,4 @@
-"""Typed commands beside the spoken ones, and keys that stop the robot at once."""
+"""Typed commands, and keys that stop the robot at once."""
 
 from __future__ import annotations
 
@@ -21,11 +21,10 @@ ESCAPE = "\x1b"
 SPACE = " "
 
 STOP_KEYS = (SPACE, ESCAPE, "\x1a")
-"""Space, Escape and Ctrl-Z. A space that goes on with a command does not stop, see `TypedLine`."""
+"""Space, Escape and Ctrl-Z. A space within a command does not stop, see `TypedLine`."""
 
 MAX_SPACE_DELAY = 2.0
-"""Between a word and the space that goes on with it, s: who types a command is quicker, and who
-comes back to a line that was left unfinished presses the space bar to stop the robot."""
+"""Between a word and a space that continues it, s; a later space stops the robot."""
 
 ESCAPE_SEQUENCE_STARTS = "[O"
 """What follows the Escape of an arrow key; it ends with a character not in `ESCAPE_PARAMETERS`."""
@@ -39,38 +38,28 @@ MAX_LINE_LENGTH = 200
 """Characters of a line that are kept; a command has fewer."""
 
 END_CHECK_INTERVAL = 0.1
-"""How often the end is looked for, s."""
+"""Between checks of whether to end, s."""
 
 PIPE_BYTES = 65536
-"""Bytes that a pipe of Linux holds (pipe(7)): read all at once, for a `stop` may be the last of
-them, and after each call other threads have their turn."""
+"""All that a pipe of Linux holds (pipe(7)): its last line may be a `stop`."""
 
 
 class TypedLine:
-    """A line that is being typed, key by key: pure.
+    """A line that is being typed, key by key.
 
-    A space between two words of a command is a space, if the word before it was typed just now. Any
-    other one, and the second of two, stops the robot; it is part of the line all the same, so that
-    the rest of the line is not taken for a command.
+    A space between two words of a command, just after the first, is text. Any other space stops the
+    robot, and is part of the line, too, so that its rest is not taken for a command.
     """
 
     def __init__(self, continues: Callable[[str], bool]) -> None:
-        """Begin with nothing typed.
-
-        Args:
-            continues: returns whether a space after a text goes on with a command.
-        """
+        """Start an empty line; `continues` returns whether a space after a text is in a command."""
         self.text = ""
         self._continues = continues
         self._key = ""  # the beginning of one that sends several characters
         self._typed_at = 0.0  # the last character, s
 
     def press(self, character: str, now: float) -> str | Halt | None:
-        """Take a character.
-
-        Args:
-            character: what the key sends.
-            now: the time, s.
+        """Take a character, and the time, s.
 
         Returns:
             The line if it is complete, `Halt` for a key that stops, else None.
@@ -104,7 +93,7 @@ class TypedLine:
         )
 
     def _belongs_to_a_key(self, character: str) -> bool:
-        """Whether a character is no text: an arrow key sends Escape, a bracket and a letter."""
+        """Whether a character is part of a key: an arrow sends Escape, a bracket and a letter."""
         if self._key == ESCAPE and character in ESCAPE_SEQUENCE_STARTS:
             self._key += character
             return True
@@ -121,16 +110,16 @@ def read_keyboard(
     continues: Callable[[str], bool],
     warn: Callable[[str], None],
 ) -> Iterator[TypedLine]:
-    """Read the keyboard for the length of a `with` block, on a thread of its own.
+    """Read the keyboard in a `with` block, on a thread of its own.
 
     Args:
-        stop: called for each of the keys that stop.
+        stop: called for each key that stops the robot.
         typed: called with each line.
-        continues: returns whether a space after a text that is being typed goes on with a command.
-        warn: called if something that was typed may be lost.
+        continues: returns whether a space after a text is part of a command.
+        warn: called if input may be lost.
 
     Yields:
-        The line that is being typed, for whoever shows it.
+        The line that is being typed, to be shown.
     """
     line = TypedLine(continues)
     stream = sys.stdin
@@ -166,7 +155,7 @@ def read_keyboard(
 
 
 def can_read_input() -> bool:
-    """Whether standard input is there to be read; a program in the background may not."""
+    """Whether standard input can be read; a program in the background cannot."""
     stream = sys.stdin
     if stream is None or stream.closed or _in_background(stream):
         return False
@@ -174,7 +163,7 @@ def can_read_input() -> bool:
 
 
 def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
-    """What is typed, as it comes. A byte that is no text is no reason to stop reading."""
+    """What is typed, as it comes; bytes that are not UTF-8 are replaced."""
     decoder = codecs.getincrementaldecoder("utf-8")("replace")
     while not ended.is_set():
         if not select.select([descriptor], [], [], END_CHECK_INTERVAL)[0]:
@@ -217,7 +206,7 @@ def _lines_into(typed: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def _in_background(stream: TextIO) -> bool:
-    """Whether reading would suspend the program, as the shell does with `voz run &`."""
+    """Whether reading would suspend the program, as after `voz run &`."""
     try:
         return stream.isatty() and os.tcgetpgrp(stream.fileno()) != os.getpgrp()
     except OSError:
@@ -226,7 +215,7 @@ def _in_background(stream: TextIO) -> bool:
 
 @contextlib.contextmanager
 def _key_by_key(stream: TextIO) -> Iterator[None]:
-    """Let a terminal hand over each key at once and show none; afterwards as it was."""
+    """Let a terminal pass on each key at once, without echo, in a `with` block."""
     if not stream.isatty():
         yield
         return

@@ -1,4 +1,4 @@
-"""The level of a microphone as a bar that moves. An edge: it shows."""
+"""The level of a microphone as a bar."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from voz.audio import Samples
 from voz.audio.recording_level import dbfs
 
 LEVEL_BAR_START = -60.0
-"""The left end, dBFS; the right one is 0, the loudest that there is."""
+"""The left end, dBFS; the right end is 0."""
 
 LEVEL_BAR_WIDTH = 30
 
 
 @contextmanager
 def level_bar(console: Console, indent: str = "") -> Iterator[Callable[[Samples], None]]:
-    """Show a bar as long as the `with` block lasts; nothing where it could not move.
+    """Show a bar during a `with` block, if the console is a terminal.
 
     Args:
         console: where it is shown, below what is printed there.
-        indent: what stands before it.
+        indent: text before it.
 
     Yields:
-        A function that takes the blocks of the microphone, and shows how loud each is.
+        A function that takes a block of the microphone and shows its level.
     """
     columns = TextColumn(indent + "{task.description}"), BarColumn(LEVEL_BAR_WIDTH)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as p:
@@ -35,7 +35,7 @@ def level_bar(console: Console, indent: str = "") -> Iterator[Callable[[Samples]
 
 
 def level_line(samples: Samples) -> str:
-    """Write a level as a bar that stands, for where none can move."""
+    """A level as a bar of text, for a console that is no terminal."""
     level = dbfs(samples)
     length = round(LEVEL_BAR_WIDTH * max(0.0, level - LEVEL_BAR_START) / -LEVEL_BAR_START)
     return f"level {level:5.0f} dBFS  {'#' * length}".rstrip()

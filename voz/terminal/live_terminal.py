@@ -1,4 +1,4 @@
-"""A terminal on which something is drawn all the time, and lines that are printed above it."""
+"""A terminal with a live display, and text that is printed above it."""
 
 from __future__ import annotations
 
@@ -13,24 +13,23 @@ from rich.file_proxy import FileProxy
 from rich.live import Live
 
 REFRESHES_PER_SECOND = 5
-"""Times a second that it is drawn anew; more costs a small computer too much."""
+"""More is too much for a small computer."""
 
 MAX_WAITING_TEXTS = 100
-"""Texts that are printed at once: more do not fit on a terminal, and nobody reads that fast."""
+"""Texts that are printed at a refresh; older ones are dropped and counted."""
 
 
 class LiveTerminal(io.TextIOBase):
-    """A text stream to a terminal; writing never waits.
+    """A text stream to a terminal with a live display; writing never waits.
 
-    What is written is printed by the thread that draws: of two threads each would take what the
-    other has drawn for its own. Control sequences but those of colors are left out.
+    Only the thread that draws prints: two threads would overwrite each other. Control sequences but
+    those of colors are removed.
 
     Attributes:
         console: the terminal.
     """
 
     def __init__(self, console: Console) -> None:
-        """Prepare to draw on a terminal."""
         self.console = console
         self._lines = FileProxy(console, console.file)
         self._waiting: deque[str] = deque(maxlen=MAX_WAITING_TEXTS)
@@ -38,18 +37,18 @@ class LiveTerminal(io.TextIOBase):
         self._lock = threading.Lock()
 
     def writable(self) -> bool:
-        """It is."""
+        """Always true."""
         return True
 
     def write(self, text: str) -> int:
-        """Print whole lines soon; of too many the oldest are left out and counted. Any thread."""
+        """Queue a text, from any thread."""
         with self._lock:
             self._waiting.append(text)
             self._written += 1
         return len(text)
 
     def print_waiting(self) -> None:
-        """Print what was written; for the thread that draws, or when nothing is drawn."""
+        """Print the queued texts; for the thread that draws, or when nothing is drawn."""
         with self._lock:
             texts, written = list(self._waiting), self._written
             self._waiting.clear()
@@ -60,11 +59,7 @@ class LiveTerminal(io.TextIOBase):
 
     @contextmanager
     def live(self, picture: Callable[[], RenderableType]) -> Iterator[None]:
-        """Draw something anew, again and again, for the length of a `with` block.
-
-        Args:
-            picture: returns how it looks now.
-        """
+        """Draw what `picture` returns, again and again, in a `with` block."""
 
         def look() -> RenderableType:
             self.print_waiting()

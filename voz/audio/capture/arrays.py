@@ -1,4 +1,4 @@
-"""Sound in arrays of others' making: any rate, one channel or several, floats or 16 bits. Pure."""
+"""Arrays of any rate, with one or several channels, floats or 16 bits, as `Samples`."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from voz.errors import AudioError
 MAX_CHANNELS = 64
 
 MAX_FLOAT_SAMPLE = 4.0
-"""Floats go from -1 to 1, and somewhat beyond after a filter; 16 bits in floats go far beyond."""
+"""Floats beyond this are 16-bit values that were not scaled."""
 
 
 class ArrayConverter:
-    """Turns a stream of arrays into `Samples`, block by block."""
+    """Converts a stream of arrays to `Samples`, block by block."""
 
     def __init__(self, rate: float | None) -> None:
         """Start a stream.
 
         Args:
-            rate: of all its arrays, Hz.
+            rate: of its arrays, Hz.
 
         Raises:
-            AudioError: no rate is given, or there is no speech in sound of that rate.
+            AudioError: the rate is missing or unusable.
         """
         if rate is None:
             raise AudioError("an array does not hold its sample rate; give it, as in rate=44100")
@@ -42,23 +42,23 @@ class ArrayConverter:
         self._finished = False
 
     def feed(self, array: npt.ArrayLike) -> Samples:
-        """Take the next sound.
+        """Convert the next array.
 
         Args:
             array: samples, or samples x channels: int16, or floats from -1 to 1.
 
         Returns:
-            The mean of its channels, as far as it is known by now.
+            The mean of the channels, as far as it is known by now.
 
         Raises:
-            AudioError: it is something else, or the stream was ended.
+            AudioError: the array is something else, or the stream is finished.
         """
         if self._finished:
             raise AudioError("this stream is finished; begin another one")
         return self._resampler.feed(_mono(np.asarray(array)))
 
     def finish(self) -> Samples:
-        """End the stream; returns what was still to come, which is nothing the second time."""
+        """End the stream; returns its last samples, the second time none."""
         if self._finished:
             return np.empty(0, np.int16)
         self._finished = True
@@ -66,7 +66,7 @@ class ArrayConverter:
 
 
 def to_samples(array: npt.ArrayLike, rate: float | None) -> Samples:
-    """Turn a whole recording into `Samples`; arguments and errors are those of `ArrayConverter`."""
+    """Convert a whole recording; arguments and errors are those of `ArrayConverter`."""
     converter = ArrayConverter(rate)
     return np.concatenate([converter.feed(array), converter.finish()])
 

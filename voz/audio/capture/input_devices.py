@@ -1,4 +1,4 @@
-"""Which microphones there are, and which of them is meant: PortAudio's, and the sound server's."""
+"""Lists and chooses microphones: PortAudio's devices, and the sound server's sources."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class Device(NamedTuple):
     """A microphone.
 
     Attributes:
-        number: PortAudio's, until devices come or go; that of the sound server for its sources.
-        name: PortAudio's, or that of the source.
-        channels: how many it has.
-        rate: that of its own, Hz.
-        system: the sound system that it belongs to, as ALSA or JACK.
+        number: PortAudio's, until devices come or go; for a source, the sound server's.
+        name: of the device or source.
+        channels: their number.
+        rate: its native rate, Hz.
+        system: the sound system, such as ALSA or JACK.
         is_source: whether it is one of several sources that share a number.
     """
 
@@ -31,7 +31,7 @@ class Device(NamedTuple):
 
     @property
     def handle(self) -> str:
-        """What chooses it and no other."""
+        """The `--device` that chooses it and no other."""
         return self.name if self.is_source else str(self.number)
 
     def __str__(self) -> str:
@@ -39,11 +39,7 @@ class Device(NamedTuple):
 
 
 def list_microphones() -> list[Device]:
-    """List all devices of PortAudio's that record, in the order of their numbers.
-
-    Raises:
-        AudioError: PortAudio is not installed.
-    """
+    """PortAudio's recording devices by number; raises AudioError if it is not installed."""
     sounddevice = load_sounddevice()
     systems = [system["name"] for system in sounddevice.query_hostapis()]
     return [
@@ -60,11 +56,7 @@ def list_microphones() -> list[Device]:
 
 
 def list_pulse_microphones(there: list[Device]) -> list[Device]:
-    """List the sources of PulseAudio or PipeWire, if PortAudio has a way to it.
-
-    Args:
-        there: what `list_microphones` gives.
-    """
+    """The sources of PulseAudio or PipeWire, if one of the devices is its server."""
     return [
         Device(server.number, *source, "PulseAudio", is_source=True)
         for server in there
@@ -74,12 +66,12 @@ def list_pulse_microphones(there: list[Device]) -> list[Device]:
 
 
 def choose_microphone(wanted: str | None = None, without: str = " and start again") -> Device:
-    """Find the microphone that is meant.
+    """Find the microphone that the user means.
 
     Args:
-        wanted: its number, or a part of its name that no other has; None is the default one. Only
-            if PortAudio has none of that name it is a source's.
-        without: what to do where there is none, besides connecting one.
+        wanted: its number or a unique part of its name; None is the default one. Sources are
+            searched if no device has the name.
+        without: what the message advises besides connecting one, if there is none.
 
     Raises:
         AudioError: there is no such microphone, or there are several.
@@ -100,7 +92,6 @@ def choose_microphone(wanted: str | None = None, without: str = " and start agai
 
 
 def _default_microphone(there: list[Device]) -> list[Device]:
-    """Ask sounddevice for the default microphone; none if it has none."""
     sounddevice = load_sounddevice()
     try:
         number = sounddevice.query_devices(None, "input")["index"]
@@ -110,10 +101,7 @@ def _default_microphone(there: list[Device]) -> list[Device]:
 
 
 def _matching(wanted: str, there: list[Device]) -> list[Device]:
-    """Find what may be meant as sounddevice does, whose users know its way: words in their order.
-
-    sounddevice itself does not say which they are where there are several.
-    """
+    """Match words in order, as sounddevice does, which does not list several matches."""
     if wanted.isdecimal():
         return [device for device in there if device.handle == wanted]
     words = re.compile(".*".join(map(re.escape, wanted.lower().split())))

@@ -1,4 +1,4 @@
-"""A microphone, through PortAudio: blocks of 16 kHz mono samples as they are heard."""
+"""A microphone, through PortAudio: blocks of 16 kHz mono samples as they arrive."""
 
 from __future__ import annotations
 
@@ -19,41 +19,39 @@ from voz.audio.portaudio import load_sounddevice, open_stream
 from voz.errors import AudioError
 
 MICROPHONE_BLOCK_SECONDS = 0.03
-"""What the sound card hands over at a time."""
+"""Length of a block of the sound card."""
 
 MAX_QUEUED_BLOCKS = 170
-"""Blocks, 5 s, that wait for who is slow to take them; then the oldest are lost."""
+"""5 s of blocks that wait to be taken; then the oldest are dropped."""
 
 BLOCK_TIMEOUT = 1.0
-"""A device that gives nothing for so long is gone, s: even silence arrives as samples."""
+"""A device that gives no block for this time is lost, s; even silence arrives as samples."""
 
 
 class _Settings(NamedTuple):
-    """How a device is opened: its number, Hz, and how many channels."""
-
     device: int
     rate: int
     channels: int
 
 
 class _Arrived(NamedTuple):
-    """A block, 32-bit floats of all channels, and when it arrived on the monotonic clock, s."""
+    """A block, 32-bit floats of all channels, and its monotonic arrival time, s."""
 
     sound: bytes
     when: float
 
 
 class Microphone:
-    """An open microphone: iterate over it for its blocks, 16 kHz, int16, without an end.
+    """An open microphone: an iterator over its blocks, 16 kHz, without an end.
 
-    If they are not taken, the oldest are lost. When it fails, AudioError is raised.
+    Blocks that are not taken are dropped, the oldest first. When it fails, AudioError is raised.
 
     Attributes:
         name: of the device.
-        alive: when it last handed something over, on the monotonic clock, s.
-        arrived: when the block arrived that was last taken, on the monotonic clock, s.
-        blocks_lost: how many blocks were lost, of `MICROPHONE_BLOCK_SECONDS` each.
-        whole: whether all of the stream was heard when it ends, which it does not.
+        alive: monotonic time of the last callback, s.
+        arrived: monotonic arrival time of the block that was taken last, s.
+        blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
+        whole: whether the end of the stream is the end of what was said; see `OpenMicrophone`.
     """
 
     whole = True
@@ -67,13 +65,13 @@ class Microphone:
         self._resampler = Resampler(rate)
 
     def heard(self, block: Any, _frames: int, _time: Any, status: Any) -> None:
-        """Take what PortAudio hands over; called on its thread."""
+        """PortAudio's callback."""
         self.alive = time.monotonic()
         self.blocks_lost += bool(status.input_overflow)
         self._put(_Arrived(bytes(block), self.alive))  # PortAudio uses its block again
 
     def ended(self) -> None:
-        """Let the reader know that nothing will follow; called on PortAudio's thread."""
+        """PortAudio's callback at the end of the stream."""
         self._put(None)
 
     def __iter__(self) -> Iterator[Samples]:
@@ -100,7 +98,7 @@ class Microphone:
 
 @contextmanager
 def open_microphone(device: str | None = None) -> Iterator[Microphone]:
-    """Open a microphone for the length of a `with` block.
+    """Open a microphone for a `with` block.
 
     Args:
         device: its number or a part of its name; None is the default one.
@@ -134,7 +132,7 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
 
 
 def _settings(sounddevice: ModuleType, device: Device) -> _Settings:
-    """Find a way to open the device that it takes: best what the decoder needs."""
+    """The first settings that the device accepts, 16 kHz mono if possible."""
     for rate, channels in ((SAMPLE_RATE, 1), (device.rate, 1)):
         settings = _Settings(device.number, rate, channels)
         try:

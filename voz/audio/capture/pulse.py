@@ -1,4 +1,4 @@
-"""The sources of a sound server, PulseAudio or PipeWire. An edge: PortAudio does not name them."""
+"""The sources of PulseAudio or PipeWire, which PortAudio does not list."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 PULSE_DEVICE = "pulse"
-"""PortAudio's name of the server, of whose sources the environment chooses one."""
+"""PortAudio's name of the sound server."""
 
 SOURCE_VARIABLE = "PULSE_SOURCE"
 
 PACTL_TIMEOUT = 2.0
-"""For the server to answer, s; one that hangs never does."""
+"""Time for the server to answer, s; one that hangs never does."""
 
 _LINE = re.compile(r"^\d+\t([^\t]+)\t.*?\b(\d+)ch (\d+)Hz", re.MULTILINE)
 
 
 class PulseSource(NamedTuple):
-    """A source: its name, how many channels it has, its rate, Hz."""
+    """A source, its number of channels and its rate, Hz."""
 
     name: str
     channels: int
@@ -29,7 +29,7 @@ class PulseSource(NamedTuple):
 
 
 def list_sources() -> list[PulseSource]:
-    """Ask `pactl`; there are none without it, or where no server answers."""
+    """The sources that `pactl` lists; none without it or without a server."""
     try:
         done = subprocess.run(
             ["pactl", "list", "short", "sources"],
@@ -50,7 +50,7 @@ def list_sources() -> list[PulseSource]:
 
 @contextmanager
 def pulse_source_selected(source: str | None) -> Iterator[None]:
-    """Let the server record from one of its sources what is opened in a `with` block.
+    """Let streams that are opened in a `with` block record from a source.
 
     Args:
         source: its name; None leaves the choice as it is.

@@ -1,4 +1,4 @@
-"""From any rate to 16 kHz, block by block."""
+"""Resampling to 16 kHz, block by block."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Mono = npt.NDArray[np.float32]
 
 
 class Resampler:
-    """Turns one stream of floats from -1 to 1 into `Samples`."""
+    """Converts a stream of floats from -1 to 1 to `Samples`."""
 
     def __init__(self, rate: float) -> None:
-        """Start a stream of a rate, Hz."""
+        """Start a stream of this rate, Hz."""
         self._stream: Any = None
         if rate != SAMPLE_RATE:
             import soxr  # 20 ms that who hears 16 kHz need not wait for
@@ -25,11 +25,11 @@ class Resampler:
             self._stream = soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")
 
     def feed(self, block: Mono) -> Samples:
-        """Take the next block; returns as much as is known by it."""
+        """Convert the next block, as far as it is known by now."""
         return to_int16(self._stream.resample_chunk(block) if self._stream else block)
 
     def finish(self) -> Samples:
-        """End the stream; returns what was still to come."""
+        """End the stream; returns its last samples."""
         nothing = np.empty(0, np.float32)
         return to_int16(
             self._stream.resample_chunk(nothing, last=True) if self._stream else nothing

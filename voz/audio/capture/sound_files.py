@@ -1,4 +1,4 @@
-"""Recordings on disk: whatever libsndfile reads, as blocks of 16 kHz mono samples or as a whole."""
+"""Reads recordings in all formats of libsndfile, as blocks of 16 kHz mono or as a whole."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from voz.errors import AudioError
 from voz.files import shown_path
 
 READ_BLOCK_SECONDS = 1.0
-"""Long enough to be read fast, short enough that an hour needs no more memory than a second."""
+"""Long enough for speed, short enough that memory does not depend on the length."""
 
 MIN_SAMPLE_RATE, MAX_SAMPLE_RATE = 4000, 768_000
-"""Below the first there is no speech left, above the second no sound card: a broken header."""
+"""Hz; below there is no speech, above the header is broken."""
 
 MAX_SOUND_SECONDS = 600.0
-"""Seconds; a sound is held in memory while it is played, a minute in 12 MB."""
+"""A sound that is played is held in memory, 12 MB a minute."""
 
 OGG_MAX_PAGE_BYTES = 65_307
-"""Bytes; no page of an OGG file is longer."""
+"""The longest page of an OGG file."""
 
 OGG_HEADER = 27
-"""Bytes; the last one tells how many follow, each with the length of a segment of the page."""
+"""Bytes; the last one is the number of segment lengths that follow."""
 
 OGG_LAST_PAGE_FLAG = 4
-"""The flag of the last page of an OGG file, in the sixth byte."""
+"""In the sixth byte of a page."""
 
 UNKNOWN_WAV_LENGTH = 0x7FFFF000
-"""A program that writes to a pipe does not know the length and promises at least this."""
+"""A program that writes a WAV to a pipe promises at least this many bytes."""
 
 
 def read_blocks(path: Path, start: int = 0) -> Iterator[Samples]:
     """Read a recording block by block.
 
     Args:
-        path: a file in any format, rate and number of channels that libsndfile reads.
-        start: how many samples are left out at its beginning, of those yielded; there are more.
+        path: in any format, rate and number of channels that libsndfile reads.
+        start: samples at 16 kHz to skip; the recording is longer.
 
     Yields:
-        Blocks of up to about a second, 16 kHz, mono (the mean of the channels), int16.
+        Blocks of up to about a second, 16 kHz, the mean of the channels.
 
     Raises:
         AudioError: the file is missing, no regular file, unreadable, empty, cut short or holds
@@ -62,7 +62,7 @@ def read_blocks(path: Path, start: int = 0) -> Iterator[Samples]:
 
 
 def header_seconds(path: Path) -> float:
-    """Tell how long a recording is by what it says of itself; errors are those of `read_blocks`."""
+    """The length of a recording by its header; errors are those of `read_blocks`."""
     with _open(path) as file:
         return float(file.frames / file.samplerate)
 
@@ -71,14 +71,14 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
     """Read a sound that is to be played.
 
     Args:
-        path: a file as `read_blocks` takes it, up to `MAX_SOUND_SECONDS`.
-        rate: of what is returned, Hz.
+        path: as for `read_blocks`, up to `MAX_SOUND_SECONDS`.
+        rate: of the result, Hz.
 
     Returns:
-        All samples, mono (the mean of the channels), -1 to 1.
+        The mean of the channels, -1 to 1.
 
     Raises:
-        AudioError: as `read_blocks` does, or the sound is too long.
+        AudioError: as `read_blocks`, or the sound is too long.
     """
     with _open(path) as file:
         if file.frames > MAX_SOUND_SECONDS * file.samplerate:
@@ -91,7 +91,7 @@ def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
 
 @contextmanager
 def _open(path: Path) -> Iterator[soundfile.SoundFile]:
-    """Open a recording; whatever is wrong with it, then or while it is read, is an AudioError."""
+    """Open a recording; errors in the block become an AudioError, too."""
     try:
         if path.is_dir():
             raise AudioError(f"{shown_path(path)}: is a folder; name the recordings in it")
@@ -123,7 +123,7 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
 
 
 def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
-    """Complain about a recording that holds less than it promised, once all of it was read."""
+    """Raise if a recording, once read, was shorter than its header says."""
     missing = _header_seconds(file) - seconds
     if missing > 0.01:
         raise AudioError(f"{shown_path(path)}: is cut short, the last {missing:.1f} s are missing")
@@ -138,7 +138,7 @@ def _is_native(file: soundfile.SoundFile) -> bool:
 
 
 def _read_from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Samples]:
-    """The samples of a recording but the first; what is resampled hangs on all before it."""
+    """The samples from `start` on; the resampler needs those before, too."""
     if _is_native(file):
         if start:
             file.seek(start)
@@ -174,15 +174,15 @@ def _read_resampled(
 
 
 def to_int16(samples: npt.NDArray[np.floating[Any]]) -> Samples:
-    """Turn samples from -1 to 1 into 16 bits; what is beyond is clipped."""
+    """Convert samples from -1 to 1 to 16 bits, with clipping."""
     whole: Samples = np.clip(np.rint(samples * 32768), -32768, 32767).astype(np.int16)
     return whole
 
 
 def _header_seconds(file: soundfile.SoundFile) -> float:
-    """How long the header says the recording is; libsndfile itself cuts a WAV's to what is there.
+    """The length that the header promises; libsndfile cuts a WAV's to what is there.
 
-    Its log keeps what it read: `data : 32000 (should be 19956)`.
+    Its log keeps both: `data : 32000 (should be 19956)`.
     """
     seconds = float(file.frames / file.samplerate)
     log = re.search(r"^data : (\d+) \(should be (\d+)\)", file.extra_info, re.MULTILINE)
@@ -193,7 +193,7 @@ def _header_seconds(file: soundfile.SoundFile) -> float:
 
 
 def _has_last_ogg_page(path: Path) -> bool:
-    """Whether the last page of an OGG file is marked as that: nothing else tells of a cut."""
+    """Whether the last page of an OGG file is marked as the last, the only sign of a cut."""
     with path.open("rb") as stream:
         stream.seek(-min(OGG_MAX_PAGE_BYTES, path.stat().st_size), os.SEEK_END)
         end = stream.read()

@@ -1,4 +1,4 @@
-"""What a room sounds like between what is said in it: followed all the time, in level; pure."""
+"""Follows the level of a room between what is said in it."""
 
 from __future__ import annotations
 
@@ -11,51 +11,46 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.frame_levels import FRAME, BandLevels
 
 BACKGROUND_FRAMES = 4 * SAMPLE_RATE // FRAME
-"""Frames that the background is taken from."""
+"""Frames that the background is taken from, 4 s."""
 
 BACKGROUND_QUANTILE = 0.8
-"""Of the time it is no louder than the background.
-
-By the half of the time a person who talks in the background stands out of it with each word, and
-the clatter of a kitchen too.
-"""
+"""Quantile of the levels; by the median each word of background talk would stand out."""
 
 SILENCE_FRAMES = 8 * SAMPLE_RATE // FRAME
 MIN_SILENT_SHARE = 0.36
-"""Of so many frames without a voice the silence is taken, in a room that is quiet.
+"""Of the last `SILENCE_FRAMES`: if more have no voice, the background is taken from these.
 
-Where one command follows the other the room is silent for more of the time. Where somebody talks
-on and on it is not, and what stands out of the talk is wanted.
+So commands in quick succession are not taken for the background, and long talk is.
 """
 
 SILENCE_QUANTILE = 0.95
-"""Of the silence; the rest is breath, and the ends of words."""
+"""Quantile of the frames without a voice; louder ones are breath, and ends of words."""
 
 QUIET_ROOM_LEVEL = 20.0
-"""The level of a quiet room, dB over one unit of the 16 bits."""
+"""Level of a quiet room, dB relative to one unit of the 16 bits."""
 
 MIN_SILENCE_DEPTH = 20.0
-"""By so much silence is below the background, dB, where that was taken from what was said."""
+"""Silence this far below the background replaces it, dB."""
 
 MAX_KEPT_FRAMES = 4096
-"""Frames that are held before all but the last ones go."""
+"""Frames that are kept before all but the last ones are deleted."""
 
 STEADY_FRAMES = 14
-"""Frames, 0.4 s, in which a sound that goes on is known by its level."""
+"""Frames, 0.4 s, whose level must be steady in a noise."""
 
 RISE_FRAMES = 6
-"""Frames in which something comes up out of what was steady."""
+"""Frames in which speech rises above a noise."""
 
 
 class SteadyNoise(NamedTuple):
-    """A sound that goes on: its usual levels in both bands, and the highest, dB."""
+    """A noise: its usual and its highest levels in both bands, dB."""
 
     usual: BandLevels
     highest: BandLevels
 
 
 class _SortedLevels:
-    """The levels of some frames in both bands, each in order: a new one is put into its place."""
+    """The levels of some frames, sorted in each band."""
 
     def __init__(self, levels: Iterable[BandLevels]) -> None:
         self._bands = [sorted(band) for band in zip(*levels, strict=True)] or [[], []]
@@ -72,29 +67,24 @@ class _SortedLevels:
             del band[bisect_left(band, value)]
 
     def quantile(self, share: float) -> BandLevels:
-        """The level in each band that so much of them is below."""
         low, high = self._bands
         place = int(share * (len(low) - 1))
         return low[place], high[place]
 
 
 class Background:
-    """Follows the level of a room, by frames of 30 ms."""
+    """Follows the level of a room, frame by frame."""
 
     def __init__(self) -> None:
-        """Start with nothing heard, as if it had been silent."""
+        """Start as if the room had been quiet."""
         self._fill((QUIET_ROOM_LEVEL, QUIET_ROOM_LEVEL), False, BACKGROUND_FRAMES)
         self._level_now = QUIET_ROOM_LEVEL
 
     def follow(self, level: BandLevels, voice: bool) -> BandLevels:
-        """Take the next frame of the stream.
-
-        Args:
-            level: how loud it is.
-            voice: whether there may be a voice in it.
+        """Take the level of the next frame, and whether a voice may be in it.
 
         Returns:
-            The levels of the background with it.
+            The levels of the background, this frame included.
         """
         self._add(level, voice)
         low, high = self._recent.quantile(BACKGROUND_QUANTILE)
@@ -107,22 +97,22 @@ class Background:
 
     @property
     def level(self) -> float:
-        """Of the room between 250 and 3,400 Hz now, dB over one unit of the 16 bits."""
+        """Level of the room now, 250 to 3,400 Hz, dB relative to one unit of the 16 bits."""
         return self._level_now
 
     @property
     def voices(self) -> float:
-        """The share of the last 8 s that a voice may be in."""
+        """Share of the last 8 s that a voice may be in."""
         voices = self._voices[-SILENCE_FRAMES:]
         return sum(voices) / len(voices)
 
     def state(self) -> bytes:
-        """All that what follows hangs on."""
+        """All that the levels of later frames depend on."""
         levels = array("d", (band for lv in self._levels[-SILENCE_FRAMES:] for band in lv))
         return levels.tobytes() + bytes(self._voices[-SILENCE_FRAMES:])
 
     def loudest(self, frames: int, but: int) -> float:
-        """Find the highest level of the last frames but some, dB; 0 if there are none."""
+        """Highest level of the last `frames` without the last `but`, dB; 0 if there are none."""
         frames = min(frames, SILENCE_FRAMES)
         end = len(self._levels)
         found = self._levels[max(0, end - frames) : max(0, end - but)]
@@ -133,15 +123,14 @@ class Background:
         self._fill(level, True, SILENCE_FRAMES)
 
     def risen_above(self, by: float, steady_within: float) -> SteadyNoise | None:
-        """Tell how loud a sound is that goes on, if something rose out of it just now.
+        """Find the steady noise that something has just risen above.
 
         Args:
             by: how far the last two frames are above it, dB.
-            steady_within: by how much it may change meanwhile, dB.
+            steady_within: by how much its level may change, dB.
 
         Returns:
-            Its usual levels before that, and the highest; None if it was not steady, or nothing
-            rose.
+            The noise before the rise; None if it was not steady, or nothing rose.
         """
         last = self._levels[-STEADY_FRAMES - RISE_FRAMES :]
         before, now = last[:STEADY_FRAMES], last[-2:]
@@ -154,7 +143,6 @@ class Background:
         return SteadyNoise(steady, (max(lows), max(high for _, high in before)))
 
     def _add(self, level: BandLevels, voice: bool) -> None:
-        """Add a frame; of those that are looked at the oldest goes."""
         self._recent.drop(self._levels[-BACKGROUND_FRAMES])
         self._recent.add(level)
         if len(self._levels) >= SILENCE_FRAMES and not self._voices[-SILENCE_FRAMES]:
@@ -167,7 +155,7 @@ class Background:
             del self._levels[:-SILENCE_FRAMES], self._voices[:-SILENCE_FRAMES]
 
     def _fill(self, level: BandLevels, voice: bool, count: int) -> None:
-        """Take so many frames before now for such ones."""
+        """Set the last `count` frames."""
         self._levels, self._voices = [level] * count, [voice] * count
         self._recent = _SortedLevels(self._levels[-BACKGROUND_FRAMES:])
         self._silent = _SortedLevels([] if voice else self._levels)

@@ -1,4 +1,4 @@
-"""How loud each frame of a stream is, in two bands: many frames at once take less than one each."""
+"""The level of each frame of a stream in two bands, computed for many frames at once."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from voz.audio import SAMPLE_RATE, Samples
 Floats = npt.NDArray[np.float64]
 
 BandLevels: TypeAlias = tuple[float, float]
-"""Of a frame, in both bands, dB over one unit of the 16 bits."""
+"""Of a frame, in both bands, dB relative to one unit of the 16 bits."""
 
 FRAME = 480
-"""The 30 ms by which a stream is followed, as the voice detector does."""
+"""Samples of a frame, 30 ms, as WebRTC's voice detector takes them."""
 
 SPECTRUM_WINDOW, SPECTRUM_HOP = 320, 160
 """Samples of a spectrum, 20 ms, and between two."""
 
 SPECTRA_PER_FRAME = FRAME // SPECTRUM_HOP
-"""Spectra in a frame."""
 
 BAND_EDGES = (5, 68, 140)
-"""Of a spectrum: 250 to 3,400 Hz, above the hum of motors, and up to 7,000, where the s is."""
+"""Bins: 250 to 3,400 Hz, above the hum of motors, and from there to 7,000, where the s is."""
 
 SMOOTHED_SPECTRA = 5
 """Spectra that a level is the mean of."""
@@ -35,10 +34,10 @@ BATCH_FRAMES = 10 * SAMPLE_RATE // FRAME
 
 
 class LevelMeter:
-    """Measures one stream; what it tells of a frame is the same in whatever company it comes."""
+    """Measures one stream; the levels do not depend on how it is divided into blocks."""
 
     def __init__(self) -> None:
-        """Start with nothing heard."""
+        """Start a stream."""
         self._window = np.hanning(SPECTRUM_WINDOW + 1)[:-1]
         self._scale = SPECTRUM_WINDOW * np.sum(self._window**2)
         self._before: Samples = np.zeros(
@@ -47,11 +46,7 @@ class LevelMeter:
         self._energies: Floats = np.empty((0, len(BAND_EDGES) - 1))
 
     def measure(self, sound: Samples) -> list[BandLevels]:
-        """Measure the next frames of the stream.
-
-        Args:
-            sound: 16 kHz, whole frames.
-        """
+        """Measure the next frames of the stream; `sound` is whole frames, 16 kHz."""
         some = BATCH_FRAMES * FRAME
         first = some if len(self._energies) else FRAME  # which alone has fewer spectra than usual
         begins = [0, *range(first, len(sound), some)]
@@ -59,7 +54,7 @@ class LevelMeter:
         return [level for piece in pieces for level in self._measure_batch(piece)]
 
     def state(self) -> bytes:
-        """All that what follows hangs on."""
+        """All that the levels of later frames depend on."""
         return self._before.tobytes() + self._energies.tobytes()
 
     def _measure_batch(self, sound: Samples) -> list[BandLevels]:
@@ -72,7 +67,7 @@ class LevelMeter:
         return [(low, high) for low, high in found.tolist()]
 
     def _bands(self, sound: Samples) -> Floats:
-        """The energy in each band, spectra x bands."""
+        """The energy in each band, of shape (spectra, bands)."""
         sound = np.concatenate([self._before, sound])
         self._before = sound[len(sound) - (SPECTRUM_WINDOW - SPECTRUM_HOP) :]
         windows = np.lib.stride_tricks.sliding_window_view(sound, SPECTRUM_WINDOW)[::SPECTRUM_HOP]
@@ -84,7 +79,7 @@ class LevelMeter:
 
 
 def _means(energies: Floats, count: int) -> Floats:
-    """The mean of the last spectra up to each of so many frames."""
+    """The mean of the last spectra up to each of `count` frames."""
     end = len(energies) - SPECTRA_PER_FRAME * (count - 1)  # of the first frame
     smooth = min(SMOOTHED_SPECTRA, end)
     # Each frame adds up in the same order as it would alone.

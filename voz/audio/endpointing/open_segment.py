@@ -1,4 +1,4 @@
-"""A stretch of sound that stands out of the room, while it goes on."""
+"""A segment that is not over yet."""
 
 from __future__ import annotations
 
@@ -12,33 +12,34 @@ from voz.audio.endpointing.pieces import pieces
 from voz.audio.endpointing.segment import Segment
 
 CONTINUE_ABOVE = 3.0
-"""Above the background that it began in, dB: less is no longer part of it."""
+"""Level above the background at its start, dB; what is quieter is not part of it."""
 
 MIN_LOUD_FRAMES = 4
-"""Frames of a segment that stand out: 0.12 s. Less is a click."""
+"""Frames of a segment that stand out, 0.12 s; fewer are a click."""
 
 END_FRAMES = 8
-"""Frames of the VAD that must not stand out to end."""
+"""Frames without a voice that end a segment."""
 
 HANGOVER_FRAMES = 3
-"""Frames that go on being part of it when their level falls: a stop within a word is no pause.
-
-The VAD has its own, of as much.
-"""
+"""Quiet frames within a word, as before a plosive, that do not pause a segment."""
 
 SEGMENT_MARGIN = int(0.1 * SAMPLE_RATE)
-"""Samples kept on either side of the speech; 0.3 s, or none at all, costs accuracy."""
+"""Samples kept on either side of the speech; 0.3 s, or none, costs accuracy."""
 
 CONTEXT_SAMPLES = int(0.25 * SAMPLE_RATE)
-"""Samples on either side of these that the network hears too: in noise half of the segments begin
-or end too late or too early. Without them it understands .84 of commands in babble at 10 dB where
-it understands .94 with them; with twice as much, .94 too, and less above one talker."""
+"""Samples beyond the margin that the network hears, too.
+
+In noise half of the segments begin or end too late or too early: 84 of 100 commands in babble at
+10 dB are understood without these, 94 with them.
+"""
 
 TALK_WINDOW = int(2.5 * SAMPLE_RATE)
 TALK_LEVEL_RANGE = 7.0
-"""Talk that goes on is as loud as what stands out of it now: of 300 stretches of it 95 in 100 have
-been less than 8 dB louder than the loudest of the 2.5 s before, and of commands at 10 dB over six
-people or 15 dB over one, 5 in 100."""
+"""Talk goes on at much the same level, commands stand out of it, dB.
+
+Of 300 stretches of talk 95 in 100 were less than 8 dB above the loudest of the 2.5 s before, of
+commands at 10 dB over six people 5 in 100.
+"""
 
 
 @dataclass
@@ -46,15 +47,15 @@ class OpenSegment:
     """A segment that is not over yet.
 
     Attributes:
-        start: where it begins in the stream, in samples.
-        least: the level that goes on with it, dB.
-        voices: the share of the time before it, 0 to 1, that a voice may have been in.
-        before: the highest level near before it, dB.
-        levels: of each frame of it, dB.
-        loud: frames of it that stood out.
-        loudest: the highest level of it, dB.
-        low: frames since it was loud enough to go on.
-        silent: frames since the last that was part of it.
+        start: in the stream, samples.
+        least: the level that continues it, dB.
+        voices: share of the time before it that a voice may be in.
+        before: highest level shortly before it, dB.
+        levels: of each frame, dB.
+        loud: number of frames that stood out.
+        loudest: highest level, dB.
+        low: frames since the level was last high enough.
+        silent: frames since the last one with a voice.
     """
 
     start: int
@@ -77,7 +78,7 @@ class OpenSegment:
 
     @property
     def ended(self) -> bool:
-        """Whether it has been silent for long enough to be over."""
+        """Whether it has been silent for long enough."""
         return self.silent >= END_FRAMES
 
     @property
@@ -86,15 +87,11 @@ class OpenSegment:
         return self.loud < MIN_LOUD_FRAMES
 
     def paused_at(self, heard: int) -> int:
-        """Tell where in the stream it paused, given how much of that was heard, in samples."""
+        """Where it paused, given the position in the stream, samples."""
         return min(heard, heard - self.silent * FRAME + SEGMENT_MARGIN)
 
     def divided(self, heard: int) -> Iterator[OpenSegment]:
-        """Find the utterances in what goes on for longer than any; the last one may go on.
-
-        Args:
-            heard: how much of the stream was heard, in samples.
-        """
+        """Split an overlong segment into what stands out of it; the last part may go on."""
         first = heard - len(self.levels) * FRAME
         before = self.before
         usual, found = pieces(self.levels, CONTINUE_ABOVE, END_FRAMES)
@@ -119,13 +116,13 @@ class OpenSegment:
             )
 
     def segment(self, end: int, heard: int, kept: Samples, kept_from: int) -> Segment:
-        """Tell what was found.
+        """Make the segment from `start` to `end`.
 
         Args:
-            end: where it ends in the stream, in samples.
-            heard: how much of the stream was heard, in samples.
-            kept: what is remembered of the stream; its sound and what was around it.
-            kept_from: where that begins in the stream, in samples.
+            end: in the stream, samples.
+            heard: position in the stream, samples.
+            kept: the last samples of the stream.
+            kept_from: where these begin in the stream, samples.
         """
         first, last = self.start - kept_from, end - kept_from
         never_quiet = self.voices > 1 - MIN_SILENT_SHARE

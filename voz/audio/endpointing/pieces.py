@@ -1,4 +1,4 @@
-"""What stands out within a stretch that goes on for too long to be one utterance; pure."""
+"""Splits a stretch that is too long for one utterance at what stands out of it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 STEADY_QUANTILE = 0.5
-"""Of the stretch it is no louder than what goes on in it: motors, or a radio that was turned on."""
+"""Quantile of the levels that is the steady noise: motors, or a radio."""
 
 
 class Piece(NamedTuple):
@@ -19,15 +19,15 @@ class Piece(NamedTuple):
 
 
 def pieces(levels: Sequence[float], above: float, pause: int) -> tuple[float, list[Piece]]:
-    """Find what stands out of what goes on.
+    """Find what stands out of a steady noise.
 
     Args:
         levels: of the frames of the stretch, dB.
-        above: how far it stands out, dB.
-        pause: so many frames that do not stand out divide two pieces.
+        above: how far a frame stands out, dB.
+        pause: number of quiet frames between two pieces.
 
     Returns:
-        The level that they stand out of, dB, and the pieces in their order.
+        The level of the noise, dB, and the pieces in order.
     """
     usual = float(np.quantile(levels, STEADY_QUANTILE))
     found: list[Piece] = []

@@ -1,4 +1,4 @@
-"""What is found in a stream of samples, told as soon as it is known."""
+"""What is found in a stream of samples: segments, pauses, segments that go on."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 
 MAX_WORD_SECONDS = 0.7
-"""Seconds; who speaks slowly says a word of a command in that."""
+"""Length of a slowly spoken word."""
 
 MAX_PAUSE_SAMPLES = int(0.6 * SAMPLE_RATE)
-"""Between two segments, with their margins: in a sentence people pause for less."""
+"""Between two segments of one sentence, margins included."""
 
 
 NO_SAMPLES: Samples = np.empty(0, np.int16)
@@ -25,16 +25,16 @@ class Segment(NamedTuple):
     """A stretch of speech.
 
     Attributes:
-        start: where it begins in the stream, s.
-        end: where it ends in the stream, s.
-        decided: how much of the stream had been heard when its end was known, s.
+        start: in the stream, s.
+        end: in the stream, s.
+        decided: position in the stream when the end was known, s.
         samples: the sound, with a margin on either side.
-        over: whether it is known to be over; if not, it has paused and may go on.
-        above: how far the loudest of it stands out of the room, dB.
-        voices: the share of the time before it, 0 to 1, that a voice may be in.
-        amid: whether something as loud was heard just before, in a room that is never quiet.
-        before: the sound just before the samples, up to 0.25 s.
-        after: the sound just after them, up to 0.25 s, as far as it has been heard.
+        over: whether it is over; if not, it has paused and may go on.
+        above: how far its loudest frame is above the background, dB.
+        voices: share of the time before it that a voice may be in.
+        amid: whether it stands within talk that is as loud.
+        before: sound before the samples, up to 0.25 s.
+        after: sound after them, up to 0.25 s, as far as it is known.
     """
 
     start: float
@@ -55,21 +55,17 @@ class Segment(NamedTuple):
 
 
 class Quiet(NamedTuple):
-    """After a segment there was no other for a while.
-
-    Attributes:
-        decided: how much of the stream had been heard when that was known, s.
-    """
+    """No segment followed the last one; known at `decided` s of the stream."""
 
     decided: float
 
 
 class Ongoing(NamedTuple):
-    """What is part of a segment so far; told again and again until that is over.
+    """The sound of a segment so far; comes again until it is over.
 
     Attributes:
-        decided: how much of the stream has been heard, s.
-        samples: the sound up to there, from where the segment begins, and 0.7 s at least.
+        decided: position in the stream, s.
+        samples: from the segment's start, 0.7 s at least.
     """
 
     decided: float
@@ -85,14 +81,14 @@ class Feedable(Protocol[Found]):
     """What takes a recording block by block."""
 
     def feed(self, block: Samples) -> Iterator[Found]:
-        """Take the next samples, 16 kHz; yields what is known by them."""
+        """Take the next samples, 16 kHz; yields what is found by them."""
 
     def finish(self) -> Iterator[Found]:
         """End the stream; yields what was still open."""
 
 
 def belong_together(one: Segment, other: Segment) -> bool:
-    """Tell whether the second segment belongs to the same speech as the first."""
+    """Whether two segments are close enough to be one sentence."""
     return other.start - one.end < MAX_PAUSE_SAMPLES / SAMPLE_RATE
 
 

@@ -1,4 +1,4 @@
-"""Where speech begins, pauses and ends in a stream of samples: what stands out of the room."""
+"""Finds where speech begins, pauses and ends in a stream: what stands out of the room."""
 
 from __future__ import annotations
 
@@ -31,60 +31,59 @@ from voz.audio.endpointing.segment import (
 from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 
 VAD_MODE = 2
-"""Of WebRTC's detector. Of 239 commands by 35 voices and 78 by people, all but 2 are speech
-to it."""
+"""WebRTC's; of 317 commands all but 2 are speech to it."""
 
 BEGIN_ABOVE = 6.0
-"""Above the background, dB: what stands out so far for 60 ms begins a segment."""
+"""Level above the background that begins a segment, dB."""
 
 MAX_STEADY_RANGE, MAX_NOISE_RANGE = 7.0, 16.0
-"""By how much a sound that goes on may change in 0.4 s, dB: whatever it is, and if it is no voice.
+"""How much a noise changes in 0.4 s, dB: any noise, and one that is surely no voice.
 
 Motors change by 5 to 12, vowels by as little as 3.
 """
 
 MAX_NOISE_PROBABILITY = 0.4
-"""Below it the voice detector is sure enough that there is none."""
+"""Of speech; less is surely no voice."""
 
 BEGIN_FRAMES = 2
-"""Frames of the VAD that must stand out to begin."""
+"""Frames in a row that stand out and begin a segment, 60 ms."""
 
 ONGOING_INTERVAL = 6
-"""Frames, 0.18 s, after which it is told again what there is of a segment."""
+"""Frames between two `Ongoing`, 0.18 s."""
 
 ONSET_FRAMES = 8
-"""Frames, 0.24 s. What stood out within them, as the s of `speed`, belongs to what begins."""
+"""What stood out in the last 0.24 s, as the s of `speed`, belongs to what begins."""
 
 MAX_SEGMENT_SECONDS = 10.0
-"""Seconds. A sentence of 12 words takes 6; what goes on for longer is cut, to bound the memory."""
+"""A sentence of 12 words takes 6; what is longer is split."""
 
 ONSET_SAMPLES = ONSET_FRAMES * FRAME + SEGMENT_MARGIN
-"""What begins now may have begun so long ago."""
+"""A segment may begin this long before it is noticed."""
 
 MIN_KEPT_SAMPLES = int(MAX_WORD_SECONDS * SAMPLE_RATE)
-"""Kept at least: a word may have begun before what was taken for the beginning."""
+"""A word may have begun before the segment's start."""
 
 QUIET_AFTER = MAX_PAUSE_SAMPLES + SEGMENT_MARGIN + 2 * FRAME
-"""After a segment, until what began within the pause has made a frame stand out."""
+"""Samples after a segment; what began within the pause stands out by then."""
 
 QUIET_AFTER_ONSET = MAX_PAUSE_SAMPLES + ONSET_SAMPLES
-"""After a segment, until what began within the pause is a segment."""
+"""Samples after a segment; what began within the pause is a segment by then."""
 
 WARM_UP_FRAMES = 300
-"""Frames from which all that is remembered of a stream follows: the background is of 266."""
+"""Frames that determine the whole state; the background takes 266."""
 
 VoiceFlags: TypeAlias = Callable[[bytes], bool]
-"""Tells of one frame after the other whether there may be a voice in it."""
+"""Returns for one frame after the other whether a voice may be in it."""
 
 
 def webrtc_detector() -> VoiceFlags:
-    """WebRTC's detector for one stream; it remembers all that it has heard of it."""
+    """WebRTC's voice detector for one stream; it has a state."""
     found: VoiceFlags = Vad(VAD_MODE, SAMPLE_RATE, FRAME / SAMPLE_RATE).is_speech
     return found
 
 
 class Segmenter:
-    """Cuts one stream of samples, fed block by block, into stretches of speech."""
+    """Divides one stream of samples into stretches of speech."""
 
     def __init__(
         self,
@@ -92,13 +91,13 @@ class Segmenter:
         longest: float = MAX_SEGMENT_SECONDS,
         voices: VoiceFlags | None = None,
     ) -> None:
-        """Start with nothing heard.
+        """Start a stream.
 
         Args:
-            early: a segment that has paused for so long is yielded before it is over, s, and
-                meanwhile what there is of it; None yields whole ones only.
-            longest: what goes on for longer is looked through for what stands out within it, s.
-            voices: tells in which frames a voice may be; None finds out.
+            early: segments that have paused for this time are yielded before they are over, s,
+                and `Ongoing` meanwhile; None yields whole ones only.
+            longest: longer segments are split, s.
+            voices: detects voices; None is WebRTC's detector.
         """
         self._longest = int(longest * SAMPLE_RATE)
         self._is_voice = voices or webrtc_detector()
@@ -116,13 +115,10 @@ class Segmenter:
         self._quiet_reported = True  # about the silence after the last segment
 
     def feed(self, block: Samples) -> Iterator[Sound]:
-        """Take the next samples of the stream.
-
-        Args:
-            block: any number of samples, 16 kHz.
+        """Take the next samples of the stream, 16 kHz, any number of them.
 
         Yields:
-            The segments whose end is known by now, and once after each that it stayed quiet.
+            Segments whose end is known, and after each once that nothing followed.
         """
         self._kept = np.concatenate([self._kept, block])
         for frame, level in self._frames(self._unheard()):
@@ -131,11 +127,11 @@ class Segmenter:
         self._forget()
 
     def warm_up(self, at: int, before: Samples) -> None:
-        """Begin in the midst of a stream where nothing is said, as if all before had been heard.
+        """Begin within a stream, in silence, as if all before had been fed.
 
         Args:
-            at: how much of the stream was before, in samples, a multiple of a frame.
-            before: the last `WARM_UP_FRAMES` frames of that.
+            at: position in the stream, samples, a multiple of a frame.
+            before: the last `WARM_UP_FRAMES` frames before it.
         """
         for frame, level in self._frames(before):
             voice = self._is_voice(frame)
@@ -144,7 +140,7 @@ class Segmenter:
         self._forget()
 
     def resting_state(self) -> bytes | None:
-        """Tell all that what follows hangs on; None if that is a segment under way or just over."""
+        """All that later segments depend on; None in or just after a segment."""
         since = self._heard - max(self._last_end, self._command_until)
         if self._open or not self._quiet_reported or since < TALK_WINDOW:
             return None
@@ -153,38 +149,37 @@ class Segmenter:
         return stood + followed + self._kept[-MIN_KEPT_SAMPLES:].tobytes()
 
     def finish(self) -> Iterator[Sound]:
-        """End the stream; yields the segment under way, if any, and that nothing follows."""
+        """End the stream; yields the open segment, if any, and that nothing follows."""
         self._heard += len(self._unheard())
         if self._open:
             yield self._over(self._open)
         yield from self._quiet()
 
     def cut(self) -> None:
-        """Take the segment that has paused for over; what follows is another."""
+        """End the segment that has paused; what follows is another."""
         if self._open:
             self._end(self._open.paused_at(self._heard))
             self._standing = 0
 
     @property
     def background(self) -> float:
-        """The level of the room, dB over one unit of the 16 bits."""
+        """Level of the room, dB relative to one unit of the 16 bits."""
         return self._background.level
 
     def mark_command(self) -> None:
-        """Learn that what was heard so far was for the robot, and no talk of others."""
+        """Note that what was heard so far was for the robot, not talk of others."""
         self._command_until = self._heard
 
     def _unheard(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
     def _frames(self, sound: Samples) -> Iterator[tuple[bytes, BandLevels]]:
-        """The next frames of the stream, as the VAD takes them, and how loud they are."""
+        """Whole frames, as the voice detector takes them, with their levels."""
         whole = sound[: len(sound) // FRAME * FRAME]
         frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
         return zip(frames, self._loudness.measure(whole), strict=True)
 
     def _progress(self, frame: bytes, level: BandLevels) -> Iterator[Sound]:
-        """Follow the stream by a frame."""
         voice = self._is_voice(frame)
         background = self._background.follow(level, voice)
         if self._open is None:
@@ -205,13 +200,13 @@ class Segmenter:
             yield from self._quiet()
 
     def _note(self, voice: bool, level: BandLevels, background: BandLevels) -> None:
-        """Note whether a frame stood out, in either band and altogether."""
+        """Note whether a frame stands out, in either band and in both."""
         low, high = (lv > room + BEGIN_ABOVE for lv, room in zip(level, background, strict=True))
         self._stood.append(low or high)
         self._standing = self._standing + 1 if voice and low else 0
 
     def _start_above(self, background: BandLevels, frames: int) -> None:
-        """Begin a segment so many frames ago."""
+        """Begin a segment `frames` ago."""
         begin = self._heard - frames * FRAME - SEGMENT_MARGIN
         since = min(TALK_WINDOW, self._heard - self._command_until) // FRAME
         self._open = OpenSegment(
@@ -241,7 +236,7 @@ class Segmenter:
             yield self._segment(now, now.paused_at(self._heard))._replace(over=False)
 
     def _divided(self, whole: OpenSegment) -> Iterator[Segment]:
-        """Look for utterances in what goes on for longer than any; the last one may go on."""
+        """Split an overlong segment; its last part may go on."""
         self._open = None
         for part in whole.divided(self._heard):
             part.start = max(self._last_end, part.start)
@@ -252,7 +247,7 @@ class Segmenter:
             self._end(self._heard)
 
     def _noise_under(self, now: OpenSegment) -> SteadyNoise | None:
-        """The levels of a noise that began the segment, if something rises out of it now."""
+        """The noise that began the segment, if speech has just risen above it."""
         if self._heard - now.start < (STEADY_FRAMES + RISE_FRAMES) * FRAME + SEGMENT_MARGIN:
             return None
         steady = self._background.risen_above(BEGIN_ABOVE, MAX_STEADY_RANGE)
@@ -262,7 +257,7 @@ class Segmenter:
         return None if noise is None or self._voice_before() > MAX_NOISE_PROBABILITY else noise
 
     def _voice_before(self) -> float:
-        """How sure it is that the segment is speech before what rises out of it now."""
+        """Probability of speech before the rise."""
         end = self._heard - RISE_FRAMES * FRAME - self._kept_from
         return shared_voice_detector().probability(
             self._kept[end - STEADY_FRAMES * FRAME - RUN_UP : end]
@@ -274,7 +269,6 @@ class Segmenter:
             yield Quiet(self._heard / SAMPLE_RATE)
 
     def _over(self, now: OpenSegment, end: int | None = None) -> Segment:
-        """End the segment under way, where it paused if not elsewhere."""
         end = now.paused_at(self._heard) if end is None else end
         segment = self._segment(now, end)
         self._end(end)
@@ -299,20 +293,20 @@ class Segmenter:
 
 
 def segments(blocks: Iterable[Samples]) -> Iterator[Segment]:
-    """Cut a whole recording into stretches of speech; else as `sounds`."""
+    """The segments of a whole recording, as `sounds` yields them."""
     return (sound for sound in sounds(blocks) if isinstance(sound, Segment))
 
 
 def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
-    """Cut a whole recording into stretches of speech, and tell after which it stays quiet.
+    """Divide a whole recording into stretches of speech.
 
     Args:
         blocks: its samples, 16 kHz, in blocks of any size.
 
     Yields:
-        Each segment as soon as its end is known, and the quiet after it as soon as it is sure.
+        Each segment when its end is known, and the quiet after it when that is sure.
 
     Raises:
-        AudioError: the blocks end in one; what was heard up to there is yielded first.
+        AudioError: the blocks end in one; what was found before is yielded first.
     """
     return feed_all(Segmenter(), blocks)

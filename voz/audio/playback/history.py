@@ -1,4 +1,4 @@
-"""What the loudspeaker gave out and when: for who listens beside it. Time comes in as arguments."""
+"""What the loudspeaker played, and when."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE, Wave
 
 HISTORY_SAMPLES = 6 * PLAYBACK_RATE
-"""Samples, 6 s: longer than any echo and any sentence that is compared with it."""
+"""6 s: longer than any echo, and any sentence that is compared with it."""
 
 FILTER_MARGIN = PLAYBACK_RATE // 200
-"""Samples, 5 ms, either side of what is resampled: there the filter would feel the cut."""
+"""Samples, 5 ms, on either side of what is resampled, for the filter."""
 
 MAX_DEVICE_DELAY = 0.5
-"""Seconds. A block that comes later than this was preceded by silence: no device delays so long."""
+"""A block that is later than this came after silence, s."""
 
 MAX_JITTER = 0.02
-"""Seconds. Where a block differs by more, the device's delay has changed, as it does at first."""
+"""A larger difference means that the device's delay has changed, s."""
 
 CLOCK_SLEW = 0.05
-"""How much of a smaller difference is believed: the time of a single block trembles by some ms."""
+"""Share of a smaller difference that is corrected: single blocks jitter by some ms."""
 
 DECIMATION = PLAYBACK_RATE // SAMPLE_RATE
 
 
 class PlaybackHistory:
-    """The last seconds on the clock of `time.monotonic`, silence in between included."""
+    """The last seconds of playback by `time.monotonic`, silence in between included."""
 
     def __init__(self) -> None:
         self._ring: Wave = np.zeros(HISTORY_SAMPLES, np.float32)
@@ -36,21 +36,16 @@ class PlaybackHistory:
 
     @property
     def end(self) -> float:
-        """When the last sample leaves the loudspeaker, s."""
+        """When the last sample is heard, s."""
         return self._origin + self._count / PLAYBACK_RATE
 
     @property
     def audible_until(self) -> float:
-        """When the last audible sample leaves the loudspeaker, s."""
+        """When the last audible sample is heard, s."""
         return self._origin + self._audible / PLAYBACK_RATE
 
     def add(self, block: Wave, time: float) -> None:
-        """Take what is given out next.
-
-        Args:
-            block: the samples.
-            time: when the first one leaves the loudspeaker, s, as the device tells it.
-        """
+        """Add a block, and when its first sample is heard according to the device, s."""
         difference = time - self.end
         if difference > MAX_DEVICE_DELAY:
             missing = round(difference * PLAYBACK_RATE)
@@ -64,15 +59,15 @@ class PlaybackHistory:
         self._write(block)
 
     def last(self, seconds: float, now: float) -> tuple[Wave, float]:
-        """Cut out what was heard last, to be given to `to_16_khz`.
+        """The last seconds before `now`, to be passed to `to_16_khz`.
 
         Args:
-            seconds: how long, up to 5.9.
-            now: the time, s; if the last block ended before, the rest up to now is silence.
+            seconds: up to 5.9.
+            now: the time, s; after the last block there was silence.
 
         Returns:
             The samples at `PLAYBACK_RATE` with `FILTER_MARGIN` on either side, and when the last
-            one before the margin leaves the loudspeaker, s.
+            one before the margin is heard, s.
         """
         end = max(self._count - FILTER_MARGIN, int((now - self._origin) * PLAYBACK_RATE))
         end -= end % DECIMATION  # so that the samples of all calls stand at the same places
@@ -89,7 +84,7 @@ class PlaybackHistory:
 
 
 def to_16_khz(cut: Wave) -> Wave:
-    """Bring what `History.last` cut out to the rate of the recognizer, 16 kHz."""
+    """Resample what `PlaybackHistory.last` returned, and remove its margins."""
     import soxr  # 20 ms that who never asks need not wait for
 
     margin = FILTER_MARGIN // DECIMATION

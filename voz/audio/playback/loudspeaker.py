@@ -1,7 +1,7 @@
-"""The default output device, open while it is needed. An edge.
+"""The default output device, open while it is needed.
 
 A thread opens and closes it, so that nobody waits for a sound server, and tries again when it is
-lost. PortAudio's own thread asks for the next block.
+lost.
 """
 
 from __future__ import annotations
@@ -24,39 +24,37 @@ from voz.errors import AudioError
 Fill: TypeAlias = Callable[[int, float], Wave]
 
 PLAYBACK_BLOCK_SECONDS = 0.01
-"""What is asked for at a time."""
 
 PLAYBACK_LATENCY = 0.02
-"""Seconds that the device may hold: what was stopped is heard for so long and a fade more."""
+"""Buffer of the device, s; a stopped sound is heard for this time and a fade."""
 
 MAX_IDLE_SECONDS = 2.0
-"""Seconds it stays open for nothing: one sound rarely comes alone."""
+"""Time that the device stays open without a sound."""
 
 STALL_TIMEOUT = 1.0
-"""A device that has taken nothing for so long is gone, s."""
+"""A device that has taken no block for this time is lost, s."""
 
 FIRST_RETRY, LAST_RETRY = 0.5, 5.0
-"""Seconds until a lost device is tried again: twice as long each time, up to the second."""
+"""Delay before a lost device is tried again, s, doubled each time."""
 
 MIN_UPTIME = 2.0
-"""A device that is lost again within this time was never really back, s: no new warning."""
+"""A device that is lost sooner was never really back, s: no new warning."""
 
 DEVICE_CHECK_INTERVAL = 0.1
-"""How often the thread looks whether the open device is still needed and well, s."""
+"""Between checks of whether the device is needed and works, s."""
 
 DEVICE_CLOSE_TIMEOUT = 1.0
-"""Seconds to close it; only a sound server that hangs takes longer."""
+"""Only a hanging sound server takes longer, s."""
 
 
 class Loudspeaker:
-    """Gives out what it is filled with. All three functions are called from other threads.
+    """Plays what `fill` returns. All three functions are called from other threads.
 
     Args:
-        fill: gives a number of samples at `PLAYBACK_RATE`, the first of which is heard at a time by
-            `time.monotonic`. Called 100 times a second while the device is open.
-        needed: whether there is anything to give out.
-        on_trouble: called when there is no device or it fails, with one line or, if that is nothing
-            new, None.
+        fill: returns a number of samples at `PLAYBACK_RATE`, the first of which is heard at a
+            monotonic time; called 100 times a second while the device is open.
+        needed: whether there is anything to play.
+        on_trouble: called when the device is lost, with a message or, if it still is, None.
     """
 
     def __init__(
@@ -77,18 +75,18 @@ class Loudspeaker:
 
     @property
     def is_lost(self) -> bool:
-        """Whether there is no device, or it failed when it was last needed."""
+        """Whether there was no device, or it failed, when it was last needed."""
         return self._failures > 0 and not self.is_open
 
     def wake(self) -> None:
-        """Look whether the device is needed now; the first time, load what it takes."""
+        """Check now whether the device is needed; the first call starts the thread."""
         with self._starting:
             if not self._thread.is_alive() and not self._closing.is_set():
                 self._thread.start()
         self._wake.set()
 
     def close(self) -> None:
-        """Close the device, and open it no more."""
+        """Close the device for good."""
         self._closing.set()
         self._wake.set()
         atexit.unregister(self.close)
@@ -113,7 +111,7 @@ class Loudspeaker:
                     self._closing.wait(delay)
 
     def _serve(self) -> None:
-        """Open the device and stay while it is needed and well."""
+        """Keep the device open while it is needed and works."""
         try:
             with self._open():
                 opened = time.monotonic()
@@ -130,7 +128,7 @@ class Loudspeaker:
         self._on_trouble(problem if self._failures == 1 else None)
 
     def _attend(self) -> str | None:
-        """Wait while all is well and needed; otherwise say in a line what is wrong."""
+        """Wait while the device is needed and works; returns what is wrong."""
         last_needed = time.monotonic()
         while True:
             self._wake.wait(DEVICE_CHECK_INTERVAL)
@@ -187,7 +185,7 @@ class Loudspeaker:
 
 
 def _usable_rate(sounddevice: ModuleType) -> int:
-    """Tell at which rate to open the default device, Hz: ours, or its own if it takes no other."""
+    """The rate for the default device, Hz: ours, or its own if it takes no other."""
     try:
         device = sounddevice.query_devices(kind="output")
     except sounddevice.PortAudioError:
@@ -204,7 +202,7 @@ def _usable_rate(sounddevice: ModuleType) -> int:
 
 
 def _resampled(fill: Fill, rate: int) -> Fill:
-    """Let a device of another rate be filled."""
+    """A `fill` for a device of another rate."""
     import soxr
 
     resampler = soxr.ResampleStream(PLAYBACK_RATE, rate, 1, dtype="float32")

@@ -1,4 +1,4 @@
-"""What is to be heard: several sounds at once on the loudspeaker, and what was heard when."""
+"""Plays several sounds at once."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from voz.audio.playback.loudspeaker import PLAYBACK_LATENCY, Loudspeaker
 from voz.audio.playback.playing_sound import PLAYBACK_RATE, PlayingSound, Wave, mix
 
 MAX_START_DELAY = 2.0
-"""A sound that could not begin for so long is left out, s: it would no longer belong there."""
+"""A sound that cannot start within this time is dropped, s: it would come too late."""
 
 LATE_CHECK_INTERVAL = 0.1
-"""How often who waits for a sound looks whether it is late, s."""
+"""Between checks of whether a sound is late, s."""
 
 FADE_TIMEOUT = 0.2
-"""Seconds at most that `close` takes for the last fade to be heard."""
+"""Longest time that `close` waits for fading sounds, s."""
 
 
 class Mixer:
     """Plays sounds on the default output device, which is open only while there are any.
 
-    Without a loudspeaker sounds are left out, but those that repeat are heard when it is back.
+    Without a loudspeaker sounds are dropped, but repeating ones are heard when it is back.
 
     Args:
-        warn: called with one line, from another thread, when the loudspeaker is lost.
+        warn: called with a message, from another thread, when the loudspeaker is lost.
     """
 
     def __init__(self, warn: Callable[[str], None]) -> None:
@@ -39,19 +39,19 @@ class Mixer:
         self._loudspeaker = Loudspeaker(self._fill, self._needed, self._leave_out)
 
     def prepare(self) -> None:
-        """Load in the background what playing needs, so that the first sound need not wait."""
+        """Import PortAudio in the background, so that the first sound need not wait."""
         self._loudspeaker.wake()
 
     def play(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> PlayingSound:
-        """Let a sound begin now, beside what is heard already.
+        """Start a sound beside those that are playing.
 
         Args:
-            sound: at least one sample, at `mixing.PLAYBACK_RATE`.
+            sound: at least one sample, at `PLAYBACK_RATE`.
             volume: 0 to 1.
-            repeats: whether it goes on until it is stopped.
+            repeats: whether it repeats until it is stopped.
 
         Returns:
-            The sound on its way, for `stop` and `wait`.
+            The sound, for `stop` and `wait`.
         """
         source = PlayingSound(sound, volume, repeats)
         with self._changed:
@@ -63,24 +63,22 @@ class Mixer:
         return source
 
     def stop(self, source: PlayingSound) -> None:
-        """Let a sound fade out; it is over some 30 ms later."""
+        """Fade a sound out, within 30 ms."""
         with self._changed:
             source.stop()
             self._clear()
 
     def wait(self, source: PlayingSound) -> None:
-        """Wait until a sound has ended, was stopped, or was left out for want of a loudspeaker."""
+        """Wait until a sound has ended, was stopped, or was dropped without a loudspeaker."""
         with self._changed:
             while not source.over:
                 self._changed.wait(LATE_CHECK_INTERVAL)
                 self._clear()
 
     def busy_until(self) -> float:
-        """Tell when the last audible sample has left the loudspeaker.
+        """The monotonic time when the last audible sample is heard, s, to about 10 ms.
 
-        Returns:
-            The time by `time.monotonic`, as well as the device tells its delay, some 10 ms. It
-            is past if nothing sounds, and infinity while something repeats.
+        It is past if nothing sounds, and infinite while a sound repeats.
         """
         with self._changed:
             left = max((source.audible_left for source in self._sources), default=0)
@@ -91,21 +89,21 @@ class Mixer:
             return max(now, handed) + left / PLAYBACK_RATE
 
     def recent(self, seconds: float) -> tuple[Wave, float]:
-        """Tell what was given to the loudspeaker last, silence in between included.
+        """What was played last, silence in between included.
 
         Args:
             seconds: how much, up to 5.9.
 
         Returns:
-            That many seconds at 16 kHz, -1 to 1; and when the last of these samples leaves the
-            loudspeaker, by `time.monotonic`: while it is open, some 20 ms ahead.
+            The samples at 16 kHz, -1 to 1, and the monotonic time when the last one is heard, s:
+            while the device is open, some 20 ms ahead.
         """
         with self._changed:
             cut, end = self._history.last(seconds, time.monotonic())
         return to_16_khz(cut), end
 
     def close(self) -> None:
-        """Fade out whatever sounds, and play nothing any more."""
+        """Fade all sounds out, and play nothing more."""
         with self._changed:
             self._closed = True
             for source in self._sources:
@@ -143,7 +141,7 @@ class Mixer:
             self._warn(problem)
 
     def _clear(self) -> None:
-        """Leave out what is too late to begin, and forget what is over."""
+        """Drop what is too late to start, and forget what is over."""
         latest = time.monotonic() - MAX_START_DELAY
         for source, begin in self._sources.items():
             if not (source.begun or source.repeats or begin > latest):

@@ -1,4 +1,4 @@
-"""Several sounds into one: the arithmetic alone, with no device, clock or thread."""
+"""Mixing of sounds, without device, clock or thread."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ import numpy as np
 import numpy.typing as npt
 
 Wave: TypeAlias = npt.NDArray[np.float32]
-"""Samples of one channel at `PLAYBACK_RATE`, of shape (n,), from -1 to 1 unless said otherwise."""
+"""Samples of one channel at `PLAYBACK_RATE`, of shape (n,), -1 to 1 unless said otherwise."""
 
 PLAYBACK_RATE = 48_000
-"""Hz. What nearly every loudspeaker takes, and three times what is listened to."""
+"""Hz; nearly every loudspeaker takes it, and it is three times the recognizer's."""
 
 FADE_SAMPLES = 240
-"""Samples, 5 ms: as short as a tone can end without a click."""
+"""5 ms: as short as a tone can end without a click."""
 
 AUDIBLE_AMPLITUDE = 0.004
-"""-48 dB. festival's silence stays below it."""
+"""-48 dB; festival's silence is below it."""
 
 GAIN_RECOVERY = 1 / PLAYBACK_RATE
-"""How fast the gain comes back after it was too loud, for each sample: from 0 to 1 in a second."""
+"""Rise of the gain for each sample after it was turned down: from 0 to 1 in a second."""
 
 
 class PlayingSound:
-    """A sound on its way out: where it is, how loud, and whether it begins again at its end."""
+    """A sound that is playing: its position, volume and fade."""
 
     def __init__(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> None:
         """Start at the beginning.
 
         Args:
             sound: at least one sample.
-            volume: its amplitude is multiplied by this, 0 to 1.
-            repeats: whether it goes on until it is stopped.
+            volume: factor of the amplitude, 0 to 1.
+            repeats: whether it repeats until it is stopped.
         """
         self.repeats = repeats
         self._sound = sound
@@ -46,7 +46,7 @@ class PlayingSound:
 
     @property
     def begun(self) -> bool:
-        """Whether any of it was taken."""
+        """Whether any samples were taken."""
         return self._position > 0
 
     @property
@@ -58,7 +58,7 @@ class PlayingSound:
 
     @property
     def audible_left(self) -> float:
-        """How many samples from now on the last audible one is; infinity if it repeats."""
+        """Samples until the last audible one; infinite if it repeats."""
         if self._fade_left is not None:
             return max(0, self._fade_left)
         if self.repeats:
@@ -66,16 +66,16 @@ class PlayingSound:
         return max(0, self._audible_end - self._position)
 
     def stop(self) -> None:
-        """Let it fade out from here on; what was never begun is over at once."""
+        """Fade out from here; a sound that has not begun is over at once."""
         if self._fade_left is None:
             self._fade_left = FADE_SAMPLES if self.begun else 0
 
     def drop(self) -> None:
-        """Be over at once, unheard."""
+        """End at once, without a fade."""
         self._fade_left = 0
 
     def take(self, frames: int) -> Wave:
-        """Give the next samples, silence after its end."""
+        """The next samples; silence after its end."""
         end = self._position + frames
         if self.repeats:
             block: Wave = self._sound[np.arange(self._position, end) % len(self._sound)]
@@ -94,16 +94,15 @@ class PlayingSound:
 
 
 def mix(sources: Sequence[PlayingSound], frames: int, gain: float = 1.0) -> tuple[Wave, float]:
-    """Add up the next samples of all sources, and turn the sum down where it is too loud.
+    """Add up the next samples of all sounds, turned down where the sum is too loud.
 
     Args:
-        sources: what sounds at once; each goes on by `frames`.
+        sources: the sounds; each advances by `frames`.
         frames: how many samples.
-        gain: what the call before returned.
+        gain: returned by the previous call.
 
     Returns:
-        The samples, none beyond -1 and 1, and the gain that was reached: below 1 if the sum
-        was too loud a short time ago.
+        The samples, -1 to 1, and the gain at their end.
     """
     total = np.zeros(frames, np.float32)
     for source in sources:
@@ -116,11 +115,6 @@ def mix(sources: Sequence[PlayingSound], frames: int, gain: float = 1.0) -> tupl
 
 
 def trim_leading_silence(sound: Wave, before: int = PLAYBACK_RATE // 100) -> Wave:
-    """Leave out the silence that a sound begins with.
-
-    Args:
-        sound: may be silent altogether: then it stays as it is.
-        before: how much of the silence is kept, samples.
-    """
+    """Remove all but `before` samples of the leading silence, if the sound is not all silent."""
     start = int(np.argmax(np.abs(sound) > AUDIBLE_AMPLITUDE))
     return sound[max(0, start - before) :]

@@ -10,7 +10,7 @@ import typer
 from voz.cli.build_lm_options import Building
 from voz.cli.exit_codes import STALE, WRONG_CALL
 from voz.cli.options import DEFAULT_SETTINGS_FILE, with_options
-from voz.cli.text_io import show, tell, warn
+from voz.cli.text_io import info, show, warn
 
 if TYPE_CHECKING:
     from voz.config import Config
@@ -83,7 +83,7 @@ def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:
 
     if stale := build.stale_files(commands, folder, source):
         names = ", ".join(stale)
-        tell(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
+        info(f"{folder}: not what {commands} gives: {names}; run `voz build-lm`")
         raise typer.Exit(STALE)
     show(f"{folder}: up to date")
 
@@ -109,9 +109,9 @@ def _check_expected(source: CommandSource, folder: Path) -> None:
     data = read_bytes(path, CommandsError, "give a readable text file")
     failed = list(failed_expectations(source.commands, data, str(path)))
     for line in failed[:MAX_LINES_SHOWN]:
-        tell(line)
+        info(line)
     if len(failed) > MAX_LINES_SHOWN:
-        tell(f"{path}: {len(failed) - MAX_LINES_SHOWN} more lines are not as they should be")
+        info(f"{path}: {len(failed) - MAX_LINES_SHOWN} more lines are not as they should be")
     if failed:
         raise typer.Exit(WRONG_CALL)
 

@@ -1,4 +1,4 @@
-"""What `voz build-lm` may be told."""
+"""The options of `voz build-lm`."""
 
 from __future__ import annotations
 

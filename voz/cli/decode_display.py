@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from voz.cli.text_io import put, show
+from voz.cli.text_io import show, show_raw
 
 if TYPE_CHECKING:
     from voz.apps.batch.outcomes import Row, UtteranceRow
@@ -24,7 +24,7 @@ def writer(options: Decoding) -> Callable[[Row], None]:
 def _show_json(row: Row) -> None:
     from voz.events import to_json
 
-    put(to_json(row))
+    show_raw(to_json(row))
 
 
 def _show_row(row: Row, detailed: bool) -> None:

@@ -1,4 +1,4 @@
-"""What `voz decode` may be told."""
+"""The options of `voz decode`."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from voz.apps.batch.summary import Totals, results_for_clips
 from voz.cli.decode_progress import progress
-from voz.cli.text_io import tell
+from voz.cli.text_io import info
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -48,14 +48,14 @@ class Account:
         if (file := outcome.rows[0].file) in self.said:
             self.heard[file] = outcome
 
-    def tell(self, output: Location, inputs: Inputs) -> None:
-        """Tell all of it."""
+    def report(self, output: Location, inputs: Inputs) -> None:
+        """Write all of it to the user."""
         known = self.whole.files - self.new.files
         kept = f" ({known:,} were known)" if known else ""
-        tell(f"written: {output}, {self.whole.files:,} recordings{kept}")
+        info(f"written: {output}, {self.whole.files:,} recordings{kept}")
         for line in self.new.lines(time.monotonic() - self.begun):
-            tell(line)
-        _tell_scores(inputs, self.heard)
+            info(line)
+        _report_scores(inputs, self.heard)
 
 
 def keep(
@@ -91,22 +91,22 @@ def keep(
     )
     check_output(output, options.resumes or options.overwrite, "continue it with --resume, ")
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
-    with progress() as bar, _telling_how_to_go_on(output):
+    with progress() as bar, _explaining_resume(output):
 
         def done(outcome: Outcome) -> None:
             account.new.add(outcome)
             bar.heard(outcome)
 
         flags = (options.resumes, options.retry_failed, options.overwrite)
-        how = ResumeOptions(*flags, done, bar.begin, tell)
+        how = ResumeOptions(*flags, done, bar.begin, info)
         decode = partial(many.decode, names)
         decode_to_output(output, header, names, decode, how, whole=account.written)
-    account.tell(output, inputs)
+    account.report(output, inputs)
     return account.whole.failed > 0
 
 
 @contextmanager
-def _telling_how_to_go_on(output: Location) -> Iterator[None]:
+def _explaining_resume(output: Location) -> Iterator[None]:
     """Say, if a signal ends a `with` block, that nothing is lost."""
     from voz.apps.batch.locations import journal_path
 
@@ -114,12 +114,12 @@ def _telling_how_to_go_on(output: Location) -> Iterator[None]:
         yield
     except (SystemExit, KeyboardInterrupt):
         if journal_path(output).exists():
-            tell(f"the results so far are kept in {journal_path(output)}: continue with --resume")
+            info(f"the results so far are kept in {journal_path(output)}: continue with --resume")
         raise
 
 
-def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
-    """Tell how well it was understood what manifests say was said."""
+def _report_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
+    """Report how well it was understood what manifests say."""
     results = list(results_for_clips(inputs.clips, heard))
     if not results:
         return
@@ -128,11 +128,11 @@ def _tell_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
     try:
         require_libraries(pictures=False)
     except ConfigError as error:
-        tell(f"no scores: {error}")
+        info(f"no scores: {error}")
         return
     from voz.apps.evaluation.scores import score
     from voz.apps.evaluation.tables import main_tables, table_text
 
     for table in main_tables(score(results), []):
         for line in ("", *table_text(table).split("\n")):
-            tell(line)
+            info(line)

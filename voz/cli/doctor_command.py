@@ -10,7 +10,7 @@ import typer
 
 from voz.cli.exit_codes import NOT_WELL
 from voz.cli.options import Common, DeviceOption, with_options
-from voz.cli.text_io import put, show
+from voz.cli.text_io import show, show_raw
 from voz.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _show(finding: Finding, json: bool) -> bool:
     from voz.events import to_json
 
     if json:
-        put(to_json(finding))
+        show_raw(to_json(finding))
     else:
         mark = "ok" if finding.ok else "NO" if finding.required else "--"
         show(f"{mark}  {finding.part + ':':22} {finding.status}")

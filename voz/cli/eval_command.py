@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from voz.cli.eval_options import RECOGNIZING, Evaluating, ManifestsArgument
-from voz.cli.eval_output import put
+from voz.cli.eval_output import show_evaluation
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
-from voz.cli.text_io import tell, with_bar
+from voz.cli.text_io import info, with_bar
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.engines import EngineChoice
@@ -63,8 +63,8 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
     asked = options.described(manifests, settings.recognition)
     made = datetime.now().astimezone().isoformat(timespec="seconds"), machine()
     evaluation = report.evaluate(results, asked, others, points, made)
-    put(evaluation, [task for task, _ in recognized], options)
-    _tell_errors(results)
+    show_evaluation(evaluation, [task for task, _ in recognized], options)
+    _report_errors(results)
 
 
 def _recognized(
@@ -77,11 +77,11 @@ def _recognized(
     return [(task, one) for task, found in zip(tasks, heard_in, strict=True) for one in found]
 
 
-def _tell_errors(results: Iterable[Result]) -> None:
-    """Tell which recordings could not be read, each once, and end if there are such."""
+def _report_errors(results: Iterable[Result]) -> None:
+    """Report which recordings could not be read, each once, and end if there are any."""
     failed = dict.fromkeys(result.error for result in results if result.error is not None)
     for error in failed:
-        tell(f"error: {error}")
+        info(f"error: {error}")
     if failed:
         raise typer.Exit(SOME_UNREADABLE)
 

@@ -1,4 +1,4 @@
-"""What `voz eval` may be told."""
+"""The options of `voz eval`."""
 
 from __future__ import annotations
 

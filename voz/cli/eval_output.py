@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from voz.cli.text_io import show, tell, write_text
+from voz.cli.text_io import info, show, write_text
 from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from voz.cli.eval_options import Evaluating
 
 
-def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:
+def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:
     """Show the main figures, and write all of them where they are wanted.
 
     Args:
@@ -32,12 +32,12 @@ def put(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> N
         show(*report.to_text(evaluation).split("\n"))
     names = []
     if options.html:
-        names += _put_page(evaluation, tasks, options.html)
+        names += _write_page(evaluation, tasks, options.html)
     if options.as_json:
         write_text(options.as_json, f"{to_json(evaluation)}\n")
         names += [options.as_json]
     if written := [name for name in names if name != "-"]:
-        tell(f"written: {', '.join(written)}")
+        info(f"written: {', '.join(written)}")
 
 
 def pictures_folder(page: Path) -> Path:
@@ -45,7 +45,7 @@ def pictures_folder(page: Path) -> Path:
     return page.with_name(f"{page.stem}-pictures")
 
 
-def _put_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
+def _write_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
     """Write the page, and its pictures beside it; gives what was written."""
     from voz.apps.evaluation.failure_sounds import sounds_of_failures
     from voz.apps.evaluation.failures import failures

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import OverwriteOption
-from voz.cli.text_io import tell
+from voz.cli.text_io import info
 
 
 def merge(
@@ -30,4 +30,4 @@ def merge(
     check_not_read([out], shards)
     check_output(parse_location(out), overwrite)
     count = merge_shards([parse_location(shard) for shard in shards], parse_location(out))
-    tell(f"written: {out}, {count:,} recordings")
+    info(f"written: {out}, {count:,} recordings")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from voz.cli.text_io import tell, warn
+from voz.cli.text_io import info, warn
 from voz.config import Config, load_config, overridden
 from voz.files import check_not_read
 from voz.settings import SpokenLanguage
@@ -71,7 +71,7 @@ class Common:
         """Which settings are read; those that nobody named are told, once."""
         if self.config or not DEFAULT_SETTINGS_FILE.is_file():
             return self.config
-        tell(f"settings: {DEFAULT_SETTINGS_FILE}")
+        info(f"settings: {DEFAULT_SETTINGS_FILE}")
         return DEFAULT_SETTINGS_FILE
 
     def language(self, settings: Config) -> LanguageFiles:
@@ -87,8 +87,8 @@ class Common:
 
             check_same_language(read_language_info(language), settings.language, language.folder)
         if self.verbose:
-            tell(f"language files: {language.folder.resolve()}")
-            tell(f"second ear: {_second_ear(settings, language)}")
+            info(f"language files: {language.folder.resolve()}")
+            info(f"second ear: {_second_ear(settings, language)}")
         warn(stale_warning(language))
         return language
 

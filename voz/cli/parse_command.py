@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import Common, with_options
-from voz.cli.text_io import put, show
+from voz.cli.text_io import show, show_raw
 
 
 @with_options
@@ -34,7 +34,7 @@ def parse(
                 "command": found.command if found else None,
                 "slots": dict(found.slots) if found else {},
             }
-            put(msgspec.json.encode(fields | ({"meant": meant} if meant else {})).decode())
+            show_raw(msgspec.json.encode(fields | ({"meant": meant} if meant else {})).decode())
         elif found:
             slots = "".join(f"  {name}={value}" for name, value in found.slots.items())
             show(f'"{found.text}": {found.command}{slots}')

@@ -16,8 +16,8 @@ from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
 from voz.cli.run_options import Running
 from voz.cli.run_page import chosen_microphone, page_of, page_site
-from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, robots_of
-from voz.cli.text_io import open_text, tell, warn
+from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
+from voz.cli.text_io import info, open_text, warn
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder
@@ -62,8 +62,8 @@ def run(options: Running) -> None:
         language = options.language(settings)
         commands = read_commands(language)
         options.listening = _listening(options, settings, commands, list_name(language))
-        _tell_what_does_nothing(commands, settings, plan)
-        _tell_what_is_never_said(commands, settings)
+        _report_commands_without_effect(commands, settings, plan)
+        _report_unknown_commands(commands, settings)
         recognizer_at = partial(_recognizer, options, settings, language)
         if options.live:
             _run_live(options, settings, plan, recognizer_at, parts)
@@ -81,21 +81,21 @@ def _listening(options: Running, settings: Config, commands: Commands, where: st
     check_list(commands, settings.table, where)
     if options.listening or begins_listening(commands, settings.table):
         return options.listening
-    tell("no command of the list begins the listening: commands are obeyed from the start")
+    info("no command of the list begins the listening: commands are obeyed from the start")
     return True
 
 
-def _tell_what_does_nothing(commands: Commands, settings: Config, plan: RobotPlan) -> None:
+def _report_commands_without_effect(commands: Commands, settings: Config, plan: RobotPlan) -> None:
     """Tell which commands have no line in the table; robots of others may act by themselves."""
     from voz.run.command_check import idle
 
     names = idle(commands, settings.table)
     if not names or not {CONSOLE, SIMULATOR}.issuperset(plan.names):
         return
-    tell(f"no line of [commands] in voz.toml says what to do at {_some(names)}")
+    info(f"no line of [commands] in voz.toml says what to do at {_some(names)}")
 
 
-def _tell_what_is_never_said(commands: Commands, settings: Config) -> None:
+def _report_unknown_commands(commands: Commands, settings: Config) -> None:
     """Report which commands of the user's own settings are not in the list of what may be said."""
     from voz.run.command_check import never_said, with_its_accents
 
@@ -108,9 +108,9 @@ def _tell_what_is_never_said(commands: Commands, settings: Config) -> None:
     names = never_said(commands, [*(name for table in own for name in table), *missed])
     accented = {name: other for name in names if (other := with_its_accents(commands, name))}
     for name, other in accented.items():
-        tell(f'[commands] has "{name}" and the list "{other}": write both with the same accents')
+        info(f'[commands] has "{name}" and the list "{other}": write both with the same accents')
     if names := [name for name in names if name not in accented]:
-        tell(f"no line of the list of commands is {_some(names)}: add it, and run `voz build-lm`")
+        info(f"no line of the list of commands is {_some(names)}: add it, and run `voz build-lm`")
 
 
 def _some(names: Sequence[str]) -> str:
@@ -169,7 +169,7 @@ def _run_live(
         device=options.device,
         listening=options.listening,
         terminal=plan.terminal,
-        announce=tell,
+        announce=info,
         record=partial(_recorder, options.record, settings) if options.record else None,
         other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
         page=page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
@@ -186,7 +186,7 @@ def _run_by_files(options: Running, settings: Config, plan: RobotPlan, source: S
         source,
         settings,
         options.listening,
-        lambda tell: _receivers(options, settings, plan, tell),
+        lambda put: _receivers(options, settings, plan, put),
     )
 
 
@@ -214,18 +214,18 @@ def _source(
 
 @contextmanager
 def _receivers(
-    options: Running, settings: Config, plan: RobotPlan, tell: Callable[[Any], None]
+    options: Running, settings: Config, plan: RobotPlan, put: Callable[[Any], None]
 ) -> Iterator[OpenRobots]:
     """Open the robots, and what else gets the events; by the clock they do not wait for that."""
     from voz.cli.event_log import event_log
     from voz.run.queued import Queued
 
     def written(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
-        return parts.enter_context(Queued(name, opening, tell) if plan.clocked else opening)
+        return parts.enter_context(Queued(name, opening, put) if plan.clocked else opening)
 
     with ExitStack() as parts:
         log = [written(options.events, event_log(options.events))] if options.events else []
-        robots = parts.enter_context(robots_of(plan, settings, tell))
+        robots = parts.enter_context(open_robots(plan, settings, put))
         bag = [written(str(options.bag), _bag(options.bag))] if options.bag else []
         yield replace(robots, receivers=[*robots.receivers, *log, *bag])
 

@@ -1,4 +1,4 @@
-"""What `voz run` may be told."""
+"""The options of `voz run`."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from voz.cli.run_options import Running
-from voz.cli.text_io import tell
+from voz.cli.text_io import info
 from voz.errors import AudioError, ConfigError
 from voz.files import data_folder
 
@@ -77,7 +77,7 @@ def page_site(options: Running) -> Iterator[PageAddress]:
 
     authority = data_folder("certificates") if options.https else None
     with open_page_address(options.web_host, options.web_port, authority) as site:
-        tell(f"operator page: {site.link}")
+        info(f"operator page: {site.link}")
         if site.access.needs_token:
             _show_code(qr_code(site.link))
         yield site

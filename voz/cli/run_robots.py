@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeAlias
 
-from voz.cli.text_io import tell, warn
+from voz.cli.text_io import info, warn
 from voz.control.bounded_motion import Place
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning
@@ -69,7 +69,7 @@ class RobotPlan:
 
 
 @contextmanager
-def robots_of(
+def open_robots(
     plan: RobotPlan, settings: Config, take: Callable[[Warning], None]
 ) -> Iterator[OpenRobots]:
     """Open the robots for a `with` block; at its end draw what the simulated one did.
@@ -94,7 +94,7 @@ def robots_of(
         if view:
             receivers.append(view.receive)
         if CONSOLE not in names and not plan.displayed:
-            receivers.append(_tell_warnings)
+            receivers.append(_show_warning)
         yield OpenRobots(receivers, troubles, _odometry(robots), setup.show, view)
 
 
@@ -185,12 +185,12 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
 
     for path, save in ((plan.picture, save_picture), (plan.animation, save_animation)):
         if path:  # it takes seconds
-            tell(f"drawing {path} ...")
+            info(f"drawing {path} ...")
             save(trip, path)
-            tell(f"written: {path}, the way of the robot")
+            info(f"written: {path}, the way of the robot")
 
 
-def _tell_warnings(event: Event) -> None:
+def _show_warning(event: Event) -> None:
     """Take the events where no robot of the run shows them: warnings must be seen."""
     if isinstance(event, Warning):
-        (tell if event.good else warn)(event.text)
+        (info if event.good else warn)(event.text)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.text_io import show, tell, warn
+from voz.cli.text_io import info, show, warn
 from voz.errors import AudioError, SpeechError
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def say(
         raise SpeechError("there is nothing to say; give a text in quotes, see --help")
     elif out:
         festival.render(text, voice, out)
-        tell(f"written: {out}, said by {voice}")
+        info(f"written: {out}, said by {voice}")
     else:
         with sound_client() as client:
             client.say(text, voice, blocking=True)

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from voz.cli.options import ProfileOption, Recognizing, with_options
-from voz.cli.text_io import tell
+from voz.cli.text_io import info
 from voz.errors import ConfigError
 
 
@@ -46,5 +46,5 @@ def serve(options: Serving) -> None:
     language = options.language(settings)
     known = load_profile(options.profile) if options.profile else None
     recognizer = Recognizer(language, settings.recognition, known)
-    ready = partial(tell, f"serving at {options.wyoming}")
+    ready = partial(info, f"serving at {options.wyoming}")
     serve_wyoming(options.wyoming, recognizer, recognizer.commands.examples(), ready)

@@ -10,7 +10,7 @@ from voz.cli.exit_codes import NOT_WELL
 from voz.cli.help import CommandGroup
 from voz.cli.options import with_options
 from voz.cli.run_options import Running
-from voz.cli.text_io import put, show
+from voz.cli.text_io import show, show_raw
 
 service = typer.Typer(
     cls=CommandGroup,
@@ -39,7 +39,7 @@ def install(
 
     _check(options or [])
     if shown:
-        put(systemd.unit_for(options or []).rstrip("\n"))
+        show_raw(systemd.unit_for(options or []).rstrip("\n"))
         return
     for done in systemd.install(options or []):
         show(done)

@@ -29,7 +29,7 @@ from voz.cli.say_command import say
 from voz.cli.serve_command import serve
 from voz.cli.service_command import service
 from voz.cli.sound_command import sound
-from voz.cli.text_io import show, tell, writing_results
+from voz.cli.text_io import info, show, writing_results
 from voz.cli.view_command import view
 from voz.errors import CommandsError, RobotMistake, VozError
 from voz.process.signals import SIGNAL_EXIT_CODE
@@ -107,7 +107,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     except CommandsError as error:
         code = _wrong_call(str(error))
         for line in error.excerpt:
-            tell(f"  {line}")
+            info(f"  {line}")
         return code
     except (VozError, OSError) as error:
         if isinstance(error, RobotMistake) and {"-v", "--verbose"} & set(given):
@@ -119,5 +119,5 @@ def call(arguments: Sequence[str] | None = None) -> int:
 
 
 def _wrong_call(message: str) -> int:
-    tell(f"voz: {message}")
+    info(f"voz: {message}")
     return WRONG_CALL

@@ -23,10 +23,10 @@ without an end."""
 def show(*lines: str) -> None:
     """Write lines of results for people."""
     for line in lines:
-        put(printable(line))
+        show_raw(printable(line))
 
 
-def put(line: str) -> None:
+def show_raw(line: str) -> None:
     """Write a line of results for programs, as it is.
 
     Raises:
@@ -48,7 +48,7 @@ def writing_results() -> Iterator[None]:
         raise ConfigError(f"the results cannot be written ({error.strerror})") from error
 
 
-def tell(line: str) -> None:
+def info(line: str) -> None:
     """Write a line to the user that is no result."""
     with suppress(OSError):  # that nobody can read it is no reason to stop
         print(printable(line), file=sys.stderr)
@@ -57,7 +57,7 @@ def tell(line: str) -> None:
 def warn(problem: str | None) -> None:
     """Write a warning, if there is one."""
     if problem:
-        tell(f"warning: {problem}")
+        info(f"warning: {problem}")
 
 
 def open_text(name: str, files: ExitStack) -> Iterator[str]:

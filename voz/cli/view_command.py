@@ -9,7 +9,7 @@ import typer
 
 from voz.cli.run_options import LOCAL, WebPortOption
 from voz.cli.run_page import check_installed
-from voz.cli.text_io import tell
+from voz.cli.text_io import info
 
 
 def view(
@@ -36,5 +36,5 @@ def view(
 
     record = session_record(str(shown_path(session)), read_session(session))
     with open_page_address(LOCAL, web_port, None) as site:
-        tell(f"the session is at {site.link}")
+        info(f"the session is at {site.link}")
         show_session(site, record)

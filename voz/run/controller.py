@@ -1,4 +1,4 @@
-"""From what was heard to what the robot is asked to do: obeys, and tells all who receive events."""
+"""From what was heard to what the robot is asked to do, as events for all receivers."""
 
 from __future__ import annotations
 
@@ -19,13 +19,12 @@ from voz.settings import Safety
 
 
 class Controller:
-    """The robot's state, and who is told of it; time comes in with each call.
+    """Obeys commands and sends velocities; time comes in with each call.
 
     Attributes:
-        stopped_at: when the motion was last ended by a loss, s. What was said before does not
-            begin another.
+        stopped_at: when a loss last ended the motion, s; what was said before begins no other.
         table: what each command does.
-        rehearsing: whether commands are understood and told, but none is obeyed that does not stop.
+        rehearsing: whether commands are understood, but none is obeyed that does not stop.
     """
 
     def __init__(
@@ -43,8 +42,7 @@ class Controller:
             safety: the safety rules' settings.
             listening: whether commands are obeyed before a `start speech`.
             table: what each command does; None is what they do in the list that comes with voz.
-            odometry: tells where the robot is at a time of the run, s, without waiting; what is
-                no place is as good as None.
+            odometry: returns where the robot is at a time of the run, s, without waiting.
 
         Raises:
             ConfigError: an argument is something else.
@@ -60,13 +58,13 @@ class Controller:
         self._last_command = 0.0
         # Not 0: the first thing that is said may have begun before the run did.
         self.stopped_at = -math.inf
-        self._told_to_stop = -math.inf  # when somebody last began to say so, or pressed a key, s
+        self._stop_begun = -math.inf  # when somebody last began to say so, or pressed a key, s
         self.rehearsing = False
-        self._behind: set[str] = set()
+        self._late_sources: set[str] = set()
 
     @property
     def velocities(self) -> tuple[float, float]:
-        """What the robot is asked to hold now, m/s and rad/s."""
+        """The velocities that are sent now, m/s and rad/s."""
         return self._state.motion.velocities()
 
     @property
@@ -89,18 +87,18 @@ class Controller:
         if isinstance(event, Partial):
             self.emit(event)
             # A needless halt is better than a late one, and what else it was is settled later.
-            if self.moving and not self._try(event).state.moving:
+            if self.moving and not self._preview(event).state.moving:
                 self.halt()
         elif not event.accepted:
             self.emit(replace(event, obeyed=False))
         else:
-            late = late or self._is_overtaken(event) or event.source in self._behind
+            late = late or self._is_overtaken(event) or event.source in self._late_sources
             why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
             self._obey(replace(event, ignored=why) if why else event)
 
     def late_from(self, source: str, behind: bool) -> None:
-        """Note whether a source is behind, so that what it hears was said long ago."""
-        (self._behind.add if behind else self._behind.discard)(source)
+        """Note whether a source is behind: what it hears was said long ago."""
+        (self._late_sources.add if behind else self._late_sources.discard)(source)
 
     def halt(self) -> None:
         """Ask the robot to stand still from now on."""
@@ -124,12 +122,12 @@ class Controller:
         self.emit(Warning(now, why, good, stops=not good))
 
     def stop_by_hand(self, now: float, why: str, pressed: float = 0.0) -> None:
-        """Ask the robot to stand still as somebody wants it.
+        """Ask the robot to stand still, because somebody wants it.
 
         Args:
             now: the time of the run, s.
             why: for people.
-            pressed: when the key was; what was begun to be said before moves nothing.
+            pressed: when the key was, s; a command that began before moves nothing.
 
         Raises:
             ConfigError: a time is no number; the motion is ended all the same.
@@ -137,7 +135,7 @@ class Controller:
         self.halt()
         _check_time(now)
         _check_time(pressed)
-        self._told_to_stop = max(self._told_to_stop, pressed)
+        self._stop_begun = max(self._stop_begun, pressed)
         self.emit(Warning(now, why, good=True, stops=True))
 
     def send(self, now: float) -> None:
@@ -167,26 +165,22 @@ class Controller:
             receive(event)
 
     def _is_overtaken(self, event: Utterance) -> bool:
-        """Whether the robot was stopped after somebody began to say this.
-
-        What is spoken is settled when it pauses; by then a key may have been pressed.
-        """
-        return event.end < self.stopped_at or event.start < self._told_to_stop
+        """Return whether the robot was stopped after somebody began to say this."""
+        return event.end < self.stopped_at or event.start < self._stop_begun
 
     def _place(self, now: float) -> Place | None:
-        """Where odometry has the robot; None where it knows nothing, or no place."""
+        """Return where the robot is; None if unknown or not finite."""
         place = self._odometry(now)
         return place if place is not None and all(map(math.isfinite, place)) else None
 
-    def _try(self, event: Utterance | Partial) -> Transition:
-        """What a command would do."""
+    def _preview(self, event: Utterance | Partial) -> Transition:
         slots = event.slots if isinstance(event, Utterance) else {}
         command = GivenCommand(event.name, slots, event.t)
         return obey(self._state, command, self.table, self._safety, self._place(event.t))
 
     def _obey(self, utterance: Utterance) -> None:
         """Obey an accepted utterance, unless it is to be ignored."""
-        transition = self._try(utterance)
+        transition = self._preview(utterance)
         if utterance.ignored and not self._harmless(utterance, transition):
             self.emit(replace(utterance, obeyed=False))
         elif not transition.obeyed:
@@ -196,20 +190,19 @@ class Controller:
             self.emit(replace(utterance, obeyed=True, ignored=None))
             self._last_command = utterance.t
             if utterance.name in self.table.halts:
-                self._told_to_stop = max(self._told_to_stop, utterance.start)
+                self._stop_begun = max(self._stop_begun, utterance.start)
             self._follow(transition)
 
     def _follow(self, transition: Transition) -> None:
-        """Take over what a command or the time did."""
         self._state = transition.state
         for event in transition.events:
             self.emit(event)
 
     def _harmless(self, utterance: Utterance, transition: Transition) -> bool:
-        """Whether a command may be obeyed though it is to be ignored.
+        """Return whether a command may be obeyed though it is to be ignored.
 
-        Over its own voice the robot hears nothing else well enough than what stops it. What comes
-        too late may still end the motion, and begin or end the listening.
+        While the robot speaks it obeys only what stops it. What comes too late may still end the
+        motion, and begin or end the listening.
         """
         if utterance.ignored == "too_late":
             silent = all(isinstance(event, Reply) for event in transition.events)
@@ -218,6 +211,5 @@ class Controller:
 
 
 def _check_time(now: float) -> None:
-    """Refuse a time in which no limit holds."""
     if not is_number(now) or not math.isfinite(now):
         raise ConfigError(f"the time of the run is {now!r}; give seconds")

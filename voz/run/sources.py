@@ -7,8 +7,8 @@ goes as fast as it can and gives the same events each time.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
@@ -25,35 +25,37 @@ TYPED = "text"
 """The source of an utterance that was typed."""
 
 MAX_COMMAND_LENGTH = 200
-"""Characters of a line or a message that are looked at; a command has fewer."""
+"""Characters of a line or a message that are read; a command has fewer."""
 
 NO_COMMAND = ("", "-")
 """Typed lines that only let a beat pass."""
 
 
-class Saying(NamedTuple):
-    """A sentence that a recognizer published: when, s after the bag begins, and what."""
+@dataclass(frozen=True)
+class BagSentence:
+    """A sentence that a recognizer published, `t` seconds after the bag begins."""
 
     t: float
     text: str
 
 
-class Sayings(NamedTuple):
+@dataclass(frozen=True)
+class BagContent:
     """All sentences in a bag, in order, and how long the bag is, s."""
 
-    said: list[Saying]
+    sentences: list[BagSentence]
     seconds: float
 
 
 def lines_typed(
     lines: Iterable[str], commands: Commands, now: Callable[[], float] = lambda: 0.0
 ) -> Iterator[Item]:
-    """Typed lines, one for each beat; `-` or nothing lets a beat pass.
+    """Yield typed lines, one for each beat; `-` or nothing lets a beat pass.
 
     Args:
         lines: the typed text.
         commands: what may be typed; any other text is not accepted.
-        now: the time of the run when a line is there, s; it may have been waited for.
+        now: returns the time of the run, s: a line may have been waited for.
     """
     beats = 0
     for line in lines:
@@ -68,7 +70,7 @@ def lines_typed(
 def recordings_played(
     paths: Iterable[Path], recognizer: Recognizer, unreadable: list[str]
 ) -> Iterator[Item]:
-    """What is heard in recordings, one after the other as one stream of time.
+    """Yield what is heard in recordings, one after the other as one stream of time.
 
     Args:
         paths: the recordings.
@@ -96,19 +98,19 @@ def recordings_played(
     yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND
 
 
-def bag_replayed(path: Path, sayings: Sayings, commands: Commands) -> Iterator[Item]:
-    """The sentences in a bag, each at its time.
+def bag_replayed(path: Path, content: BagContent, commands: Commands) -> Iterator[Item]:
+    """Yield the sentences in a bag, each at its time.
 
     Args:
         path: the bag.
-        sayings: what it holds.
+        content: what it holds.
         commands: what may be said; any other sentence is not accepted.
     """
-    end = sayings.seconds
-    for t, said in sayings.said:
-        text = normalize(said[:MAX_COMMAND_LENGTH])
-        yield typed(text, commands, t, shown_path(path))
-        end = max(end, t + 1 / BEATS_PER_SECOND)  # the last command takes effect
+    end = content.seconds
+    for sentence in content.sentences:
+        text = normalize(sentence.text[:MAX_COMMAND_LENGTH])
+        yield typed(text, commands, sentence.t, shown_path(path))
+        end = max(end, sentence.t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end
 
 
@@ -117,7 +119,7 @@ def typed(text: str, commands: Commands, now: float, source: str = TYPED) -> Utt
 
     Args:
         text: the sentence, normalized; it may have digits and a full stop.
-        commands: what may be said; else it is not accepted, and told what was meant perhaps.
+        commands: what may be said; of another text the closest command is given.
         now: the time, s.
         source: where it comes from.
     """

@@ -18,7 +18,7 @@ from voz.apps.recordings.bag_files import open_bag
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
 from voz.extras import how_to_install
-from voz.run.sources import Saying, Sayings
+from voz.run.sources import BagContent, BagSentence
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
@@ -95,7 +95,7 @@ def write_bag(path: Path) -> Iterator[Receiver]:
     bag.close()
 
 
-def read_sayings(path: Path) -> Sayings:
+def read_sayings(path: Path) -> BagContent:
     """Read what a recognizer published on `recognizer/output`, in any namespace.
 
     Raises:
@@ -107,7 +107,7 @@ def read_sayings(path: Path) -> Sayings:
         ]
         topics = sorted({c.topic for c in bag.connections})
         said = [
-            Saying(_seconds(t - bag.start_time), _text(bag.deserialize(data, STRING)))
+            BagSentence(_seconds(t - bag.start_time), _text(bag.deserialize(data, STRING)))
             for _, t, data in (bag.messages(heard) if heard else ())
         ]
         seconds = _seconds(bag.end_time - bag.start_time)
@@ -120,7 +120,7 @@ def read_sayings(path: Path) -> Sayings:
             f"{path}: lasts {longest / SECONDS_PER_DAY:.0f} days by the times in it, one of which "
             "must be damaged; name another bag"
         )
-    return Sayings(said, seconds)
+    return BagContent(said, seconds)
 
 
 def is_bag(path: Path) -> bool:

@@ -1,24 +1,24 @@
-// The way to the robot: told what happens, asks for things, and comes back by itself.
+// The connection to the robot: receives records, sends requests, and reconnects by itself.
 
-const AGAIN = [300, 600, 1000, 2000]; // ms until the next try; the last one goes on
-const SILENT = 1500; // ms without a state, and the way is lost
-const STOP_PATIENCE = 1500; // ms
+const RETRY_DELAYS = [300, 600, 1000, 2000]; // ms; the last one repeats
+const STATE_TIMEOUT = 1500; // ms without a state until the connection is lost
+const STOP_TIMEOUT = 1500; // ms
 
 export class Connection {
-  // `told` gets what comes, `lost` is called when the way is.
-  constructor(told, lost) {
-    this.told = told;
-    this.lost = lost;
+  // `onRecord` gets each record, `onLost` the reason when the connection is lost.
+  constructor(onRecord, onLost) {
+    this.onRecord = onRecord;
+    this.onLost = onLost;
     this.tries = 0;
-    this.number = 0;
-    this.stopping = new Map();
+    this.stops = 0;
+    this.pendingStops = new Map();
     this.secret = null;
     this.socket = null;
   }
 
-  // It stops the robot before that, too.
-  begin() {
-    setInterval(() => this.look(), 500);
+  // `stop` works before that, too.
+  start() {
+    setInterval(() => this.checkAlive(), 500);
     this.open();
   }
 
@@ -26,44 +26,44 @@ export class Connection {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/api/events`);
     this.socket = socket;
-    this.last = performance.now();
-    socket.onmessage = (message) => this.take(JSON.parse(message.data));
+    this.lastRecord = performance.now();
+    socket.onmessage = (message) => this.receive(JSON.parse(message.data));
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.secret = null;
-      this.lost(event.reason);
-      setTimeout(() => this.open(), AGAIN[Math.min(this.tries++, AGAIN.length - 1)]);
+      this.onLost(event.reason);
+      setTimeout(() => this.open(), RETRY_DELAYS[Math.min(this.tries++, RETRY_DELAYS.length - 1)]);
     };
   }
 
-  // A way that gives nothing is closed: what is behind it may be gone without a word.
-  look() {
+  // A connection that delivers nothing is closed: the robot may be gone without a word.
+  checkAlive() {
     const open = this.socket?.readyState === WebSocket.OPEN;
-    if (open && performance.now() - this.last > SILENT) {
+    if (open && performance.now() - this.lastRecord > STATE_TIMEOUT) {
       const socket = this.socket;
       this.socket = null;
       socket.close();
       this.secret = null;
-      this.lost("");
+      this.onLost("");
       this.open();
     }
   }
 
-  take(record) {
-    this.last = performance.now();
+  receive(record) {
+    this.lastRecord = performance.now();
     if (record.type === "welcome") {
       this.tries = 0;
       this.secret = record.secret;
-    } else if (record.type === "state" && this.answers()) {
+    } else if (record.type === "state" && this.isAttended()) {
       this.send("seen");
     } else if (record.type === "stop") {
-      this.stopping.get(record.number)?.(record);
+      this.pendingStops.get(record.number)?.(record);
     }
-    this.told(record);
+    this.onRecord(record);
   }
 
   // An operator who does not see the page cannot stop the robot by it.
-  answers() {
+  isAttended() {
     return !document.hidden || Boolean(this.handsFree);
   }
 
@@ -74,11 +74,11 @@ export class Connection {
   }
 
   command(text) {
-    return this.ask("/api/command", { text, stops: this.number });
+    return this.post("/api/command", { text, stops: this.stops });
   }
 
-  // Send something to an address as this page.
-  async ask(address, more) {
+  // Send a request as this page.
+  async post(address, more) {
     const body = JSON.stringify({ ...more, page: this.secret });
     const answer = await fetch(address, {
       method: "POST", headers: { "Content-Type": "application/json" }, body,
@@ -88,28 +88,28 @@ export class Connection {
     return record;
   }
 
-  // By both ways at once: the first that says that the robot is stopped counts.
+  // By WebSocket and by POST at once: the first confirmation counts.
   async stop() {
-    const number = ++this.number;
-    const ways = [this.stopBySocket(number), this.stopByPost(number)];
+    const number = ++this.stops;
+    const answers = [this.stopBySocket(number), this.stopByPost(number)];
     try {
-      return await Promise.any(ways);
+      return await Promise.any(answers);
     } finally {
-      this.stopping.delete(number);
+      this.pendingStops.delete(number);
     }
   }
 
   stopBySocket(number) {
     return new Promise((resolve, reject) => {
-      this.stopping.set(number, (record) => (record.stopped ? resolve(record) : reject(new Error(record.error))));
+      this.pendingStops.set(number, (record) => (record.stopped ? resolve(record) : reject(new Error(record.error))));
       if (!this.send("stop", { number })) reject(new Error("no connection"));
-      setTimeout(() => reject(new Error("no answer")), STOP_PATIENCE);
+      setTimeout(() => reject(new Error("no answer")), STOP_TIMEOUT);
     });
   }
 
   async stopByPost(number) {
     const headers = this.secret ? { "X-Voz-Page": this.secret, "X-Voz-Stop": String(number) } : {};
-    const answer = await fetch("/api/stop", { method: "POST", headers, signal: AbortSignal.timeout(STOP_PATIENCE) });
+    const answer = await fetch("/api/stop", { method: "POST", headers, signal: AbortSignal.timeout(STOP_TIMEOUT) });
     const record = await answer.json();
     if (!record.stopped) throw new Error(record.error);
     return record;

@@ -1,10 +1,10 @@
 // Puts the parts of the page together.
 import { Connection } from "./connection.js";
-import { Dial } from "./dial.js";
-import { Log } from "./log.js";
-import { Marking } from "./marking.js";
+import { EventLog } from "./event-log.js";
+import { FalseAlarmSlider } from "./false-alarm-slider.js";
 import { Microphone } from "./microphone.js";
 import { Player } from "./player.js";
+import { RecordingMarks } from "./recording-marks.js";
 import { Room } from "./room.js";
 import * as words from "./words.js";
 
@@ -12,138 +12,138 @@ const FLOOR = -60; // dBFS at which the bar is empty: a quiet room
 const LOUD = -3; // dBFS above which a microphone is about to clip
 const STOPPED_FOR = 2000; // ms that the button says so
 
-const at = (id) => document.getElementById(id);
-const connection = new Connection(told, lost);
-const ask = (address, more) => connection.ask(address, more);
-const player = new Player(ask);
-const marking = new Marking(ask, player, (text) => put(at("marking-note"), text));
-const dial = new Dial(at, ask);
-const log = new Log(at("log"), (event) => marking.tools(event));
-const microphone = new Microphone((text) => put(at("voice-note"), text), quiet);
-let about = null; // what does not change, and which page this is
-let state = null; // how things are
+const byId = (id) => document.getElementById(id);
+const connection = new Connection(receive, connectionLost);
+const post = (address, more) => connection.post(address, more);
+const player = new Player(post);
+const marks = new RecordingMarks(post, player, (text) => setText(byId("marking-note"), text));
+const falseAlarms = new FalseAlarmSlider(byId, post);
+const log = new EventLog(byId("log"), (event) => marks.tools(event));
+const microphone = new Microphone((text) => setText(byId("voice-note"), text), stopTalking);
+let welcomed = null; // what does not change, and which page this is
+let state = null; // the current state
 let room = null;
-let wantsToDrive = false; // it drove before the way was lost
+let wantsToDrive = false; // it drove before the connection was lost
 let wakeLock = null;
 
-// Change what is shown only if it is another: nothing flickers, and nothing is read out twice.
-function put(element, text) {
+// Change a text only if it differs: nothing flickers, and nothing is read out twice.
+function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-function alarm(text) {
-  put(at("alarm"), text);
-  at("alarm").hidden = !text;
+function showAlarm(text) {
+  setText(byId("alarm"), text);
+  byId("alarm").hidden = !text;
 }
 
 // A stop that was not confirmed stays in sight until one is.
-function allWell() {
-  if (at("stop").dataset.state !== "failed") alarm("");
+function clearAlarm() {
+  if (byId("stop").dataset.state !== "failed") showAlarm("");
 }
 
-const driving = () => Boolean(about && state && state.driver === about.page);
+const isDriving = () => Boolean(welcomed && state && state.driver === welcomed.page);
 
 // What comes from the robot
 
-function told(record) {
+function receive(record) {
   if (record.type === "welcome") welcome(record);
   else if (record.type === "state") show(record);
-  else if (record.type === "drive") drove(record);
-  else if (record.type === "recording") marking.add(record);
+  else if (record.type === "drive") driveAnswered(record);
+  else if (record.type === "recording") marks.add(record);
   else if (["utterance", "reply", "warning"].includes(record.type)) log.add(record);
-  if (record.type === "reply" && at("replies").checked && driving()) say(record.text);
+  if (record.type === "reply" && byId("replies").checked && isDriving()) say(record.text);
 }
 
 function say(text) {
   const playing = player.play(`/api/reply?text=${encodeURIComponent(text)}`);
-  playing.catch((error) => put(at("voice-note"), error.message));
+  playing.catch((error) => setText(byId("voice-note"), error.message));
 }
 
 function welcome(record) {
-  about = record;
-  allWell();
-  room = new Room(at("room"), record.room);
-  marking.fill(record.recordings, record.commands);
-  dial.fill(record.tuning);
+  welcomed = record;
+  clearAlarm();
+  room = new Room(byId("room"), record.room);
+  marks.fill(record.recordings, record.commands);
+  falseAlarms.fill(record.tuning);
   log.fill(record.events);
-  at("voice").hidden = record.microphone !== "browser";
-  put(at("voice-note"), record.microphone === "browser" ? "" : `The robot listens by its own microphone, ${record.microphone}.`);
+  byId("voice").hidden = record.microphone !== "browser";
+  setText(byId("voice-note"), record.microphone === "browser" ? "" : `The robot listens by its own microphone, ${record.microphone}.`);
   const buttons = record.commands.filter((text) => text !== "stop").map(commandButton);
-  at("commands").replaceChildren(...buttons);
+  byId("commands").replaceChildren(...buttons);
   show(record.now);
   if (wantsToDrive) connection.send("drive");
 }
 
 function show(now) {
   const before = state;
-  const drove = driving();
+  const drove = isDriving();
   state = now;
   room.show(now);
   const [kind, text] = words.status(now);
-  at("status").dataset.kind = kind;
-  put(at("status"), text);
-  put(at("linear"), words.velocity(now.linear));
-  put(at("angular"), words.velocity(now.angular));
-  put(at("arm"), words.arm(now.selected));
-  put(at("place"), words.place(now.pose));
-  put(at("recording"), words.recording(now.recording));
-  dial.show(now.alarms);
+  byId("status").dataset.kind = kind;
+  setText(byId("status"), text);
+  setText(byId("linear"), words.velocity(now.linear));
+  setText(byId("angular"), words.velocity(now.angular));
+  setText(byId("arm"), words.arm(now.selected));
+  setText(byId("place"), words.place(now.pose));
+  setText(byId("recording"), words.recording(now.recording));
+  falseAlarms.show(now.alarms);
   showLevel(now);
-  showWheel(now, before);
-  if (drove && !driving()) lostWheel();
+  showDriver(now, before);
+  if (drove && !isDriving()) stoppedDriving();
 }
 
 function showLevel(now) {
   const level = now.peak > 0 ? Math.max(FLOOR, 20 * Math.log10(now.peak)) : FLOOR;
-  at("peak").style.transform = `scaleX(${(1 - level / FLOOR).toFixed(3)})`;
-  at("peak").classList.toggle("loud", level > LOUD);
+  byId("peak").style.transform = `scaleX(${(1 - level / FLOOR).toFixed(3)})`;
+  byId("peak").classList.toggle("loud", level > LOUD);
   const background = Math.min(0, Math.max(FLOOR, now.background));
-  at("background").style.transform = `translateX(${((1 - background / FLOOR) * 100).toFixed(1)}%)`;
-  put(at("level-words"), `the room is at ${Math.round(now.background)} dB`);
+  byId("background").style.transform = `translateX(${((1 - background / FLOOR) * 100).toFixed(1)}%)`;
+  setText(byId("level-words"), `the room is at ${Math.round(now.background)} dB`);
 }
 
-function showWheel(now, before) {
-  const mine = driving();
-  put(at("driver"), mine ? "you drive" : now.driver ? `${now.driver_name} drives` : "nobody drives");
-  at("drive").hidden = mine;
-  put(at("drive"), now.driver ? "Take over" : "Drive");
-  at("leave").hidden = !mine;
-  at("rehearse").disabled = !mine;
+function showDriver(now, before) {
+  const mine = isDriving();
+  setText(byId("driver"), mine ? "you drive" : now.driver ? `${now.driver_name} drives` : "nobody drives");
+  byId("drive").hidden = mine;
+  setText(byId("drive"), now.driver ? "Take over" : "Drive");
+  byId("leave").hidden = !mine;
+  byId("rehearse").disabled = !mine;
   // A tick that is still on its way to the robot is not taken away.
-  if (!mine || now.rehearsing !== before?.rehearsing) at("rehearse").checked = now.rehearsing;
-  for (const button of at("commands").children) button.disabled = !mine;
-  allow(mine);
-  at("microphone").disabled = !mine;
-  at("talk").disabled = at("hands-free").disabled = !mine || !microphone.ready;
+  if (!mine || now.rehearsing !== before?.rehearsing) byId("rehearse").checked = now.rehearsing;
+  for (const button of byId("commands").children) button.disabled = !mine;
+  enableDriverTools(mine);
+  byId("microphone").disabled = !mine;
+  byId("talk").disabled = byId("hands-free").disabled = !mine || !microphone.ready;
 }
 
-// What only the page that drives may do besides commands.
-function allow(mine) {
-  for (const part of [player, marking, dial]) part.allow(mine);
-  at("replies").disabled = !mine;
+// What only the driving page may do besides commands.
+function enableDriverTools(mine) {
+  for (const part of [player, marks, falseAlarms]) part.enable(mine);
+  byId("replies").disabled = !mine;
 }
 
-function drove(record) {
+function driveAnswered(record) {
   if (!record.driving) return;
   wantsToDrive = true;
-  if (microphone.there) microphone.connect(about.secret);
+  if (microphone.isEnabled) microphone.connect(welcomed.secret);
 }
 
-function lostWheel() {
+function stoppedDriving() {
   wantsToDrive = false;
-  quiet();
+  stopTalking();
   microphone.disconnect();
 }
 
-function lost(reason) {
-  at("status").dataset.kind = "lost";
-  put(at("status"), "no connection");
-  alarm(reason || "No connection to the robot. It stops if this page drove it.");
-  quiet();
-  allow(false);
+function connectionLost(reason) {
+  byId("status").dataset.kind = "lost";
+  setText(byId("status"), "no connection");
+  showAlarm(reason || "No connection to the robot. It stops if this page drove it.");
+  stopTalking();
+  enableDriverTools(false);
   microphone.disconnect();
   state = null;
-  for (const button of at("commands").children) button.disabled = true;
+  for (const button of byId("commands").children) button.disabled = true;
 }
 
 // What goes to it
@@ -153,46 +153,46 @@ function commandButton(text) {
   button.type = "button";
   button.textContent = text;
   button.disabled = true;
-  button.onclick = () => connection.command(text).then(allWell, (error) => alarm(error.message));
+  button.onclick = () => connection.command(text).then(clearAlarm, (error) => showAlarm(error.message));
   return button;
 }
 
 async function stop() {
-  const button = at("stop");
-  quiet();
+  const button = byId("stop");
+  stopTalking();
   button.dataset.state = "asked";
-  put(at("stop-word"), "stopping …");
+  setText(byId("stop-word"), "stopping …");
   try {
     await connection.stop();
     button.dataset.state = "stopped";
-    put(at("stop-word"), "stopped");
-    alarm("");
+    setText(byId("stop-word"), "stopped");
+    showAlarm("");
   } catch {
     button.dataset.state = "failed";
-    put(at("stop-word"), "NOT STOPPED: cut its power");
-    alarm("The robot did not confirm the stop. Cut its power, and press again.");
+    setText(byId("stop-word"), "NOT STOPPED: cut its power");
+    showAlarm("The robot did not confirm the stop. Cut its power, and press again.");
     return;
   }
   setTimeout(() => {
     if (button.dataset.state !== "stopped") return;
     button.dataset.state = "";
-    put(at("stop-word"), "STOP");
+    setText(byId("stop-word"), "STOP");
   }, STOPPED_FOR);
 }
 
 function talk(on) {
   if (on && !microphone.begin()) {
-    put(at("voice-note"), "The way for your sound is not open yet.");
+    setText(byId("voice-note"), "The connection for your sound is not open yet.");
     return;
   }
   if (!on) microphone.end();
-  at("talk").setAttribute("aria-pressed", String(on));
-  put(at("talk"), on ? "Speak …" : "Hold to talk");
+  byId("talk").setAttribute("aria-pressed", String(on));
+  setText(byId("talk"), on ? "Speak …" : "Hold to talk");
 }
 
 // No sound is sent any more.
-function quiet() {
-  at("hands-free").checked = connection.handsFree = false;
+function stopTalking() {
+  byId("hands-free").checked = connection.handsFree = false;
   talk(false);
   keepAwake(false);
 }
@@ -208,76 +208,76 @@ async function keepAwake(on) {
 
 // Hands and keys
 
-at("stop").onpointerdown = (event) => event.isPrimary && stop();
-at("stop").onclick = (event) => event.detail === 0 && stop(); // by Enter, or a screen reader
-at("drive").onclick = () => {
+byId("stop").onpointerdown = (event) => event.isPrimary && stop();
+byId("stop").onclick = (event) => event.detail === 0 && stop(); // by Enter, or a screen reader
+byId("drive").onclick = () => {
   const over = Boolean(state?.driver);
   if (!over || confirm(`${state.driver_name} drives. Take over? The robot stops.`)) connection.send("drive", { over });
 };
-at("leave").onclick = () => {
+byId("leave").onclick = () => {
   wantsToDrive = false;
   connection.send("leave");
 };
-at("rehearse").onchange = ({ target }) => connection.send("rehearse", { on: target.checked });
-at("microphone").onclick = async () => {
-  put(at("voice-note"), "");
+byId("rehearse").onchange = ({ target }) => connection.send("rehearse", { on: target.checked });
+byId("microphone").onclick = async () => {
+  setText(byId("voice-note"), "");
   try {
     await microphone.enable();
   } catch (error) {
-    put(at("voice-note"), error.message);
+    setText(byId("voice-note"), error.message);
     return;
   }
-  at("microphone").hidden = true;
-  at("talk").hidden = at("hands-free-label").hidden = false;
-  if (driving()) microphone.connect(about.secret);
+  byId("microphone").hidden = true;
+  byId("talk").hidden = byId("hands-free-label").hidden = false;
+  if (isDriving()) microphone.connect(welcomed.secret);
 };
-at("talk").onpointerdown = (event) => {
-  at("talk").setPointerCapture(event.pointerId);
+byId("talk").onpointerdown = (event) => {
+  byId("talk").setPointerCapture(event.pointerId);
   talk(true);
 };
-at("talk").onpointerup = at("talk").onpointercancel = at("talk").onlostpointercapture = () => hold(false);
-at("talk").oncontextmenu = (event) => event.preventDefault();
-at("hands-free").onchange = ({ target }) => {
+byId("talk").onpointerup = byId("talk").onpointercancel = byId("talk").onlostpointercapture = () => hold(false);
+byId("talk").oncontextmenu = (event) => event.preventDefault();
+byId("hands-free").onchange = ({ target }) => {
   connection.handsFree = target.checked;
   talk(target.checked);
   target.checked = connection.handsFree = microphone.talking && target.checked;
   keepAwake(target.checked);
 };
 
-// The button is let go; hands-free goes on.
+// The button is pressed or released; hands-free goes on.
 function hold(on) {
-  if (on || !at("hands-free").checked) talk(on);
+  if (on || !byId("hands-free").checked) talk(on);
 }
 
-// T, and Enter on the button, are held like it.
-function holds(event) {
-  const onButton = event.key === "Enter" && document.activeElement === at("talk");
+// T, and Enter on the button, are held like the button.
+function isTalkKey(event) {
+  const onButton = event.key === "Enter" && document.activeElement === byId("talk");
   const choosing = event.target instanceof HTMLSelectElement; // by its first letter
   const letter = event.key.toLowerCase() === "t" && !event.ctrlKey && !event.metaKey && !event.altKey && !choosing;
-  return (onButton || letter) && !at("talk").hidden && !at("talk").disabled;
+  return (onButton || letter) && !byId("talk").hidden && !byId("talk").disabled;
 }
 
 addEventListener("keydown", (event) => {
   if (event.key === " ") {
     event.preventDefault();
     if (!event.repeat) stop();
-  } else if (holds(event)) {
+  } else if (isTalkKey(event)) {
     event.preventDefault();
     if (!event.repeat) hold(true);
   }
 }, { capture: true });
 addEventListener("keyup", (event) => {
   if (event.key === " ") event.preventDefault(); // else it would press the button that has the focus
-  else if (holds(event)) hold(false);
+  else if (isTalkKey(event)) hold(false);
 }, { capture: true });
 addEventListener("blur", () => hold(false));
 document.addEventListener("visibilitychange", () => {
   if (document.hidden) hold(false);
-  else if (at("hands-free").checked) keepAwake(true);
+  else if (byId("hands-free").checked) keepAwake(true);
 });
 
-// The token of the link is changed for a cookie, and goes nowhere else.
-async function enter() {
+// The token of the link is exchanged for a cookie, and sent nowhere else.
+async function logIn() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token");
   if (token) {
     history.replaceState(null, "", "/");
@@ -288,10 +288,10 @@ async function enter() {
   const answer = await fetch("/api/state");
   if (answer.ok) return true;
   const { error } = await answer.json();
-  put(at("status"), "no entry");
-  alarm(error);
+  setText(byId("status"), "no entry");
+  showAlarm(error);
   return false;
 }
 
-at("certificate").hidden = location.protocol !== "https:";
-if (await enter().catch(() => true)) connection.begin();
+byId("certificate").hidden = location.protocol !== "https:";
+if (await logIn().catch(() => true)) connection.start();

@@ -1,24 +1,24 @@
-// The microphone of this browser, on its way to the robot.
+// The microphone of this browser, whose sound is sent to the robot.
 
 const HEADER = 16; // bytes: the number of the block, 0, and when it was heard
-const TAIL = 400; // ms that are still sent when the button is let go: the end of the last word
-const MOST_WAITING = 0.3; // s of sound that wait for a slow way; more is left out, and the gap is seen
-const AGAIN = 1000; // ms until a way that was shut is opened again
+const TAIL = 400; // ms that are still sent when the button is released: the end of the last word
+const MAX_BUFFERED = 0.3; // s of sound that wait for a slow network; more is dropped, and the robot sees the gap
+const RECONNECT_DELAY = 1000; // ms
 
 export class Microphone {
-  // `told` gets lines for people; "" when all is well. `shut` is called when the way for the sound breaks.
-  constructor(told, shut) {
-    this.told = told;
-    this.shut = shut;
+  // `showNote` shows a line, "" when all is well. `onBroken` is called when the connection breaks.
+  constructor(showNote, onBroken) {
+    this.showNote = showNote;
+    this.onBroken = onBroken;
     this.talking = this.ready = false;
     this.number = 0;
   }
 
-  get there() {
+  get isEnabled() {
     return Boolean(this.context);
   }
 
-  // Ask for the microphone; without an assistant that changes the sound.
+  // Ask for the microphone, without processing that changes the sound.
   async enable() {
     if (!navigator.mediaDevices?.getUserMedia) {
       throw new Error("This browser gives its microphone only to HTTPS or localhost: use an SSH tunnel, or --https.");
@@ -30,24 +30,24 @@ export class Microphone {
     const capture = new AudioWorkletNode(context, "capture", { channelCount: 1, channelCountMode: "explicit" });
     capture.port.onmessage = ({ data }) => this.send(data);
     context.createMediaStreamSource(stream).connect(capture).connect(context.destination); // silence: it makes none
-    stream.getAudioTracks()[0].onended = () => this.told("The microphone is gone: connect it and load this page anew.");
+    stream.getAudioTracks()[0].onended = () => this.showNote("The microphone is gone: connect it and load this page anew.");
     this.context = context;
   }
 
-  // Open the way for its sound, with the secret of the page that drives.
+  // Open the connection for the sound, with the secret of the driving page.
   connect(secret) {
     this.disconnect();
     if (!this.context) return;
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/api/audio`);
     socket.onopen = () => socket.send(JSON.stringify({ type: "hello", page: secret, rate: this.context.sampleRate }));
-    socket.onmessage = ({ data }) => this.take(socket, JSON.parse(data));
+    socket.onmessage = ({ data }) => this.receive(socket, JSON.parse(data));
     socket.onclose = () => {
       if (this.socket !== socket) return;
       this.disconnect();
-      this.told("The way for your sound broke. It is opened again.");
-      this.shut();
-      this.opening = setTimeout(() => this.connect(secret), AGAIN);
+      this.showNote("The connection for your sound broke. It is opened again.");
+      this.onBroken();
+      this.opening = setTimeout(() => this.connect(secret), RECONNECT_DELAY);
     };
     this.socket = socket;
   }
@@ -59,12 +59,12 @@ export class Microphone {
     this.talking = this.ready = false;
   }
 
-  take(socket, record) {
+  receive(socket, record) {
     if (record.type === "ping") {
       socket.send(JSON.stringify({ type: "pong", t: record.t, at: Date.now() }));
       this.ready = true;
     } else if (record.type === "late") {
-      this.told(`Your sound came ${record.seconds.toFixed(1)} s late and was left out: say it again.`);
+      this.showNote(`Your sound came ${record.seconds.toFixed(1)} s late and was dropped: say it again.`);
     }
   }
 
@@ -73,11 +73,11 @@ export class Microphone {
     this.context.resume();
     if (this.socket?.readyState !== WebSocket.OPEN || !this.ready) return false;
     if (!this.talking) this.socket.send('{"type":"begin"}');
-    this.told("");
+    this.showNote("");
     return (this.talking = true);
   }
 
-  // Let the last word out before the way is shut.
+  // The last word is still sent.
   end() {
     clearTimeout(this.ending);
     this.ending = setTimeout(() => {
@@ -89,7 +89,7 @@ export class Microphone {
   send({ heard, samples }) {
     if (!this.talking || this.socket?.readyState !== WebSocket.OPEN) return;
     const number = this.number++ >>> 0;
-    if (this.socket.bufferedAmount > this.context.sampleRate * 2 * MOST_WAITING) return;
+    if (this.socket.bufferedAmount > this.context.sampleRate * 2 * MAX_BUFFERED) return;
     const block = new Uint8Array(HEADER + samples.byteLength);
     const header = new DataView(block.buffer);
     header.setUint32(0, number, true);

@@ -1,36 +1,36 @@
 // Plays sounds of the robot, one after the other.
 
-const MOST_WAITING = 3; // what is played later no longer belongs to what was done
+const MAX_QUEUED = 3; // sounds: later ones would come too late
 
 export class Player {
-  // `ask` sends something to an address as the page that drives: only that one may play.
-  constructor(ask) {
-    this.ask = ask;
+  // `post` sends a request as the driving page: only that one may play.
+  constructor(post) {
+    this.post = post;
     this.audio = new Audio();
-    this.allowed = false;
-    this.waiting = 0;
+    this.enabled = false;
+    this.queued = 0;
     this.last = Promise.resolve();
   }
 
-  allow(on) {
-    this.allowed = on;
+  enable(on) {
+    this.enabled = on;
     if (!on && !this.audio.paused) this.audio.pause();
   }
 
-  // The promise is kept when it is over.
+  // The promise resolves when the sound is over.
   play(address) {
-    if (this.waiting >= MOST_WAITING) return Promise.resolve();
-    this.waiting++;
-    const turn = this.last.then(() => this.sound(address)).finally(() => this.waiting--);
+    if (this.queued >= MAX_QUEUED) return Promise.resolve();
+    this.queued++;
+    const turn = this.last.then(() => this.playOne(address)).finally(() => this.queued--);
     this.last = turn.catch(() => {});
     return turn;
   }
 
-  // It sounds only once the robot has said that it hears nothing but stop: a microphone may be near.
-  async sound(address) {
-    await this.loaded(address);
-    await this.ask("/api/sounding", { seconds: this.audio.duration });
-    if (!this.allowed) return;
+  // It begins once the robot has confirmed that it hears only stop: a microphone may be near.
+  async playOne(address) {
+    await this.load(address);
+    await this.post("/api/sounding", { seconds: this.audio.duration });
+    if (!this.enabled) return;
     const over = new Promise((resolve) => {
       this.audio.onended = this.audio.onpause = this.audio.onerror = resolve;
     });
@@ -38,7 +38,7 @@ export class Player {
     await over;
   }
 
-  async loaded(address) {
+  async load(address) {
     await new Promise((resolve, reject) => {
       this.audio.oncanplaythrough = resolve;
       this.audio.onerror = () => reject(new Error("That sound cannot be played: it may be gone."));

@@ -1,8 +1,8 @@
-// The robot in its room, from above. What changes is moved, never drawn anew: nothing flickers.
+// The robot in its room, from above. What changes is moved, never redrawn: nothing flickers.
 
-const MOST_PLACES = 1500;
-const STEP = 0.01; // of the way between two places, m
-const AROUND = 1.5; // what is shown where no room is known, m
+const MAX_PLACES = 1500;
+const MIN_STEP = 0.01; // between two places of the path, m
+const VIEW_RADIUS = 1.5; // what is shown where no room is known, m
 
 function add(parent, name, attributes = {}) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -26,7 +26,7 @@ export class Room {
     const world = add(svg, "g", { transform: "scale(1 -1)" });
     if (room) this.drawRoom(world, room);
     else this.grid = add(world, "path", { class: "grid" });
-    this.way = add(world, "polyline", { class: "way" });
+    this.path = add(world, "polyline", { class: "way" });
     this.arm = add(world, "polyline", { class: "arm" });
     const radius = room ? room.radius : 0.17;
     this.robot = add(world, "g", { class: "robot", id: "robot" });
@@ -55,7 +55,7 @@ export class Room {
 
   show(state) {
     const [x, y, heading] = state.pose;
-    this.follow(x, y);
+    this.addPlace(x, y);
     // The short way round: a robot that turns past 180 degrees must not spin back.
     const turn = heading - this.heading;
     this.heading += turn - 2 * Math.PI * Math.round(turn / (2 * Math.PI));
@@ -66,23 +66,23 @@ export class Room {
     this.svg.dataset.y = y;
   }
 
-  follow(x, y) {
+  addPlace(x, y) {
     const last = this.places.at(-1);
-    if (last && Math.hypot(x - last[0], y - last[1]) < STEP) return;
+    if (last && Math.hypot(x - last[0], y - last[1]) < MIN_STEP) return;
     this.places.push([x, y]);
-    if (this.places.length > MOST_PLACES) this.places.shift();
-    this.way.setAttribute("points", this.places.map((place) => place.join(",")).join(" "));
-    if (!this.room) this.lookAt(x, y);
+    if (this.places.length > MAX_PLACES) this.places.shift();
+    this.path.setAttribute("points", this.places.map((place) => place.join(",")).join(" "));
+    if (!this.room) this.centerOn(x, y);
   }
 
-  // Show another way than the one that was seen: it leads to where the robot is now.
-  trace(places) {
-    this.places = places.slice(-MOST_PLACES);
-    this.way.setAttribute("points", this.places.map((place) => place.join(",")).join(" "));
+  // Show another path, which leads to where the robot is now.
+  setPath(places) {
+    this.places = places.slice(-MAX_PLACES);
+    this.path.setAttribute("points", this.places.map((place) => place.join(",")).join(" "));
   }
 
-  lookAt(x, y) {
-    this.svg.setAttribute("viewBox", `${x - AROUND} ${-y - AROUND} ${2 * AROUND} ${2 * AROUND}`);
+  centerOn(x, y) {
+    this.svg.setAttribute("viewBox", `${x - VIEW_RADIUS} ${-y - VIEW_RADIUS} ${2 * VIEW_RADIUS} ${2 * VIEW_RADIUS}`);
     let lines = "";
     for (let line = -2; line <= 2; line += 0.5) {
       const [atX, atY] = [Math.round(x * 2) / 2 + line, Math.round(y * 2) / 2 + line];

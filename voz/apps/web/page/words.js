@@ -19,7 +19,7 @@ export function place([x, y, heading]) {
   return `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, ${degrees}\u00b0`;
 }
 
-// Whether it hears, and why not: [kind, words].
+// Whether the robot hears, and why not: [kind, words].
 export function status(state) {
   if (state.deaf) return ["deaf", `deaf: ${state.deaf}`];
   if (state.rehearsing) return ["waiting", "rehearsal: nothing moves"];

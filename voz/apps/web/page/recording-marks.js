@@ -1,6 +1,6 @@
-// Plays what was heard, and tells the test set what it really was.
+// Plays what was heard, and marks what was really said.
 
-const MOST = 100; // utterances that can be marked: more than the page shows
+const MAX_MARKABLE = 100; // utterances: more than the page shows
 
 function element(name, text, more = {}) {
   const made = Object.assign(document.createElement(name), more);
@@ -12,22 +12,22 @@ function button(text, press) {
   return element("button", text, { type: "button", onclick: press });
 }
 
-// What was really said, in words; undefined is that nobody has told it yet.
-function told(said, event) {
+// A mark in words; undefined is no mark.
+function markText(said, event) {
   if (said === undefined) return "play it, or mark what it was";
   if (said === "") return "marked: no command";
   return said === event.text ? "marked: right" : `marked: “${said}” was said`;
 }
 
-export class Marking {
-  // `ask` sends something to an address as the page that drives, `failed` gets lines for people.
-  constructor(ask, player, failed) {
-    this.ask = ask;
+export class RecordingMarks {
+  // `post` sends a request as the driving page, `showError` shows a line.
+  constructor(post, player, showError) {
+    this.post = post;
     this.player = player;
-    this.failed = failed;
+    this.showError = showError;
     this.recordings = new Map(); // by where their utterances begin
     this.shown = new Map(); // the tools of utterances, by the same
-    this.allowed = false;
+    this.enabled = false;
   }
 
   fill(recordings, commands) {
@@ -43,28 +43,28 @@ export class Marking {
   }
 
   // Only the page that drives may play and mark.
-  allow(on) {
-    if (this.allowed === on) return;
-    this.allowed = on;
-    for (const tools of this.shown.values()) tools.allow();
+  enable(on) {
+    if (this.enabled === on) return;
+    this.enabled = on;
+    for (const tools of this.shown.values()) tools.enable();
   }
 
   // What belongs to an utterance on the page: hidden until it has a recording.
   tools(event) {
     const details = element("details", undefined, { className: "marking", hidden: true });
     details.setAttribute("aria-live", "off"); // buttons that appear are no news
-    const summary = element("summary", told(undefined, event));
+    const summary = element("summary", markText(undefined, event));
     const row = this.row(event);
     details.append(summary, row);
-    const allow = () => {
-      for (const one of row.children) one.disabled = !this.allowed;
+    const enable = () => {
+      for (const one of row.children) one.disabled = !this.enabled;
     };
     const show = (record) => {
       details.hidden = false;
-      summary.textContent = told(record.said, event);
+      summary.textContent = markText(record.said, event);
     };
-    allow();
-    keep(this.shown, event.start, { allow, show });
+    enable();
+    keep(this.shown, event.start, { enable, show });
     const record = this.recordings.get(event.start);
     if (record) show(record);
     return details;
@@ -92,17 +92,17 @@ export class Marking {
 
   mark(event, said) {
     const { file } = this.recordings.get(event.start);
-    return this.ask("/api/mark", { file, said }).then(() => this.failed(""), (error) => this.failed(error.message));
+    return this.post("/api/mark", { file, said }).then(() => this.showError(""), (error) => this.showError(error.message));
   }
 
   play(event) {
     const { file } = this.recordings.get(event.start);
     const playing = this.player.play(`/api/recordings/${encodeURIComponent(file)}`);
-    return playing.then(() => this.failed(""), (error) => this.failed(error.message));
+    return playing.then(() => this.showError(""), (error) => this.showError(error.message));
   }
 }
 
 function keep(map, key, value) {
   map.set(key, value);
-  if (map.size > MOST) map.delete(map.keys().next().value);
+  if (map.size > MAX_MARKABLE) map.delete(map.keys().next().value);
 }

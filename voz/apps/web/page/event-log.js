@@ -1,7 +1,7 @@
 // What was heard, said and warned of, the newest first.
 import { utterance } from "./words.js";
 
-const MOST = 40;
+const MAX_ENTRIES = 40;
 
 function element(name, className, text) {
   const made = document.createElement(name);
@@ -10,7 +10,7 @@ function element(name, className, text) {
   return made;
 }
 
-// How sure it was, with a mark where it would have been enough.
+// The confidence, with a mark at the one that is needed.
 function gauge(event) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("viewBox", "0 0 100 4");
@@ -26,16 +26,16 @@ function gauge(event) {
   return svg;
 }
 
-function spoken(event) {
+function isSpoken(event) {
   return !["page", "text", "bag"].includes(event.source);
 }
 
-function item(event, tools) {
+function entry(event, tools) {
   if (event.type === "utterance") {
     const [kind, what, more] = utterance(event);
     const made = element("div", `entry ${kind}`);
     made.append(element("p", "what", what), element("p", "more", more));
-    if (spoken(event)) made.append(gauge(event), tools(event));
+    if (isSpoken(event)) made.append(gauge(event), tools(event));
     return made;
   }
   const kind = event.type === "reply" ? "reply" : event.good ? "good" : "warning";
@@ -46,29 +46,29 @@ function item(event, tools) {
   return made;
 }
 
-const TOGETHER = 1; // s between two stops that are one: it goes by two ways
+const SAME_STOP = 1; // s between two stops that are one: it is sent twice
 
-export class Log {
-  // `tools` gives what a spoken utterance has besides.
+export class EventLog {
+  // `tools` makes the buttons of a spoken utterance.
   constructor(list, tools) {
     this.list = list;
     this.tools = tools;
   }
 
   fill(events) {
-    this.list.replaceChildren(...events.map((event) => item(event, this.tools)).reverse());
+    this.list.replaceChildren(...events.map((event) => entry(event, this.tools)).reverse());
   }
 
   add(event) {
-    if (this.isTheSameStop(event)) return;
+    if (this.isSameStop(event)) return;
     this.last = event;
-    this.list.prepend(item(event, this.tools));
-    while (this.list.children.length > MOST) this.list.lastElementChild.remove();
+    this.list.prepend(entry(event, this.tools));
+    while (this.list.children.length > MAX_ENTRIES) this.list.lastElementChild.remove();
   }
 
-  isTheSameStop(event) {
+  isSameStop(event) {
     const last = this.last;
     const stops = (one) => one?.type === "utterance" && one.source === "page" && one.text === "stop";
-    return stops(event) && stops(last) && event.t - last.t < TOGETHER;
+    return stops(event) && stops(last) && event.t - last.t < SAME_STOP;
   }
 }

@@ -106,7 +106,7 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
     expect(page.locator("#status")).to_contain_text("deaf")
 
 
-def test_nobody_can_speak_before_the_way_for_the_sound_is_open(
+def test_nobody_can_speak_before_the_sound_connection_is_open(
     robot: PageRobot, context: BrowserContext
 ) -> None:
     context.add_init_script(
@@ -122,7 +122,7 @@ def test_nobody_can_speak_before_the_way_for_the_sound_is_open(
     page.get_by_label("hands-free").check()  # once it is enabled
 
 
-def test_a_broken_way_for_the_sound_stops_the_robot_and_is_opened_again(
+def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     robot: PageRobot, context: BrowserContext
 ) -> None:
     context.add_init_script(
@@ -140,7 +140,7 @@ def test_a_broken_way_for_the_sound_stops_the_robot_and_is_opened_again(
     page.evaluate("() => window.sounds.at(-1).close()")
     robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
     expect(free).not_to_be_checked()
-    expect(free).to_be_enabled()  # a way is there again
+    expect(free).to_be_enabled()  # the connection is there again
     free.check()
     expect(page.locator("#status")).to_have_text("listening to you")
     assert page.evaluate("() => window.sounds.length") == 2

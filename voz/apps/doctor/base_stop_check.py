@@ -42,7 +42,7 @@ STILL_ANGULAR, STILL_LINEAR = 0.02, 0.01
 MAX_ODOMETRY_AGE = 0.3
 """Older odometry at the end of the silence does not count, s."""
 
-LAST_ZEROS = 5
+FINAL_ZEROS = 5
 """Zero velocities at the end: a message may be lost."""
 
 
@@ -187,7 +187,7 @@ def _not_ok(problem: str, remedy: str) -> Finding:
 
 
 def _send_zeros(base: Base) -> None:
-    for _ in range(LAST_ZEROS):
+    for _ in range(FINAL_ZEROS):
         with suppress(RobotError):
             base.send(0.0, 0.0)
         time.sleep(SEND_INTERVAL)

@@ -18,8 +18,8 @@ MAX_CLOCK_LEAD = 0.1
 BLOCK_HEADER = struct.Struct("<IId")
 """Number of the block, 0, and when its last sample was heard, ms by the page's clock."""
 
-MIN_SAMPLE_RATE, MAX_SAMPLE_RATE = 8_000, 192_000
-"""Hz."""
+MIN_PAGE_RATE, MAX_PAGE_RATE = 8_000, 192_000
+"""Sample rates of browsers, Hz."""
 
 MAX_BLOCK_SAMPLES = 9_600
 """0.1 s at 96 kHz."""

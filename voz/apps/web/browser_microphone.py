@@ -9,16 +9,15 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import numpy as np
-
 from voz.apps.web.audio_blocks import MAX_AUDIO_AGE
 from voz.audio import Samples
 from voz.audio.capture.resampling import Mono, Resampler
+from voz.audio.endpointing.segment import NO_SAMPLES
 
 BROWSER_SOURCE = "browser"
 """The source of utterances from there."""
 
-MAX_QUEUED_BLOCKS = 60
+MAX_BROWSER_BLOCKS = 60
 """Blocks that wait for a slow computer, about a second; then all are dropped."""
 
 POLL_INTERVAL = 0.1
@@ -26,8 +25,6 @@ POLL_INTERVAL = 0.1
 
 LATE_WARNING_INTERVAL = 5.0
 """Between two warnings of late or missing sound, s."""
-
-NO_SAMPLES: Samples = np.empty(0, np.int16)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +62,7 @@ class BrowserMicrophone:
         self.whole = True
         self._warn = warn
         self._warned_at = -LATE_WARNING_INTERVAL
-        self._waiting: queue.Queue[_Item] = queue.Queue(MAX_QUEUED_BLOCKS)
+        self._waiting: queue.Queue[_Item] = queue.Queue(MAX_BROWSER_BLOCKS)
         self._resampler: Resampler | None = None  # of the current stream
         self._rate = 0.0
         self._expected = False

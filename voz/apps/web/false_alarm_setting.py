@@ -14,7 +14,7 @@ class FalseAlarmSetting:
     """Sets `false_alarms_per_hour` of a recognizer for the run. Event-loop thread only."""
 
     def __init__(self, recognizer: Recognizer, settings: Recognition, warn: Warn) -> None:
-        """Begin with the value of the settings; `warn` tells all when it changes."""
+        """Begin with the value of the settings; `warn` reports each change."""
         self._recognizer = recognizer
         self._settings = settings
         self._warn = warn

@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from functools import partial
 
 from voz.apps.recordings.recorder import Recorder
-from voz.apps.web.access_middleware import AccessMiddleware
 from voz.apps.web.browser_microphone import (
     BROWSER_SOURCE,
     BrowserMicrophone,
@@ -26,7 +25,7 @@ from voz.apps.web.page_registry import PageRegistry
 from voz.apps.web.picture import Picture
 from voz.apps.web.recording_marks import RecordingMarks
 from voz.apps.web.tuning_api import TuningApi
-from voz.apps.web.web_server import running_server, start_background_tasks
+from voz.apps.web.web_server import start_background_tasks
 from voz.apps.web.websocket_api import WebSocketApi
 from voz.events import Event
 from voz.hearing.half_duplex import Playback
@@ -132,20 +131,18 @@ class LivePage:
                 "now": {**state(), **registry.status},
             }
 
-        address, voice = self._address, parts.settings.speech.voice
+        voice = parts.settings.speech.voice
         routes = [
-            *ControlApi(registry, address.access, snapshot, parts.settings).routes(),
+            *ControlApi(registry, self._address.access, snapshot, parts.settings).routes(),
             *WebSocketApi(registry, snapshot).routes(),
             *TuningApi(registry, marks, false_alarms, self._playback, voice).routes(),
         ]
-        app = AccessMiddleware(
-            application(routes, address.authority), address.access, address.listener
-        )
         start_tasks = partial(
             start_background_tasks,
-            registry, self._events, state, marks.take_new, address.renew_certificate,
+            registry, self._events, state, marks.take_new, self._address.renew_certificate,
         )  # fmt: skip
-        with running_server(app, address.listener, address.tls, start_tasks, self._warn):
+        app = application(routes, self._address.authority)
+        with self._address.serving(app, start_tasks, self._warn):
             yield ears
 
     def _state(

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import asyncio
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 from ssl import SSLContext
 
+from starlette.types import ASGIApp
+
 from voz.apps.web.access_control import AccessControl, new_token
+from voz.apps.web.access_middleware import AccessMiddleware
 from voz.apps.web.certificates import Certificates
 from voz.apps.web.host_addresses import is_local_host, own_host_names, page_link, reachable_host
 from voz.apps.web.listening_socket import ListeningSocket
-from voz.apps.web.web_server import open_listening_socket
-
-DEFAULT_PORT = 8737
+from voz.apps.web.web_server import open_listening_socket, running_server
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,16 @@ class PageAddress:
     def authority(self) -> bytes | None:
         """The certificate that a phone has to trust, PEM; None for HTTP."""
         return self.certificates.authority if self.certificates else None
+
+    def serving(
+        self,
+        app: ASGIApp,
+        start_tasks: Callable[[], list[asyncio.Task[None]]],
+        warn: Callable[[str], None],
+    ) -> AbstractContextManager[None]:
+        """Serve an application here, with access control, as `running_server` does."""
+        guarded = AccessMiddleware(app, self.access, self.listener)
+        return running_server(guarded, self.listener, self.tls, start_tasks, warn)
 
     def renew_certificate(self) -> None:
         """Renew the certificate if it ends soon, or this computer has another address."""

@@ -6,7 +6,7 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-from voz.apps.web.audio_blocks import MAX_SAMPLE_RATE, MIN_SAMPLE_RATE
+from voz.apps.web.audio_blocks import MAX_PAGE_RATE, MIN_PAGE_RATE
 from voz.apps.web.page_playback import MAX_PLAYBACK
 
 ShortText = Annotated[str, msgspec.Meta(max_length=200)]
@@ -87,7 +87,7 @@ class Hello(msgspec.Struct, frozen=True, tag_field="type", tag="hello"):
     """A page wants to be heard: its secret, and its sample rate, Hz."""
 
     page: ShortText
-    rate: Annotated[float, msgspec.Meta(ge=MIN_SAMPLE_RATE, le=MAX_SAMPLE_RATE)]
+    rate: Annotated[float, msgspec.Meta(ge=MIN_PAGE_RATE, le=MAX_PAGE_RATE)]
 
 
 class Begin(msgspec.Struct, frozen=True, tag_field="type", tag="begin"):

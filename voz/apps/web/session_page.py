@@ -10,11 +10,9 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from voz.apps.web.access_middleware import AccessMiddleware
 from voz.apps.web.control_api import PAGE_FILES
 from voz.apps.web.event_history import Record, encode_record
 from voz.apps.web.page_address import PageAddress
-from voz.apps.web.web_server import running_server
 from voz.errors import ConfigError
 
 
@@ -36,7 +34,6 @@ def show_session(address: PageAddress, session: Record) -> None:
 
     routes = [Route("/", index), Route("/api/session", whole_session)]
     app = Starlette(routes=[*routes, Mount("/page", StaticFiles(directory=PAGE_FILES))])
-    guarded = AccessMiddleware(app, address.access, address.listener)
-    with running_server(guarded, address.listener, address.tls, list, fail):
+    with address.serving(app, list, fail):
         failed.wait()
     raise ConfigError(f"{reasons[0]}; start it again")

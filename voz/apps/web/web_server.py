@@ -25,7 +25,7 @@ STATE_INTERVAL = 0.1
 CERTIFICATE_CHECK_INTERVAL = 3600.0
 """How often the certificate is renewed if need be, s."""
 
-MAX_QUEUED_MESSAGES = 64
+MAX_UNREAD_MESSAGES = 64
 """Messages of one page that wait to be read."""
 
 MAX_MESSAGE_BYTES = 32_768
@@ -87,7 +87,7 @@ def running_server(
     """
     config = uvicorn.Config(
         app, http="h11", ws=RateLimitedWebSocket, ws_max_size=MAX_MESSAGE_BYTES,
-        ws_max_queue=MAX_QUEUED_MESSAGES, ws_per_message_deflate=False, log_config=None,
+        ws_max_queue=MAX_UNREAD_MESSAGES, ws_per_message_deflate=False, log_config=None,
         access_log=False, lifespan="off", proxy_headers=False, server_header=False,
         timeout_graceful_shutdown=1, backlog=ACCEPT_BACKLOG,
         h11_max_incomplete_event_size=MAX_HEADER_BYTES,

@@ -29,14 +29,14 @@ from voz.recognition.recognizer import Recognizer
 MAX_REQUEST_TIME = 120.0
 """The longest sound of one request, s; a command takes two."""
 
-MAX_CHANNELS = 8
+MAX_REQUEST_CHANNELS = 8
 
-SAMPLE_BYTES = 2
+BYTES_PER_SAMPLE = 2
 
 MAX_PAYLOAD_BYTES = 4_000_000
 """Of one message: half a minute of sound at 48 kHz."""
 
-NO_SPEECH = ("no_speech", "too_short", "too_quiet")
+NO_SPEECH_REASONS = ("no_speech", "too_short", "too_quiet")
 """Reasons of utterances that do not end a request: a noise may come before the command."""
 
 ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
@@ -167,11 +167,11 @@ class RequestHandler(AsyncEventHandler):
 
     async def _decode(self, chunk: AudioChunk) -> None:
         sound_format = (chunk.rate, chunk.channels)
-        if chunk.width != SAMPLE_BYTES or not 1 <= chunk.channels <= MAX_CHANNELS:
+        if chunk.width != BYTES_PER_SAMPLE or not 1 <= chunk.channels <= MAX_REQUEST_CHANNELS:
             raise AudioError("send samples of 16 bits, of 1 to 8 channels")
         if self._listener is None:
             self._listener, self._format = self._recognizer.listen(chunk.rate), sound_format
-        if self._format != sound_format or len(chunk.audio) % (SAMPLE_BYTES * chunk.channels):
+        if self._format != sound_format or len(chunk.audio) % (BYTES_PER_SAMPLE * chunk.channels):
             raise AudioError("send all chunks of a request in one format")
         sound = np.frombuffer(chunk.audio, "<i2").reshape(-1, chunk.channels)
         self._seconds += len(sound) / chunk.rate
@@ -182,7 +182,7 @@ class RequestHandler(AsyncEventHandler):
     async def _answer_first(self, heard: list[Utterance]) -> None:
         """Answer with the first speech: the client need not know where it ends."""
         for utterance in heard:
-            if not self._answered and utterance.reason not in NO_SPEECH:
+            if not self._answered and utterance.reason not in NO_SPEECH_REASONS:
                 await self._transcribe(utterance.text if utterance.accepted else "")
 
     async def _transcribe(self, text: str) -> None:

@@ -1,0 +1,22 @@
+"""What every error of voz has."""
+
+from __future__ import annotations
+
+import pytest
+
+from voz.errors import ConfigError
+
+
+@pytest.mark.parametrize(
+    ("message", "problem", "remedy"),
+    [
+        ("there is no microphone; connect one", "there is no microphone", "connect one"),
+        ("a: b; do this; or that", "a: b", "do this; or that"),
+        ("the disk is full", "the disk is full", None),
+    ],
+)
+def test_an_error_knows_its_problem_and_its_remedy(
+    message: str, problem: str, remedy: str | None
+) -> None:
+    error = ConfigError(message)
+    assert (str(error), error.problem, error.remedy) == (message, problem, remedy)

@@ -24,7 +24,7 @@ from rich.progress import track
 
 from voz.apps.recordings.manifest_text import parse_records
 from voz.recognition.phoneme_network import BLANKS
-from voz.recognition.phoneme_scorer import IPA, load_network
+from voz.recognition.phoneme_scorer import PHONE_SYMBOLS_FILE, load_network
 
 ROUNDS = 4
 """The alignments have settled by then."""
@@ -91,7 +91,9 @@ def main(
     least: Annotated[float, typer.Option(help="Share of a symbol that is printed.")] = 0.02,
 ) -> None:
     """Print the symbols of each phone."""
-    table = [line.split("\t") for line in IPA.read_text(encoding="utf-8").splitlines()]
+    table = [
+        line.split("\t") for line in PHONE_SYMBOLS_FILE.read_text(encoding="utf-8").splitlines()
+    ]
     listed = {(phone, symbol) for phone, symbols in table for symbol in symbols.split()}
     known = dict.fromkeys(listed, 0.0)
     recordings = read(manifest)

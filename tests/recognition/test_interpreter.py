@@ -53,7 +53,7 @@ def of(recordings: list[Recording], text: str, voice: str = "festival_slt") -> S
 
 
 def same(one: Hypothesis, other: Hypothesis) -> bool:
-    return (one.text, one.sure, one.values) == (other.text, other.sure, other.values)
+    return (one.text, one.probability, one.values) == (other.text, other.probability, other.values)
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_the_sentence_of_a_segment_is_found_and_believed(
 ) -> None:
     heard = [interpreter.understand(segment_of(clip)) for clip in clips]
     assert [each.text for each in heard] == [clip.text for clip in clips]
-    assert all(each.values and each.sure > 0.9 for each in heard)
+    assert all(each.values and each.probability > 0.9 for each in heard)
 
 
 @pytest.mark.slow
@@ -94,7 +94,7 @@ def test_what_goes_on_for_longer_than_any_command_is_not_even_searched(
     length = interpreter.longest + 0.1
     padded = np.pad(stop.samples, (0, int(length * SAMPLE_RATE) - len(stop.samples)))
     heard = interpreter.understand(Segment(0, length, length, padded))
-    assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
+    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
     utterance = interpreter.utterance(heard, Context.QUIET, length, "")
     assert (utterance.accepted, utterance.reason) == (False, "not_a_command")
 
@@ -137,7 +137,10 @@ def test_a_speaker_who_is_worth_more_trust_gets_it(
     )
     doubted, believed = interpreter.understand(segment), trusted.understand(segment)
     assert doubted.trust > 0
-    odds = [each.sure / each.trust / (1 - each.sure / each.trust) for each in (doubted, believed)]
+    odds = [
+        each.probability / each.trust / (1 - each.probability / each.trust)
+        for each in (doubted, believed)
+    ]
     assert odds[1] == pytest.approx(4 * odds[0], rel=1e-6)
 
 

@@ -18,8 +18,8 @@ from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.confidence_model import SCORE, load_models
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.language import Language, load_language
-from voz.recognition.network_finder import MOST_COMPARED, NetworkFinder
-from voz.recognition.phoneme_scorer import PROPOSED, PhonemeScorer, scorer_for
+from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
+from voz.recognition.phoneme_scorer import PROPOSAL_BONUS, PhonemeScorer, scorer_for
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -68,7 +68,7 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
     for text in {*right} - {"fold arm"}:
         less = proposed[text].values[SCORE] - others[text].values[SCORE]
         # Its own nat, and at most as much of being ahead.
-        assert PROPOSED - 1e-6 <= less <= 2 * PROPOSED + 1e-6
+        assert PROPOSAL_BONUS - 1e-6 <= less <= 2 * PROPOSAL_BONUS + 1e-6
 
 
 def test_where_pocketsphinx_finds_nothing_the_network_still_does(
@@ -98,7 +98,9 @@ def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
     assert score > understood(ears, bare).values[SCORE] + 1
     # The same sound is the same evidence; only pocketsphinx heard less of it.
     unchanged = whole._replace(before=NO_SAMPLES, after=NO_SAMPLES)
-    assert score == pytest.approx(understood(ears, unchanged).values[SCORE], abs=1.5 * PROPOSED)
+    assert score == pytest.approx(
+        understood(ears, unchanged).values[SCORE], abs=1.5 * PROPOSAL_BONUS
+    )
 
 
 def test_it_ends_where_its_last_word_does_and_not_where_the_sound_does(
@@ -142,7 +144,7 @@ def test_a_room_that_only_hums_is_no_speech(ears: NetworkFinder) -> None:
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     hum = (4000 * np.sin(2 * np.pi * 110 * time)).astype(np.int16)
     heard = understood(ears, Segment(0, 1, 1, hum))
-    assert (heard.trust, heard.sure) == (0, 0)
+    assert (heard.trust, heard.probability) == (0, 0)
     assert heard.why_refused() == ("no_speech", None)
 
 
@@ -166,14 +168,14 @@ def test_of_a_long_list_what_sounds_like_what_was_found_is_compared(
     language = built(
         [*(f"{a} {b}" for a in words for b in words), "go back", "go forward", "stop"], tmp_path
     )
-    assert len(language.commands) > MOST_COMPARED
+    assert len(language.commands) > MAX_COMPARED
     careful = finder(language, Recognition(never_missed=("stop",)))
-    candidates = careful._shortlist.around("go back")
-    assert 3 < len(candidates) == len(set(candidates)) <= MOST_COMPARED
+    candidates = careful._shortlist.similar_to("go back")
+    assert 3 < len(candidates) == len(set(candidates)) <= MAX_COMPARED
     assert candidates[:2] == ["go back", "stop"]
     assert "gold black" in candidates
     assert understood(careful, cut["go back"]).text == "go back"
-    assert careful._shortlist.around("") == ["stop"]
+    assert careful._shortlist.similar_to("") == ["stop"]
 
 
 def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
@@ -185,10 +187,10 @@ def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
     sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
     (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "tan tan tan")
-    assert "green white black" not in ears._shortlist.around("tan tan tan")
+    assert "green white black" not in ears._shortlist.similar_to("tan tan tan")
     assert understood(ears, segment).text == "green white black"
-    monkeypatch.setattr("voz.recognition.network_finder.MOST_MOVES", 0)
-    assert understood(ears, segment).text in ears._shortlist.around("tan tan tan")
+    monkeypatch.setattr("voz.recognition.network_finder.MAX_REFINEMENTS", 0)
+    assert understood(ears, segment).text in ears._shortlist.similar_to("tan tan tan")
 
 
 def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
@@ -199,7 +201,7 @@ def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
     ears = finder(language, Recognition(never_missed=()))
     monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
     heard = understood(ears, cut["stop"])
-    assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
+    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("not_a_command", None)
 
 
@@ -207,5 +209,5 @@ def test_a_sound_too_short_for_any_command_is_none(cut: dict[str, Segment], tmp_
     """Each of its 80 phones takes 20 ms at least."""
     ears = finder(built(["bring the " + " ".join(["strawberries"] * 8)], tmp_path))
     heard = understood(ears, Segment(0, 0.5, 0.5, cut["stop"].samples[: SAMPLE_RATE // 2]))
-    assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
+    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)

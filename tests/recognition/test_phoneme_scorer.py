@@ -15,11 +15,11 @@ from voz.language.acoustics.phone_distances import read_distances
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.phoneme_scorer import (
-    LEAST_REWARD,
-    MOST_MARGIN,
-    OTHER_PHONE,
-    PHONE,
-    PROPOSED,
+    MAX_LEAD_BONUS,
+    MIN_REWARD,
+    PENALTY_PER_OTHER_PHONE,
+    PROPOSAL_BONUS,
+    REWARD_PER_PHONE,
     Match,
     PhoneLikelihoods,
     PhonemeScorer,
@@ -107,7 +107,7 @@ def test_the_score_is_that_of_the_best_and_how_far_it_is_ahead(
     assert fits[ranking.text] == first
     assert fits.get(ranking.next_best, -math.inf) == second
     assert ranking.text != ranking.next_best
-    assert ranking.score == pytest.approx(first + min(MOST_MARGIN, (first - second) / 2))
+    assert ranking.score == pytest.approx(first + min(MAX_LEAD_BONUS, (first - second) / 2))
     all_better = {text: Match(fit + more, 0.0, 1.0) for text, fit in fits.items()}
     assert Ranking(all_better).score == pytest.approx(ranking.score + more, abs=1e-6)
 
@@ -118,7 +118,7 @@ def test_what_pocketsphinx_proposes_is_worth_a_little_and_to_that_command_alone(
     plain, proposed = ear.rank(go_back, COMMANDS), ear.rank(go_back, COMMANDS, "turn left")
     for command in COMMANDS:
         more = proposed.matches[command].score - plain.matches[command].score
-        assert more == pytest.approx(PROPOSED if command == "turn left" else 0)
+        assert more == pytest.approx(PROPOSAL_BONUS if command == "turn left" else 0)
     assert proposed.text == "go back"
 
 
@@ -127,14 +127,16 @@ def test_a_command_speaks_for_itself_by_the_phone_and_a_short_one_by_some_more(
 ) -> None:
     """However well it is said; each command of these is said about as well as it can be."""
     for text in ("stop", "stop speech", "turn left"):
-        worth = PHONE * ear.phones(text)
+        worth = REWARD_PER_PHONE * ear.count_phones(text)
         assert 0.7 * worth < score(ear, said(recordings, text), text) < 1.1 * worth
     short = PhonemeScorer({"a": [["AH"]], "up": [["AH", "P"]], "stop": [["S", "T", "AA", "P"]]})
     sounds = short.phone_likelihoods(said(recordings, "speed up"))
-    nothing = PhoneLikelihoods(sounds.relative * 0, sounds.before * 0, sounds.behind * 0)
+    nothing = PhoneLikelihoods(*(values * 0 for values in sounds))
     for text, match in short.rank(nothing, ["a", "up", "stop"]).matches.items():
-        assert match.score == pytest.approx(max(PHONE * short.phones(text), LEAST_REWARD))
-    assert PHONE * short.phones("up") < LEAST_REWARD
+        assert match.score == pytest.approx(
+            max(REWARD_PER_PHONE * short.count_phones(text), MIN_REWARD)
+        )
+    assert REWARD_PER_PHONE * short.count_phones("up") < MIN_REWARD
 
 
 def test_silence_around_a_command_says_nothing_and_speech_speaks_against_it(
@@ -144,11 +146,13 @@ def test_silence_around_a_command_says_nothing_and_speech_speaks_against_it(
     alone = ear.rank(ear.phone_likelihoods(sound), ["go back"]).matches["go back"]
     hush = np.random.default_rng(0).normal(0, 8, SAMPLE_RATE).astype(np.int16)
     quiet = ear.rank(ear.phone_likelihoods(np.concatenate([hush, sound, hush])), ["go back"])
-    assert abs(quiet.matches["go back"].score - alone.score) < OTHER_PHONE
+    assert abs(quiet.matches["go back"].score - alone.score) < PENALTY_PER_OTHER_PHONE
     assert quiet.matches["go back"].begin == pytest.approx(alone.begin + 1, abs=0.05)
     assert quiet.matches["go back"].end == pytest.approx(alone.end + 1, abs=0.05)
     for amid in ([other, sound], [sound, other]):
-        assert score(ear, np.concatenate(amid), "go back") < alone.score - 4 * OTHER_PHONE
+        assert (
+            score(ear, np.concatenate(amid), "go back") < alone.score - 4 * PENALTY_PER_OTHER_PHONE
+        )
 
 
 @pytest.mark.parametrize("samples", [0, 100, SAMPLE_RATE])
@@ -178,7 +182,7 @@ def test_a_sentence_of_many_ways_to_say_it_is_no_burden() -> None:
     ways = [["AH", "S"], ["EY", "S"], ["IY", "S"]]
     ear = PhonemeScorer(dict.fromkeys("abcdefghijkl", ways))
     sentence = " ".join("abcdefghijkl")
-    assert ear.phones(sentence) == 24
+    assert ear.count_phones(sentence) == 24
     (match,) = ear.rank(
         ear.phone_likelihoods(np.zeros(16000, np.int16)), [sentence]
     ).matches.values()

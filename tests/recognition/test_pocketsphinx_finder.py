@@ -70,7 +70,7 @@ def test_a_sound_too_short_for_any_command_is_said_to_be_so(
     patient = finder(load_language(LanguageFiles(tmp_path)))
     sound = cut["stop"].samples[: SAMPLE_RATE // 2]
     heard = patient.understand(Segment(0, 0.5, 0.5, sound), StartVector())
-    assert (heard.text, heard.values, heard.sure) == ("", {}, 0)
+    assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)
 
 
@@ -85,7 +85,7 @@ def test_words_of_the_trigram_model_that_are_no_command_are_compared_with_none(
     ]
     words = [each for each in others if each.text and each.text not in loaded.commands]
     assert words
-    assert all((each.values, each.sure) == ({}, 0) for each in words)
+    assert all((each.values, each.probability) == ({}, 0) for each in words)
     assert {each.why_refused() for each in words} == {("not_a_command", None)}
 
 
@@ -93,5 +93,5 @@ def test_a_tap_is_no_speech(ear_alone: PocketsphinxFinder) -> None:
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     taps = 8000 * np.exp(-time % 0.2 * 60) * np.sin(2 * np.pi * 900 * time)
     heard = ear_alone.understand(Segment(0, 1, 1, taps.astype(np.int16)), StartVector())
-    assert heard.sure == 0
+    assert heard.probability == 0
     assert heard.why_refused() in (("no_speech", None), ("too_short", None))

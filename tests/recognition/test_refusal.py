@@ -14,9 +14,9 @@ from voz.recognition.refusal import (
     NOT_SAID,
     SAID,
     SHORT,
-    too_little,
-    why_unheard,
-    why_unlike,
+    refusal_by_network,
+    refusal_by_pocketsphinx,
+    unusable_sound,
 )
 
 SPEECH: Samples = np.random.default_rng(0).normal(0, 2000, 16000).astype(np.int16)
@@ -41,13 +41,13 @@ def evidence(*word_scores: float, behind: float = 5.0) -> Evidence:
     ],
 )
 def test_the_reason_follows_from_the_evidence(found: Evidence, reason: str) -> None:
-    assert why_unlike(found) == (reason, None)
+    assert refusal_by_pocketsphinx(found) == (reason, None)
 
 
 def test_two_commands_that_fit_as_well_are_both_named() -> None:
     for behind in (0.5 * ALIKE, -0.5 * ALIKE):
         found = evidence(-2.5, -2.5, behind=behind)
-        assert why_unlike(found) == ("unsure_between", ("go go", "turn left"))
+        assert refusal_by_pocketsphinx(found) == ("unsure_between", ("go go", "turn left"))
 
 
 PHONES = 8
@@ -77,21 +77,21 @@ WELL, BADLY = SAID + 0.5, NOT_SAID - 0.5
 def test_the_reason_follows_from_what_the_network_makes_of_the_words(
     heard: Ranking, words: tuple[float, ...], reason: str
 ) -> None:
-    assert why_unheard(heard, PHONES, words) == (reason, None)
+    assert refusal_by_network(heard, PHONES, words) == (reason, None)
 
 
 def test_two_commands_that_the_network_hears_as_well_are_both_named() -> None:
     between = ("unsure_between", ("turn right", "turn left"))
-    assert why_unheard(scores(WELL, behind=CLOSE / 2), PHONES, (WELL, WELL)) == between
+    assert refusal_by_network(scores(WELL, behind=CLOSE / 2), PHONES, (WELL, WELL)) == between
 
 
 def test_a_list_of_one_command_leaves_nothing_to_be_unsure_between() -> None:
     alone = Ranking({"stop": Match(WELL * 4, 0.0, 1.0)})
-    assert why_unheard(alone, 4, (WELL,)) == ("not_a_command", None)
+    assert refusal_by_network(alone, 4, (WELL,)) == ("not_a_command", None)
 
 
 def test_what_is_no_speech_or_hardly_heard_is_said_first() -> None:
-    assert too_little(SPEECH, 0.0) == "no_speech"
-    assert too_little(SPEECH // 200, 0.0) == "too_quiet"
-    assert too_little(SPEECH[: int(SHORT * SAMPLE_RATE) - 1], 0.0) == "too_short"
-    assert too_little(SPEECH, 0.1) is None
+    assert unusable_sound(SPEECH, 0.0) == "no_speech"
+    assert unusable_sound(SPEECH // 200, 0.0) == "too_quiet"
+    assert unusable_sound(SPEECH[: int(SHORT * SAMPLE_RATE) - 1], 0.0) == "too_short"
+    assert unusable_sound(SPEECH, 0.1) is None

@@ -19,7 +19,7 @@ from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse
 from voz.recognition.phoneme_scorer import Match, Ranking
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.slot_rivals import ENOUGH, SCALE, highest_confidence, is_too_close, rival
+from voz.recognition.slot_rivals import ENOUGH, SCALE, find_rival, highest_confidence, is_too_close
 from voz.settings import Recognition
 from voz.speech.festival import render
 
@@ -37,10 +37,10 @@ def heard(scores: Mapping[str, float]) -> Ranking:
 
 
 def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
-    found = rival(heard({"bring a cup": 9.0, "bring a cap": 9.0}), MEANT.get)
+    found = find_rival(heard({"bring a cup": 9.0, "bring a cap": 9.0}), MEANT.get)
     assert found == ("bring a cap", pytest.approx(0.5))
     alike = dict.fromkeys(("bring a cup", "bring a cap", "bring a map"), 9.0)
-    both = rival(heard(alike), MEANT.get)
+    both = find_rival(heard(alike), MEANT.get)
     assert both
     assert both.left == pytest.approx(1 / 3)
     assert is_too_close(both)
@@ -49,7 +49,9 @@ def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
 
 def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
     ahead = [0.0, 1.0, SCALE, 3 * SCALE, math.inf]
-    found = [rival(heard({"bring a cup": 20.0, "bring a cap": 20 - a}), MEANT.get) for a in ahead]
+    found = [
+        find_rival(heard({"bring a cup": 20.0, "bring a cap": 20 - a}), MEANT.get) for a in ahead
+    ]
     left = [each.left for each in found if each]
     assert left == sorted(left)
     assert left[-2:] == [pytest.approx(1 / (1 + math.exp(-3))), 1]
@@ -64,26 +66,28 @@ def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
 def test_it_is_a_share_and_only_what_is_between_the_scores_counts(
     scores: dict[str, int], more: int
 ) -> None:
-    found = rival(heard(scores), MEANT.get)
+    found = find_rival(heard(scores), MEANT.get)
     if found:
         assert 0 < found.left <= 1
-        again = rival(heard({text: score + more for text, score in scores.items()}), MEANT.get)
+        again = find_rival(heard({text: score + more for text, score in scores.items()}), MEANT.get)
         assert again
         assert again.left == pytest.approx(found.left, abs=1e-6)
 
 
 def test_other_words_for_the_same_are_no_rival() -> None:
     same = heard({"bring a cup": 9.0, "bring the cup": 9.0})
-    assert rival(same, MEANT.get) is None
-    other = rival(heard({"bring a cup": 9.0, "bring the cup": 9.0, "go back": -90.0}), MEANT.get)
+    assert find_rival(same, MEANT.get) is None
+    other = find_rival(
+        heard({"bring a cup": 9.0, "bring the cup": 9.0, "go back": -90.0}), MEANT.get
+    )
     assert other
     assert other.text == "go back"
     assert other.left > 0.99
 
 
 def test_without_slots_there_is_none() -> None:
-    assert rival(heard({"go back": 9.0, "bring a cup": 9.0}), MEANT.get) is None
-    assert rival(heard({"go away": 9.0, "bring a cup": 9.0}), MEANT.get) is None
+    assert find_rival(heard({"go back": 9.0, "bring a cup": 9.0}), MEANT.get) is None
+    assert find_rival(heard({"go away": 9.0, "bring a cup": 9.0}), MEANT.get) is None
     assert not is_too_close(None)
     assert highest_confidence(None) == 1
 

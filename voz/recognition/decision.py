@@ -76,4 +76,4 @@ class DecisionRule:
 
 def confidence_in_quiet(heard: Hypothesis) -> float:
     """The confidence of a hypothesis if there is no other speech around it, 0 to 1."""
-    return min(heard.sure, highest_confidence(heard.rival))
+    return min(heard.probability, highest_confidence(heard.rival))

@@ -150,7 +150,7 @@ class Comparison:
             The evidence; None if the sound is too short for any command.
         """
         if not self.finds_alone:
-            self._search_for(self._shortlist.around(text))
+            self._search_for(self._shortlist.similar_to(text))
         process(self._decoder, samples, start)
         scores = {command: self._score(end) for command, end in self._graph.ends.items()}
         found = {command: score for command, score in scores.items() if score is not None}

@@ -31,7 +31,7 @@ class Hypothesis(NamedTuple):
         spoken_until: where its last word ends in the stream, s.
         values: the features of its probability; empty if it was compared with no command.
         trust: how far the sound is to be trusted to be speech, 0 to 1.
-        sure: the probability that it was said, if there is no other speech around it, and no rival.
+        probability: that that it was said, if there is no other speech around it, and no rival.
         why_refused: tells why, if it is.
         rival: what else may have been meant, if it has slots.
         next_best: the command that fits next best; empty if there is no other.
@@ -42,7 +42,7 @@ class Hypothesis(NamedTuple):
     spoken_until: float
     values: Mapping[str, float] = NO_VALUES
     trust: float = 0.0
-    sure: float = 0.0
+    probability: float = 0.0
     why_refused: Callable[[], Refusal] = no_command
     rival: Rival | None = None
     next_best: str = ""

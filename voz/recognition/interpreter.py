@@ -17,7 +17,7 @@ from voz.recognition.decoder import mean_start
 from voz.recognition.hypothesis import CommandFinder, Hypothesis
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.network_finder import MOST_COMPARED, NetworkFinder
+from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
 from voz.recognition.shortlist import MOST_NEVER_MISSED
@@ -173,5 +173,5 @@ def _spotter(
 ) -> Spotter | None:
     """Look for the commands that must not be missed, where there is a network."""
     watched = commands.named(never_missed, MOST_NEVER_MISSED)
-    others = commands if len(commands) <= MOST_COMPARED else ()
+    others = commands if len(commands) <= MAX_COMPARED else ()
     return Spotter(network, watched, others) if network and watched else None

@@ -1,4 +1,4 @@
-"""The command in a stretch of speech, by both ears: pocketsphinx proposes, the network decides."""
+"""Finds the command in a segment: pocketsphinx proposes, the phoneme network decides."""
 
 from __future__ import annotations
 
@@ -16,28 +16,26 @@ from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
-from voz.recognition.refusal import too_little, why_unheard
+from voz.recognition.refusal import refusal_by_network, unusable_sound
 from voz.recognition.shortlist import Shortlist
-from voz.recognition.slot_rivals import Rival, is_too_close, rival
+from voz.recognition.slot_rivals import Rival, find_rival, is_too_close
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
-MOST_COMPARED = 160
-"""Commands that the network compares; of longer lists, those that sound most like what pocketsphinx
-found, and that."""
+MAX_COMPARED = 160
+"""Most commands that the network compares; of more, those that sound like the proposed one."""
 
-MARGIN = 0.1
-"""Seconds around a command in which its voice is looked for: the network tells the midst of phones,
-and a whispered `stop` has hardly a voice between its first and its last."""
+VOICE_MARGIN = 0.1
+"""Voice is looked for this much (s) around a command: a whispered `stop` has little between its
+first and last phone."""
 
-MOST_MOVES = 3
-"""In a long list, if another command fits better than the one around which it searched, it searches
-around that one, so often at most."""
+MAX_REFINEMENTS = 3
+"""How often a long list is searched again around a better command."""
 
 
 class NetworkFinder:
-    """Compares the commands that pocketsphinx proposes by the network; made once, used for many."""
+    """Finds commands by pocketsphinx and the network."""
 
     def __init__(
         self,
@@ -50,11 +48,11 @@ class NetworkFinder:
         """Load pocketsphinx.
 
         Args:
-            language: whose commands are compared.
+            language: the commands.
             settings: which search, and which commands must not be missed.
-            profile: what is known of the speaker.
-            model: what the confidence is computed by.
-            network: knows the words of the language.
+            profile: of the speaker.
+            model: of the confidence.
+            network: for the words of the language.
 
         Raises:
             LanguageError: pocketsphinx cannot use the language files.
@@ -62,67 +60,67 @@ class NetworkFinder:
         self._decoder = Decoder(language, settings.search, profile.mllr)
         self._only_proposed = settings.search == "lm"
         self._commands = language.commands
-        self._careful = frozenset(settings.never_missed)
-        self._shortlist = Shortlist(language, settings.never_missed, MOST_COMPARED)
+        self._never_missed = frozenset(settings.never_missed)
+        self._shortlist = Shortlist(language, settings.never_missed, MAX_COMPARED)
         self._network = network
         self._model = model
-        self._voice = shared_voice_detector()
+        self._voice_detector = shared_voice_detector()
 
-    def understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
-        """Find the sentence of a segment, and how likely it is that it was said."""
+    def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
+        """Find the command, with the probability that it was said; see `CommandFinder`."""
         sound = denoise_if_noisy(segment.samples)
-        proposed = self._decoder.decode(sound, learnt.moved(mean_start(sound)))
+        proposed = self._decoder.decode(sound, learned.moved(mean_start(sound)))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
-        candidates = self._shortlist.around(proposed)
+        candidates = self._shortlist.similar_to(proposed)
         if not candidates:
             return Hypothesis(segment, "", segment.end)
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
         ranking = self._ranking(sounds, candidates, proposed)
         match = ranking.matches[ranking.text]
-        if match.score == -math.inf:  # each command has more phones than there are moments
+        if match.score == -math.inf:  # more phones than moments
             return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
-        heard_from = segment.start - len(segment.before) / SAMPLE_RATE
+        sound_start = segment.start - len(segment.before) / SAMPLE_RATE
         values = {SCORE: ranking.score}
         likely = probability(self._model, values)
-        trust = trust_in_speech(self._voice_in(segment, match.begin, match.end), likely)
+        voice = self._voice_probability(segment, match.begin, match.end)
+        trust = trust_in_speech(voice, likely)
         other = self._rival(ranking)
         return Hypothesis(
             segment,
             ranking.text,
-            spoken_until=min(heard_from + match.end, segment.decided),  # a moment may end later
+            spoken_until=min(sound_start + match.end, segment.decided),  # a moment may end later
             values=values,
             trust=trust,
-            sure=likely * trust,
+            probability=likely * trust,
             why_refused=partial(self._why_refused, segment, sounds, ranking, trust, other),
             rival=other,
             next_best=ranking.next_best,
         )
 
     def _rival(self, ranking: Ranking) -> Rival | None:
-        """What else may have been meant; whatever that is, what must not be missed is obeyed."""
+        """The rival of the best command; commands that must not be missed have none."""
         said = self._commands.parse(ranking.text)
-        is_careful = said is not None and said.is_one_of(self._careful)
-        return None if is_careful else rival(ranking, self._commands.parse)
+        never_missed = said is not None and said.is_one_of(self._never_missed)
+        return None if never_missed else find_rival(ranking, self._commands.parse)
 
     def _ranking(
         self, sounds: PhoneLikelihoods, candidates: Collection[str], proposed: str
     ) -> Ranking:
-        """Compare all commands of a short list; of a long one, those around what is found there."""
+        """Score the candidates; of a long list, search again around the best one."""
         ranking = self._network.rank(sounds, candidates, proposed)
-        around = proposed
-        for _ in range(0 if self._shortlist.is_whole else MOST_MOVES):
-            if ranking.text == around:
+        center = proposed
+        for _ in range(0 if self._shortlist.is_whole else MAX_REFINEMENTS):
+            if ranking.text == center:
                 break
-            around = ranking.text
-            ranking = self._network.rank(sounds, self._shortlist.around(around), proposed)
+            center = ranking.text
+            ranking = self._network.rank(sounds, self._shortlist.similar_to(center), proposed)
         return ranking
 
-    def _voice_in(self, segment: Segment, begin: float, end: float) -> float:
-        """How sure it is that there is speech where a command fits best."""
-        first = max(0, math.floor((begin - MARGIN) * SAMPLE_RATE) - RUN_UP)
-        return self._voice.probability(
-            segment.with_surroundings[first : math.ceil((end + MARGIN) * SAMPLE_RATE)]
+    def _voice_probability(self, segment: Segment, begin: float, end: float) -> float:
+        first = max(0, math.floor((begin - VOICE_MARGIN) * SAMPLE_RATE) - RUN_UP)
+        return self._voice_detector.probability(
+            segment.with_surroundings[first : math.ceil((end + VOICE_MARGIN) * SAMPLE_RATE)]
         )
 
     def _why_refused(
@@ -133,11 +131,13 @@ class NetworkFinder:
         trust: float,
         other: Rival | None,
     ) -> Refusal:
-        if reason := too_little(segment.samples, trust):
+        if reason := unusable_sound(segment.samples, trust):
             return reason, None
         if is_too_close(other):
             return "unsure_between", (ranking.text, other.text)
         words = list(dict.fromkeys(ranking.text.split()))
         alone = self._network.rank(sounds, words)
-        fits = {word: alone.matches[word].score / self._network.phones(word) for word in words}
-        return why_unheard(ranking, self._network.phones(ranking.text), fits.values())
+        fits = {
+            word: alone.matches[word].score / self._network.count_phones(word) for word in words
+        }
+        return refusal_by_network(ranking, self._network.count_phones(ranking.text), fits.values())

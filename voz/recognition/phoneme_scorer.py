@@ -1,8 +1,6 @@
-"""How well commands fit a stretch of sound, by a network that knows phones and no words.
+"""Scores commands against a sound by the phonemes that the network finds in it.
 
-The score of a command is evidence in nats that adds up over its phones, as long as it is said
-somewhere in the stretch: a long command may be said badly and is still told from all else, a short
-one has to be said well.
+The score of a command adds up over its phones, in nats, wherever in the sound the command is.
 """
 
 from __future__ import annotations
@@ -23,40 +21,33 @@ from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import DEFAULT_NETWORK, UnknownNetworkError
 from voz.recognition.phoneme_network import BLANKS, MOMENT, PhonemeNetwork
 
-IPA = Path(__file__).with_name("ipa.tsv")
-"""The symbols that each phone of the dictionary may sound like; their probabilities add up."""
+PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa.tsv")
+"""The symbols of the network for each phone of the dictionary."""
 
-LEAST = 1e-10
-"""A probability; the network is never surer than that of what it does not hear."""
+MIN_PROBABILITY = 1e-10
+"""Floor of the probability of a phone."""
 
-LISTS = 4
-"""Lists of commands that are laid out; most often it is asked about one of the last."""
+CACHED_LATTICES = 4
+"""How many lists of commands keep their lattice."""
 
-PHONE = 2.0
-"""Nats that each phone of a command speaks for it, if it fits as well as the likeliest symbols."""
+REWARD_PER_PHONE = 2.0
+"""Nats for each phone of a command."""
 
-LEAST_REWARD = 7.0
-"""Nats that a command of few phones, as `up` or `no`, has at least: what `PHONE` gives it is never
-enough. With 8 more than 2 in 100 other words by people are taken for one."""
+MIN_REWARD = 7.0
+"""Nats for a command of few phones, as `up` or `no`, which `REWARD_PER_PHONE` alone would miss."""
 
-OTHER_PHONE = 2.5
-"""Nats against a command for each phone that is heard before or behind it; 4 are as good."""
+PENALTY_PER_OTHER_PHONE = 2.5
+"""Nats against a command for each phone before or after it."""
 
-PROPOSED = 1.0
-"""Nats for the command that pocketsphinx finds, too."""
+PROPOSAL_BONUS = 1.0
+"""Nats for the command that pocketsphinx found."""
 
-MOST_MARGIN = 6.0
-"""Nats for a command that no other one comes near to."""
+MAX_LEAD_BONUS = 6.0
+"""Most nats for being ahead of the next best command."""
 
 
 class Match(NamedTuple):
-    """Where a command fits best.
-
-    Attributes:
-        score: the evidence for it, nats, whatever the other commands are.
-        begin: where it begins in the samples, s.
-        end: where it ends there, s.
-    """
+    """Where in the samples a command fits best, s, and its score, nats."""
 
     score: float
     begin: float
@@ -64,25 +55,21 @@ class Match(NamedTuple):
 
 
 class PhoneLikelihoods(NamedTuple):
-    """The phones in a stretch of sound.
+    """The phones in a sound.
 
     Attributes:
-        relative: moments x phones, log-probabilities less that of the likeliest symbol, nats.
-        before: the nats against a command that begins at each moment.
-        behind: the nats against one that ends there.
+        relative: log-probabilities less that of the likeliest symbol, nats, moments x phones.
+        begin_penalties: nats against a command that begins at each moment.
+        end_penalties: nats against a command that ends at each moment.
     """
 
     relative: Floats
-    before: Floats
-    behind: Floats
+    begin_penalties: Floats
+    end_penalties: Floats
 
 
 class Ranking:
-    """What the network makes of some commands.
-
-    Attributes:
-        matches: where each of them fits best.
-    """
+    """Commands by their scores."""
 
     def __init__(self, matches: Mapping[str, Match]) -> None:
         self.matches = matches
@@ -94,21 +81,21 @@ class Ranking:
 
     @cached_property
     def next_best(self) -> str:
-        """The command that fits next best; empty if there is no other."""
+        """The second best command; empty if there is no other."""
         others = (command for command in self.matches if command != self.text)
         return max(others, key=lambda command: self.matches[command].score, default="")
 
     @cached_property
     def score(self) -> float:
-        """The evidence for the best command in nats, with how far it is ahead of the next one."""
+        """The score of the best command and half its lead over the next one, nats."""
         best = self.matches[self.text].score
         if not self.next_best:
-            return best + MOST_MARGIN
-        return best + min(MOST_MARGIN, (best - self.matches[self.next_best].score) / 2)
+            return best + MAX_LEAD_BONUS
+        return best + min(MAX_LEAD_BONUS, (best - self.matches[self.next_best].score) / 2)
 
 
 class PhonemeScorer:
-    """Knows how the words of a language are pronounced; made once, used for many."""
+    """Scores the commands of a language."""
 
     def __init__(
         self, spellings: Mapping[str, Iterable[Sequence[str]]], network: str | None = None
@@ -116,80 +103,73 @@ class PhonemeScorer:
         """Load the network.
 
         Args:
-            spellings: the phones of each word, in all the ways that it may be said.
-            network: a file of weights in place of the one that comes with voz.
+            spellings: all pronunciations of each word.
+            network: a file of weights; None for the network of voz.
 
         Raises:
             ConfigError: the file cannot be used.
-            UnknownNetworkError: the network is of no use for these words.
+            UnknownNetworkError: the network lacks a phone.
         """
         self._network = load_network(network)
-        known = {word: list(ways) for word, ways in spellings.items()}
-        sounds = read_phone_symbols()
-        unknown = {p for ways in known.values() for way in ways for p in way} - {*sounds}
+        known = {word: list(spelled) for word, spelled in spellings.items()}
+        symbols = read_phone_symbols()
+        unknown = {p for spelled in known.values() for phones in spelled for p in phones}
+        unknown -= {*symbols}
         if unknown:
             raise UnknownNetworkError(f"it knows no phone {' or '.join(sorted(unknown))}")
-        numbers = {sound: number for number, sound in enumerate(sounds)}
+        numbers = {phone: number for number, phone in enumerate(symbols)}
         self._pronunciations = {
-            word: [[numbers[phone] for phone in way] for way in ways]
-            for word, ways in known.items()
+            word: [[numbers[phone] for phone in phones] for phones in spelled]
+            for word, spelled in known.items()
         }
-        self._blank = len(sounds)
-        self._merged = _merged(self._network.symbols, sounds.values())
-        self._laid_out = lru_cache(LISTS)(self._lay_out)
+        self._blank = len(symbols)
+        self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
+        self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
 
     def phone_likelihoods(self, samples: Samples) -> PhoneLikelihoods:
-        """Find the phones in a stretch of sound, 16 kHz, as it was heard."""
-        heard = np.exp(self._network.log_probabilities(samples)).astype(np.float64)
-        blank = heard[:, -BLANKS:].sum(axis=1)
-        likeliest = heard[:, :-BLANKS].max(axis=1)
-        phones = np.where(blank < likeliest, heard[:, :-BLANKS].argmax(axis=1), -1)
+        """Find the phones in samples of 16 kHz, not denoised."""
+        probabilities = np.exp(self._network.log_probabilities(samples)).astype(np.float64)
+        blank = probabilities[:, -BLANKS:].sum(axis=1)
+        likeliest = probabilities[:, :-BLANKS].max(axis=1)
+        phones = np.where(blank < likeliest, probabilities[:, :-BLANKS].argmax(axis=1), -1)
         begun = np.cumsum((phones >= 0) & (phones != np.concatenate([[-1], phones[:-1]])))
-        probabilities = np.maximum(heard @ self._merged, LEAST)
+        of_phones = np.maximum(probabilities @ self._symbols_of_phones, MIN_PROBABILITY)
         return PhoneLikelihoods(
-            np.log(probabilities / np.maximum(likeliest, blank)[:, np.newaxis]),
-            OTHER_PHONE * np.concatenate([[0], begun[:-1]]),
-            OTHER_PHONE * (begun[-1] - begun),
+            np.log(of_phones / np.maximum(likeliest, blank)[:, np.newaxis]),
+            PENALTY_PER_OTHER_PHONE * np.concatenate([[0], begun[:-1]]),
+            PENALTY_PER_OTHER_PHONE * (begun[-1] - begun),
         )
 
     def rank(
         self, sounds: PhoneLikelihoods, commands: Collection[str], proposed: str = ""
     ) -> Ranking:
-        """Tell how commands fit.
+        """Score commands.
 
         Args:
-            sounds: what was heard.
+            sounds: the phones.
             commands: at least one; their words have pronunciations.
             proposed: what pocketsphinx found, if anything.
         """
-        rewards, sentences = self._laid_out(tuple(commands))
-        rewards = rewards + PROPOSED * np.array([command == proposed for command in commands])
+        rewards, sentences = self._rewards_and_lattice(tuple(commands))
+        rewards = rewards + PROPOSAL_BONUS * np.array([command == proposed for command in commands])
         found = best_matches(*sounds, sentences)
         moment = MOMENT / SAMPLE_RATE
         columns = (found.scores + rewards, found.begins * moment, (found.ends + 1) * moment)
         matches = map(Match._make, zip(*(column.tolist() for column in columns), strict=True))
         return Ranking(dict(zip(commands, matches, strict=True)))
 
-    def phones(self, text: str) -> int:
-        """Count the phones of a sentence, its words pronounced the first way."""
+    def count_phones(self, text: str) -> int:
+        """Count the phones of a sentence by the first pronunciation of each word."""
         return sum(len(self._pronunciations[word][0]) for word in text.split())
 
-    def _lay_out(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
-        """Lay out the commands, and count what their phones speak for them, nats."""
+    def _make_lattice(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
         words = [[self._pronunciations[word] for word in text.split()] for text in commands]
-        phones = np.array([*map(self.phones, commands)])
-        return np.maximum(PHONE * phones, LEAST_REWARD), lattice(words, self._blank)
+        phones = np.array([*map(self.count_phones, commands)])
+        return np.maximum(REWARD_PER_PHONE * phones, MIN_REWARD), lattice(words, self._blank)
 
 
 def load_network(file: str | None = None) -> PhonemeNetwork:
-    """Load a network.
-
-    Args:
-        file: of its weights; without one, those that come with voz.
-
-    Raises:
-        ConfigError: the file cannot be used.
-    """
+    """Load a file of weights, or the network of voz; ConfigError if it cannot be used."""
     try:
         return PhonemeNetwork(Path(file or DEFAULT_NETWORK))
     except UnknownNetworkError as error:
@@ -198,9 +178,11 @@ def load_network(file: str | None = None) -> PhonemeNetwork:
 
 
 def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
-    """Load the second ear for the words of a language; the rest is as with `PhonemeScorer`.
+    """Make a `PhonemeScorer` for a language.
 
-    Phones of another language may be called like English ones, and be other sounds.
+    Raises:
+        ConfigError: the file of weights cannot be used.
+        UnknownNetworkError: it is not English; other phones may have English names.
     """
     if not language.spoken.is_english:
         raise UnknownNetworkError(f"it knows English alone, and this is {language.spoken.name}")
@@ -208,10 +190,10 @@ def scorer_for(language: Language, network: str | None = None) -> PhonemeScorer:
 
 
 def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
-    """Say why there is no second ear for a language; None if there is one.
+    """The reason why the network cannot be used for a language; None if it can.
 
     Raises:
-        VozError: the language files, or the file of the network, cannot be used.
+        VozError: the language files, or the file of weights, cannot be used.
     """
     try:
         scorer_for(load_language(files), network)
@@ -221,15 +203,15 @@ def why_missing(files: LanguageFiles, network: str | None = None) -> str | None:
 
 
 def read_phone_symbols() -> dict[str, list[str]]:
-    """Read the symbols that each phone of the dictionary may sound like."""
-    lines = IPA.read_text(encoding="utf-8").splitlines()
+    """Read the symbols of the network for each phone of the dictionary."""
+    lines = PHONE_SYMBOLS_FILE.read_text(encoding="utf-8").splitlines()
     return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}
 
 
-def _merged(symbols: Sequence[str], sounds: Collection[Sequence[str]]) -> Floats:
-    """A matrix that adds the probabilities of a phone's symbols, and last those of the blanks."""
-    merged = np.zeros((len(symbols), len(sounds) + 1))
-    for number, alike in enumerate(sounds):
-        merged[[symbols.index(symbol) for symbol in alike], number] = 1
-    merged[-BLANKS:, -1] = 1
-    return merged
+def _symbols_of_phones(symbols: Sequence[str], phones: Collection[Sequence[str]]) -> Floats:
+    """A matrix that adds up the symbols of each phone, and in its last column the blanks."""
+    matrix = np.zeros((len(symbols), len(phones) + 1))
+    for number, alike in enumerate(phones):
+        matrix[[symbols.index(symbol) for symbol in alike], number] = 1
+    matrix[-BLANKS:, -1] = 1
+    return matrix

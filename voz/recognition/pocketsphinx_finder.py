@@ -15,7 +15,7 @@ from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.evidence import Comparison, Evidence
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
-from voz.recognition.refusal import too_little, why_unlike
+from voz.recognition.refusal import refusal_by_pocketsphinx, unusable_sound
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -75,7 +75,7 @@ class PocketsphinxFinder:
             spoken_until=segment.start + (last.end + 1) * DECODER_FRAME / SAMPLE_RATE,
             values=values,
             trust=trust,
-            sure=trust * probability(self._model, values),
+            probability=trust * probability(self._model, values),
             why_refused=partial(_why_refused, segment, evidence, trust),
             next_best=max(evidence.rivals, key=evidence.rivals.__getitem__, default=""),
         )
@@ -88,9 +88,9 @@ class PocketsphinxFinder:
 
 
 def _why_refused(segment: Segment, evidence: Evidence | None, trust: float) -> Refusal:
-    if reason := too_little(segment.samples, trust):
+    if reason := unusable_sound(segment.samples, trust):
         return reason, None
     if evidence is None:
         is_long = segment.end - segment.start > LONG
         return "not_a_command" if is_long else "too_short", None
-    return why_unlike(evidence)
+    return refusal_by_pocketsphinx(evidence)

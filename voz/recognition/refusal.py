@@ -36,7 +36,7 @@ SAID, NOT_SAID = 1.0, 0.0
 """By the network: what has so many nats for each phone was said, or was not; 2 are perfect."""
 
 
-def too_little(samples: Samples, trust: float) -> Reason | None:
+def unusable_sound(samples: Samples, trust: float) -> Reason | None:
     """Tell whether there is too little to hear.
 
     Args:
@@ -51,7 +51,7 @@ def too_little(samples: Samples, trust: float) -> Reason | None:
     return None if trust else "no_speech"
 
 
-def why_unlike(evidence: Evidence) -> Refusal:
+def refusal_by_pocketsphinx(evidence: Evidence) -> Refusal:
     """Tell why an utterance is no command, by pocketsphinx.
 
     Args:
@@ -68,7 +68,7 @@ def why_unlike(evidence: Evidence) -> Refusal:
     return "not_a_command", None
 
 
-def why_unheard(ranking: Ranking, phones: int, words: Collection[float]) -> Refusal:
+def refusal_by_network(ranking: Ranking, phones: int, words: Collection[float]) -> Refusal:
     """Tell why an utterance is no command, by the network.
 
     Args:

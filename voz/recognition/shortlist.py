@@ -37,7 +37,7 @@ class Shortlist:
         """Whether all commands are on it, whatever was heard."""
         return len(self._commands) <= self._most
 
-    def around(self, text: str) -> list[str]:
+    def similar_to(self, text: str) -> list[str]:
         """The whole list, or a command and what sounds most like it; empty text is no command."""
         if self.is_whole:
             return self._commands.listed

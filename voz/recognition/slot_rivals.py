@@ -32,7 +32,7 @@ class Rival(NamedTuple):
     left: float
 
 
-def rival(ranking: Ranking, parse: Callable[[str], Parse | None]) -> Rival | None:
+def find_rival(ranking: Ranking, parse: Callable[[str], Parse | None]) -> Rival | None:
     """Find what stands in the way of the sentence that fits best.
 
     Args:

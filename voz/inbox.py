@@ -6,7 +6,8 @@ import itertools
 import queue
 from collections import deque
 from collections.abc import Collection
-from typing import NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from voz.events import Ended, Partial, Utterance, Warning
 
@@ -14,7 +15,8 @@ MAX_QUEUED_MESSAGES = 64
 """Messages that stop, and as many others; nobody says so much in 0.1 s."""
 
 
-class Halt(NamedTuple):
+@dataclass(frozen=True)
+class Halt:
     """The robot is to stand still, by a key or a button.
 
     Attributes:
@@ -26,13 +28,15 @@ class Halt(NamedTuple):
     t: float = 0.0
 
 
-class Rehearsal(NamedTuple):
+@dataclass(frozen=True)
+class Rehearsal:
     """From now on commands are understood and not obeyed, or obeyed again. Never dropped."""
 
     on: bool
 
 
-class End(NamedTuple):
+@dataclass(frozen=True)
+class End:
     """The run is over, or has failed by an error."""
 
     error: Exception | None = None
@@ -41,7 +45,8 @@ class End(NamedTuple):
 Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | Rehearsal | End
 
 
-class TakenMessage(NamedTuple):
+@dataclass(frozen=True)
+class TakenMessage:
     """A message, and whether a later one that stops the robot was taken before it."""
 
     message: Message

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -79,7 +79,8 @@ class Fault(enum.Enum):
         self.advice = advice
 
 
-class RecordingLevel(NamedTuple):
+@dataclass(frozen=True)
+class RecordingLevel:
     """The level of a recording.
 
     Attributes:

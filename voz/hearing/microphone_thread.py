@@ -6,8 +6,9 @@ import threading
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 from msgspec.structs import replace
 
@@ -62,7 +63,8 @@ class OpenMicrophone(Protocol):
 MicrophoneOpener: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone]]
 
 
-class SoundSource(NamedTuple):
+@dataclass(frozen=True)
+class SoundSource:
     """Where sound comes from.
 
     Attributes:

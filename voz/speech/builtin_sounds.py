@@ -6,7 +6,8 @@ import enum
 import functools
 import reprlib
 from collections.abc import Sequence
-from typing import NamedTuple, NoReturn
+from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
@@ -44,7 +45,8 @@ class BuiltinSound(enum.IntEnum):
         return name.replace("_", "-")
 
 
-class _Note(NamedTuple):
+@dataclass(frozen=True)
+class _Note:
     """A tone: Hz, seconds until the next, and brightness, 0 to 1."""
 
     frequency: float

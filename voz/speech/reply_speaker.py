@@ -8,7 +8,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
@@ -28,7 +28,8 @@ SPEAKER_STOP_TIMEOUT = 1.0
 """For the threads to end once all is silent, s."""
 
 
-class _QueuedReply(NamedTuple):
+@dataclass(frozen=True)
+class _QueuedReply:
     """A text, and whether it has just been rendered; or a sound."""
 
     text: str

@@ -7,9 +7,9 @@ import os
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.mixer import Mixer
@@ -31,7 +31,8 @@ RENDERER_TIMEOUT = 1.0
 """For festival to be killed, s."""
 
 
-class Sound(NamedTuple):
+@dataclass(frozen=True)
+class Sound:
     """A sound of a client, to be played later.
 
     Attributes:

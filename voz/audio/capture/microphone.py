@@ -6,6 +6,7 @@ import queue
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -28,7 +29,8 @@ BLOCK_TIMEOUT = 1.0
 """A device that gives no block for this time is lost, s; even silence arrives as samples."""
 
 
-class _Settings(NamedTuple):
+@dataclass(frozen=True)
+class _Settings:
     device: int
     rate: int
     channels: int

@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_left, insort
 from collections.abc import Iterable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.endpointing.frame_levels import FRAME, BandLevels
@@ -42,7 +42,8 @@ RISE_FRAMES = 6
 """Frames in which speech rises above a noise."""
 
 
-class SteadyNoise(NamedTuple):
+@dataclass(frozen=True)
+class SteadyNoise:
     """A noise: its usual and its highest levels in both bands, dB."""
 
     usual: BandLevels

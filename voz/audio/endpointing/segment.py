@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -54,13 +55,15 @@ class Segment(NamedTuple):
         return np.concatenate([self.before, self.samples, self.after])
 
 
-class Quiet(NamedTuple):
+@dataclass(frozen=True)
+class Quiet:
     """No segment followed the last one; known at `decided` s of the stream."""
 
     decided: float
 
 
-class Ongoing(NamedTuple):
+@dataclass(frozen=True)
+class Ongoing:
     """The sound of a segment so far; comes again until it is over.
 
     Attributes:

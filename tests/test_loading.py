@@ -39,8 +39,8 @@ def test_lines_of_templates_mean_what_they_mean_in_a_file(
     [
         (["stop", LIGHTS[0]], r'^the list of commands:2:13: there is no list "colour"; add a line'),
         (["go forward\udcff"], "^the list of commands:1: is not UTF-8 text"),
-        (["stop", "import others.txt"], "^the list of commands:2:8: only a file imports others"),
-        ([], "^the list of commands: holds no command"),
+        (["stop", "import others.txt"], "^the list of commands:2:8: import works only in files"),
+        ([], "^the list of commands: contains no command"),
         (["stop", 1], "^1 is no command; give a list of texts, or a folder"),
         (1, "^1 is no command; give a list of texts, or a folder"),
         (b"stop", "is no command; give a list of texts, or a folder"),

@@ -98,7 +98,7 @@ def test_a_mistake_in_a_template_is_shown_with_a_caret(voz: Any, templates: Path
     result = voz("build-lm", templates)
     assert result.code == 2
     assert result.err.splitlines() == [
-        f'voz: {templates}:2:10: an empty alternative; write "[...]" around what may be left out',
+        f'voz: {templates}:2:10: empty alternative; write "[...]" around optional words',
         "  go (left|)",
         "           ^",
     ]
@@ -125,8 +125,8 @@ def test_sentences_that_must_be_commands_are_tried(voz: Any, templates: Path) ->
     result = voz("build-lm", templates)
     assert result.code == 2
     assert result.err.splitlines() == [
-        f'{tests}:1: "stop it" should be a command and is none; the nearest is "stop"',
-        f'{tests}:3: "please stop" should be no command and is "stop"',
+        f'{tests}:1: "stop it" should be a command, but is not; the nearest is "stop"',
+        f'{tests}:3: "please stop" should not be a command, but is "stop"',
     ]
 
 

@@ -88,7 +88,7 @@ def test_a_dictionary_can_be_named_where_there_are_several(given: Path) -> None:
 
 @pytest.mark.parametrize("name", ["../es", "", "e s", ".es"])
 def test_a_name_that_is_no_folder_is_refused(name: str, given: Path) -> None:
-    with pytest.raises(ConfigError, match="cannot be the name of a language"):
+    with pytest.raises(ConfigError, match="is not a valid name of a language"):
         add_language(given, name)
 
 

@@ -90,7 +90,7 @@ def read_lines(lines: Iterable[str]) -> CommandSource:
         return _of_sentences(parse_commands(data, UNNAMED_LIST))
     source = parse_templates(data, UNNAMED_LIST)
     for name, place in source.imports:
-        raise error_at(place, f"only a file imports others; put the lines of {name} here")
+        raise error_at(place, f"import works only in files; insert the lines of {name} here")
     return _of_templates(source, {})
 
 

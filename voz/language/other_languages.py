@@ -171,7 +171,7 @@ def _copy(source: LanguageSources, folder: Path) -> None:
 
 def _found(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
     if not folder.is_dir():
-        raise LanguageError(f"{shown_path(folder)}: is no folder; give that of a language")
+        raise LanguageError(f"{shown_path(folder)}: not a folder; give that of a language")
     every = (path for pattern in patterns for path in folder.rglob(pattern) if path.is_file())
     return sorted({path for path in every if path.name != "noisedict"})
 
@@ -199,7 +199,7 @@ def _given(named: str | None, copy: Path, setting: str, name: str) -> Path:
 
 def _folder_of(name: str) -> Path:
     if not re.fullmatch(r"\w[\w.-]{0,59}", name):
-        raise ConfigError(f"{name!r} cannot be the name of a language; use letters and digits")
+        raise ConfigError(f"{name!r} is not a valid name of a language; use letters and digits")
     return data_folder("languages") / name
 
 

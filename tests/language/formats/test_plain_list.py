@@ -32,7 +32,7 @@ def test_the_order_of_the_list_is_kept():
 def test_a_duplicate_is_kept_once_with_a_warning_that_names_both_lines():
     parsed = parse_commands(b"stop\n\ngo back\nGO  back\n", "list.txt")
     assert parsed.sentences == ("stop", "go back")
-    assert parsed.warnings == ('list.txt:4: "go back" is there twice (first in line 3); kept once',)
+    assert parsed.warnings == ('list.txt:4: "go back" is repeated (first in line 3); kept once',)
 
 
 def test_many_duplicates_give_one_warning():
@@ -59,9 +59,9 @@ def test_each_word_has_the_place_where_it_first_stands():
         (b"stop\ncaf\xe9", "l:2: is not UTF-8 text; save the file as UTF-8"),
         (b"a " * 13, "l:1: has 13 words; at most 12 are allowed"),
         (b"a" * 41, "has 41 letters, more than 40; write it as several words"),
-        (b"", "l: holds no command; write one sentence a line"),
-        (b"# nothing\n \n", "l: holds no command"),
-        (b"\n" * (MAX_TEXT_BYTES + 1), "l: is larger than 1,000,000 bytes; make it smaller"),
+        (b"", "l: contains no command; write one sentence per line"),
+        (b"# nothing\n \n", "l: contains no command"),
+        (b"\n" * (MAX_TEXT_BYTES + 1), "l: larger than 1,000,000 bytes; make it smaller"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_what_to_do(data: bytes, message: str):

@@ -65,9 +65,9 @@ def test_the_sentences_are_read_back_in_order(built: LanguageFiles):
     ("content", "message"),
     [
         (b"", "is empty"),
-        (b"<s> stop </s>\nstop\n", ":2: is no line"),
-        (b"<s> </s>\n", ":1: is no line"),
-        (b"\n", ":1: is no line"),
+        (b"<s> stop </s>\nstop\n", ":2: expected `"),
+        (b"<s> </s>\n", ":1: expected `"),
+        (b"\n", ":1: expected `"),
         (b"\xff\n", "is not text"),
     ],
 )

@@ -60,7 +60,7 @@ def test_a_dictionary_is_read_however_it_is_written(tmp_path: Path) -> None:
     [
         ("el e l\nla L a\n", 'es.dic:2: the acoustic model has no phone "L"'),
         ("el\n", "es.dic:1: has no phones"),
-        ("\n", "es.dic: holds no word"),
+        ("\n", "es.dic: contains no word"),
     ],
 )
 def test_a_dictionary_of_another_model_is_refused_with_its_line(
@@ -75,10 +75,10 @@ def test_a_dictionary_of_another_model_is_refused_with_its_line(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("a\ta\na\te\n", 'rules.txt:2: "a" is no letter, or there twice'),
-        ("^\ta\n", 'rules.txt:1: "^" is no letter'),
+        ("a\ta\na\te\n", 'rules.txt:2: "a" is not a letter, or defined twice'),
+        ("^\ta\n", 'rules.txt:1: "^" is not a letter'),
         ("a\tAA\n", 'rules.txt:1: the acoustic model has no phone "AA"'),
-        ("# nothing\n", "rules.txt: holds no rule"),
+        ("# nothing\n", "rules.txt: contains no rule"),
     ],
 )
 def test_wrong_rules_are_refused_with_their_line(text: str, message: str, tmp_path: Path) -> None:

@@ -78,9 +78,9 @@ def test_own_pronunciations_allow_variants_stress_case_and_comments():
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"\nstop S T QQ P", "p:2: 'QQ' is no phone; the phones are AA AE"),
-        (b"stop", "p:1: has no phones; write them after the word"),
-        (b"st0p S T AA P", "p:1: 'st0p' is no word"),
+        (b"\nstop S T QQ P", "p:2: 'QQ' is not a phone; the phones are AA AE"),
+        (b"stop", "p:1: no phones after the word"),
+        (b"st0p S T AA P", "p:1: 'st0p' is not a word"),
         (b"stop \xff", "p:1: is not UTF-8 text"),
     ],
 )

@@ -42,7 +42,7 @@ FILE = st.lists(TEMPLATE, min_size=1, max_size=3).map(
 def commands_or_none(text: str) -> Commands | None:
     try:
         return commands_of(text)
-    except CommandsError:  # all of it may be left out, or it has two meanings
+    except CommandsError:  # everything is optional, or it has two meanings
         return None
 
 

@@ -81,7 +81,7 @@ class CompiledTemplates:
 def compile_templates(source: TemplateSource) -> CompiledTemplates:
     """Compile the templates of all files together; raises CommandsError."""
     if not source.templates:
-        raise CommandsError(f"{source.name}: holds no command; write one sentence a line")
+        raise CommandsError(f"{source.name}: contains no command; write one sentence per line")
     templates, warnings = resolve(source)
     _check_sizes(templates)
     readers = [_reader(template) for template in templates]
@@ -123,7 +123,7 @@ def _check_sizes(templates: Iterable[Template]) -> None:
         if total > MAX_SENTENCES:
             raise error_at(
                 template.place,
-                f"this makes {total:,} sentences, more than can be told apart; make lists shorter "
+                f"this makes {total:,} sentences; make lists shorter "
                 f"or leave options out: at most {MAX_SENTENCES:,}",
             )
 
@@ -134,13 +134,11 @@ def _reader(template: Template) -> SlotReader:
     except TooManyArcsError:
         raise error_at(
             template.place,
-            f"has more than {MAX_TEMPLATE_ARCS:,} words with its lists and options written out; "
+            f"has more than {MAX_TEMPLATE_ARCS:,} words with its lists and options expanded; "
             "use fewer lists in one template",
         ) from None
     if 0 in laid_out.ends:
-        raise error_at(
-            template.place, 'all of it may be left out; take the "[...]" away from one part'
-        )
+        raise error_at(template.place, 'everything is optional; remove "[...]" from one part')
     return laid_out
 
 

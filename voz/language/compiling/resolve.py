@@ -70,16 +70,12 @@ class _Resolver:
         if (kind, name) in self._open:
             round_about = [*self._open[self._open.index((kind, name)) :], (kind, name)]
             path = " in ".join(reference_text(*one) for one in reversed(round_about))
-            raise error_at(
-                place, f"{path} never ends; write out what is said, it cannot hold itself"
-            )
+            raise error_at(place, f"{path} is recursive; write the words instead")
         definition = self._source.definitions.get((kind, name))
         if definition is None:
             raise error_at(place, self._unknown(kind, name))
         if len(self._open) > MAX_REFERENCE_DEPTH:
-            raise error_at(
-                place, f"more than {MAX_REFERENCE_DEPTH} names hold each other; use fewer"
-            )
+            raise error_at(place, f"more than {MAX_REFERENCE_DEPTH} nested names; use fewer")
         self._open.append((kind, name))
         item = self.resolved(definition.expression)
         self._open.pop()
@@ -88,7 +84,7 @@ class _Resolver:
         if depth > MAX_REFERENCE_DEPTH:
             raise error_at(
                 definition.place,
-                f"more than {MAX_REFERENCE_DEPTH} names hold each other; use fewer",
+                f"more than {MAX_REFERENCE_DEPTH} nested names; use fewer",
             )
         if kind == "list" and (inner := slots(item, self.slots)):
             raise error_at(definition.place, f"a list cannot hold a slot, as {{{min(inner)}}}")
@@ -135,7 +131,7 @@ def slots(item: Expression, known: dict[int, Slots]) -> Slots:
     merged = {name: slot for found in each for name, slot in found.items()}
     if isinstance(item, Slot):
         if merged:
-            raise error_at(item.place, f'the slot "{item.name}" holds another; write them apart')
+            raise error_at(item.place, f'the slot "{item.name}" contains another; separate them')
         return {item.name: item}
     if isinstance(item, ResolvedReference):
         known[id(item)] = merged
@@ -149,7 +145,7 @@ def _check_twice(each: Iterable[Slots]) -> None:
             name = min(twice)
             raise error_at(
                 found[name].place,
-                f'the slot "{name}" is twice in one sentence; give one another name, '
+                f'the slot "{name}" occurs twice in one sentence; rename one, '
                 f"as in {{{name}:other}}",
             )
         named |= found.keys()

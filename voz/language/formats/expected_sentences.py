@@ -36,6 +36,6 @@ def failed_expectations(commands: Commands, data: bytes, name: str) -> Iterator[
         if wanted and parse is None:
             meant = commands.closest_sentence(text)
             perhaps = f'; the nearest is "{meant}"' if meant else ""
-            yield f'{name}:{number}: "{text}" should be a command and is none{perhaps}'
+            yield f'{name}:{number}: "{text}" should be a command, but is not{perhaps}'
         elif parse and not wanted:
-            yield f'{name}:{number}: "{text}" should be no command and is "{parse.command}"'
+            yield f'{name}:{number}: "{text}" should not be a command, but is "{parse.command}"'

@@ -51,7 +51,7 @@ def parse_hassil(text: Yaml) -> TemplateSource:
         for intent, node in text.mapping(parts["intents"], "the intents").items():
             block = text.mapping(node, "the data of the intent")
             if "data" not in block:
-                raise error_at(text.place(node), 'there is no "data" here; write its sentences')
+                raise error_at(text.place(node), '"data" is missing; add the sentences')
             for number, data in enumerate(text.sequence(block["data"], "sentences"), start=1):
                 _block(text, source, intent, data, f"{intent}.{number}.")
     if "data" in parts:
@@ -61,9 +61,9 @@ def parse_hassil(text: Yaml) -> TemplateSource:
 
 
 _WHY = {
-    "wildcards": "any words cannot be understood by a list; write the values as a list",
-    "skip_words": "words that may stand anywhere cannot be; write [please] where they may",
-    "wildcard": "any words cannot be understood by a list; write the values that there are",
+    "wildcards": "wildcards are not supported; write the values as a list",
+    "skip_words": "skip words are not supported; write [please] where they may stand",
+    "wildcard": "wildcards are not supported; write the values",
 }
 
 
@@ -77,14 +77,14 @@ def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, s
     parts = text.mapping(node, "sentences")
     for name in CONTEXT_KEYS & parts.keys():
         raise error_at(
-            text.place(parts[name]), f"{name} is unknown here; remove it or these sentences"
+            text.place(parts[name]), f"{name} is not supported; remove it or these sentences"
         )
     names = _definitions(text, source, parts, scope)
     constants: dict[str, Value] = {}
     for slot, value in text.mapping(parts["slots"], "slots").items() if "slots" in parts else ():
         constants[slot] = parse_value(text.text(value).text)
     if "sentences" not in parts:
-        raise error_at(text.place(node), 'there are no "sentences" here; write some')
+        raise error_at(text.place(node), '"sentences" is missing')
     for sentence in text.sequence(parts["sentences"], "sentences"):
         _sentence(text, source, intent, sentence, constants, names)
 
@@ -131,11 +131,11 @@ def _list(text: Yaml, node: Node) -> Expression:
         if "range" in parts:
             return _range(text, parts["range"], place)
         if "values" not in parts:
-            raise error_at(place, 'there are no "values" here; write some')
+            raise error_at(place, '"values" is missing')
         node = parts["values"]
     values = [_value(text, value) for value in text.sequence(node, "values")]
     if not values:
-        raise error_at(place, "the list is empty; write what may be said")
+        raise error_at(place, "empty list; write its values")
     return choice(values)
 
 
@@ -146,7 +146,7 @@ def _value(text: Yaml, node: Node) -> Expression:
         return HassilNotation(text.text(node)).parse()
     parts = text.mapping(node, "in and out")
     if "in" not in parts:
-        raise error_at(text.place(node), 'what is said is missing; write "in: ..."')
+        raise error_at(text.place(node), '"in" is missing; add what is said')
     spoken = HassilNotation(text.text(parts["in"])).parse()
     return Tag(spoken, parse_value(text.text(parts["out"]).text)) if "out" in parts else spoken
 
@@ -154,10 +154,10 @@ def _value(text: Yaml, node: Node) -> Expression:
 def _range(text: Yaml, node: Node, place: Location) -> NumberRange:
     parts = {name: text.text(value).text for name, value in text.mapping(node, "from, to").items()}
     if unknown := {"multiplier", "fractions"} & parts.keys():
-        raise error_at(place, f"{min(unknown)} is unknown here; write from, to and step alone")
+        raise error_at(place, f"{min(unknown)} is not supported; use only from, to and step")
     try:
         first, last = Fraction(parts["from"]), Fraction(parts["to"])
         step = Fraction(parts.get("step", "1"))
     except (KeyError, ValueError, ZeroDivisionError):
-        raise error_at(place, "a range has numbers; write from: 0, to: 100, step: 5") from None
+        raise error_at(place, "invalid range; write it as from: 0, to: 100, step: 5") from None
     return check_range(NumberRange(first, last, step), place)

@@ -61,7 +61,7 @@ class JsgfParser(Parser):
             )
         elif token.kind == "tag":
             if not items:
-                self.fail("a tag stands behind what it means; write words before it", token.at)
+                self.fail("no words before this tag", token.at)
             self.take()
             value = parse_value(re.sub(r"\\(.)", r"\1", token.text[1:-1]).strip())
             ends = self.next.kind == "end" or self.ends()
@@ -77,7 +77,9 @@ class JsgfParser(Parser):
         except ValueError:
             weight = -1.0
         if not 0 <= weight <= 1:
-            self.fail(f"{token.text} is no weight from 0 to 1; divide all by their sum", token.at)
+            self.fail(
+                f"{token.text} is not a weight from 0 to 1; divide all by their sum", token.at
+            )
 
     def other(self, token: Token) -> Expression:
         """Parse a rule's name, or words in quotes."""
@@ -86,7 +88,7 @@ class JsgfParser(Parser):
             if name == "NULL":
                 return NO_WORDS
             if name == "VOID":
-                self.fail("<VOID> can never be said; remove this alternative", token.at)
+                self.fail("<VOID> never matches; remove this alternative", token.at)
             return Reference("rule", name, self.passage.place(token.at))
         if token.kind == "quoted":
             words = [
@@ -108,10 +110,10 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
     while found := _VISIBLE.search(text, at):
         at = found.start()
         if _IMPORT.match(text, at):
-            raise error_at(whole.place(at), "other grammars are not read; write their rules here")
+            raise error_at(whole.place(at), "imports are not supported; copy the rules here")
         match = _RULE.match(text, at)
         if not match:
-            raise error_at(whole.place(at), "here stands a rule, as in: <colour> = red | green;")
+            raise error_at(whole.place(at), "expected a rule, as in: <colour> = red | green;")
         place = whole.place(at)
         body = JsgfParser(_part(whole, match.start(3), match.end(3)), grammar).parse()
         rule = match[2].removeprefix(f"{grammar}.")
@@ -120,9 +122,7 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
         source.define("rule", rule, _slot(rule, body, place), place)
         at = match.end()
     if not public:
-        raise error_at(
-            Location(name, 1), 'no rule is public; write "public" before that which is said'
-        )
+        raise error_at(Location(name, 1), 'no rule is public; write "public" before one')
     _add_public(source, public)
     return source
 

@@ -60,9 +60,9 @@ class Notation(Parser):
             return found
         token = self.take()
         if not self.values:
-            self.fail('":" gives a value in a list alone, as in: colour = deep blue:blue', token.at)
+            self.fail('":" gives values in lists only, as in: colour = deep blue:blue', token.at)
         if not token.text[1:].strip():
-            self.fail('there is no value behind ":"; write it or remove the ":"', token.at)
+            self.fail('no value after ":"; add one or remove the ":"', token.at)
         return Tag(found, parse_value(" ".join(token.text[1:].split())))
 
     def ends(self) -> bool:
@@ -91,10 +91,10 @@ class Notation(Parser):
     def _joined(self, first: Expression, second: Expression, token: Token) -> Expression:
         one, other = word_spellings(first), word_spellings(second)
         if one is None or other is None or len(one) * len(other) > MAX_JOINED_WORDS:
-            self.fail("only letters can touch a word, as in light[s]; write a space", token.at)
+            self.fail("only letters may touch a word, as in light[s]; add a space", token.at)
         words = dict.fromkeys(normalize(a + b) for a, b in product(one, other))
         if any(len(word) > MAX_WORD_LETTERS or not word for word in words):
-            self.fail("this makes no word; write a space", token.at)
+            self.fail("this is not a word; add a space", token.at)
         return choice([Word(word) for word in words])
 
     def other(self, token: Token) -> Expression:
@@ -104,10 +104,10 @@ class Notation(Parser):
         if token.kind == "rule":
             match = _NAME.fullmatch(token.text[1:-1])
             if not match:
-                self.fail("a rule is named by one word, as in <polite>", token.at)
+                self.fail("the name of a rule is one word, as in <polite>", token.at)
             return Reference("rule", match[1], self.passage.place(token.at))
         if token.kind == "value":
-            self.fail('":" stands behind the name of a template, or a value in a list', token.at)
+            self.fail('":" is allowed only after the name of a template, and in lists', token.at)
         return super().other(token)
 
 
@@ -120,7 +120,7 @@ def slot(passage: Passage) -> Slot:
     place = passage.place()
     match = _SLOT.fullmatch(passage.text)
     if not match:
-        raise error_at(place, "a slot is named by one word, as in {colour}")
+        raise error_at(place, "the name of a slot is one word, as in {colour}")
     name, behind = match[1], match[2]
     if behind is None:
         return Slot(name, Reference("list", name, place), place)
@@ -130,8 +130,7 @@ def slot(passage: Passage) -> Slot:
         return Slot(name, numbers, place)
     raise error_at(
         passage.place(match.start(2)),
-        "behind the name stands another, as in {thing:object}, or numbers, as in "
-        "{angle: 5..180 by 5}",
+        "expected a name, as in {thing:object}, or numbers, as in {angle: 5..180 by 5}",
     )
 
 

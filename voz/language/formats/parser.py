@@ -107,7 +107,7 @@ class Parser:
         found = self.alternatives("")
         token = self.tokens[self.at]
         if token.kind != "end":
-            self.fail(f'"{token.text}" has no beginning; remove it', token.at)
+            self.fail(f'unmatched "{token.text}"', token.at)
         return found
 
     @property
@@ -130,9 +130,9 @@ class Parser:
         while self.next.text in self.PARTS and self.next.kind == "mark":
             token = self.take()
             if token.text == ";" and not opened:
-                self.fail('";" says "in any order" and stands in a group, as in (a;b)', token.at)
+                self.fail('";" (in any order) is allowed only in groups, as in (a;b)', token.at)
             if between and token.text != between:
-                self.fail(f'"{between}" and "{token.text}" are mixed; use groups', token.at)
+                self.fail(f'"{between}" and "{token.text}" are mixed; use parentheses', token.at)
             between = token.text
             parts.append(self.alternative())
         if between == ";":
@@ -151,7 +151,7 @@ class Parser:
         while not (self.next.kind == "end" or self.ends()):
             self.item(items)
         if not items:
-            self.fail('an empty alternative; write "[...]" around what may be left out', begin)
+            self.fail('empty alternative; write "[...]" around optional words', begin)
         return concatenation(items)
 
     def ends(self) -> bool:
@@ -176,15 +176,15 @@ class Parser:
         """Parse what only some notations have."""
         if token.kind == "mark" and token.text in "<{":
             close = {"<": ">", "{": "}"}[token.text]
-            self.fail(f'"{token.text}" is not closed; write "{close}" behind the name', token.at)
-        return self.fail(f'"{token.text}" cannot stand here; remove it', token.at)
+            self.fail(f'"{token.text}" is not closed; add "{close}" after the name', token.at)
+        return self.fail(f'"{token.text}" is not allowed here; remove it', token.at)
 
     def group(self, token: Token) -> Expression:
         """Parse a group after its opening mark."""
         close = dict((self.OPTIONAL, self.GROUP))[token.text]
         self.depth += 1
         if self.depth > MAX_GROUP_DEPTH:
-            self.fail("too many groups within groups; use rules", token.at)
+            self.fail("groups are nested too deeply; use rules", token.at)
         inner = self.alternatives(token.text)
         if self.next.text != close or self.next.kind != "mark":
             self.fail(f'"{token.text}" is not closed; write "{close}"', token.at)

@@ -55,10 +55,10 @@ def parse_commands(data: bytes, name: str) -> CommandList:
         first = lines.setdefault(sentence, number)
         if first != number:
             repeats.append(
-                f'{name}:{number}: "{sentence}" is there twice (first in line {first}); kept once'
+                f'{name}:{number}: "{sentence}" is repeated (first in line {first}); kept once'
             )
     if not lines:
-        raise CommandsError(f"{name}: holds no command; write one sentence a line")
+        raise CommandsError(f"{name}: contains no command; write one sentence per line")
     summary = f"{name}: {len(repeats)} lines repeat an earlier one; each sentence is kept once"
     return CommandList(
         name, tuple(lines), tuple(lines.values()), summarize_warnings(repeats, summary)

@@ -56,7 +56,7 @@ class RhasspyParser(Parser):
             items.append(Tag(item, parse_value(" ".join(token.text.strip(":()").split()))))
         elif token.kind == "tag":
             if not items:
-                self.fail("a tag stands behind what it names, as in (red){colour}", token.at)
+                self.fail("no words before this tag; write it as in (red){colour}", token.at)
             self.take()
             items.append(self._slot(items.pop(), token))
         elif token.kind == "converter":
@@ -67,7 +67,7 @@ class RhasspyParser(Parser):
     def _slot(self, item: Expression, token: Token) -> Slot:
         match = _TAG.fullmatch(token.text)
         if not match:
-            self.fail("a tag is one word, perhaps with a value, as in {colour:red}", token.at)
+            self.fail("a tag is one word, optionally with a value, as in {colour:red}", token.at)
         place = self.passage.place(token.at)
         value = match[2]
         return Slot(
@@ -114,9 +114,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
             continue
         passage = Passage(name, number, 0, text)
         if not intent:
-            raise error_at(
-                passage.place(), "this stands before the first [Intent]; write that above"
-            )
+            raise error_at(passage.place(), "no [Intent] before this line; add one")
         _add(source, intent, passage, own.setdefault(intent, {}))
     _use_names(source, own)
     _add_lists(source, read_slots)
@@ -169,7 +167,7 @@ def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location
     if read is None:
         raise error_at(
             named.place,
-            f'there is no list "${named.name}"; write its values, one a line, into the file '
+            f'there is no list "${named.name}"; write its values, one per line, into '
             f"slots/{named.name} beside this one",
         )
     file, data = read
@@ -179,5 +177,5 @@ def _list(named: Reference, read_slots: ReadSlots) -> tuple[Expression, Location
         if (line := whole.partition("#")[0].rstrip())
     ]
     if not lines:
-        raise error_at(named.place, f"{file} is empty; write values, one a line")
+        raise error_at(named.place, f"{file} is empty; write one value per line")
     return choice([RhasspyParser(line).parse() for line in lines]), lines[0].place()

@@ -63,7 +63,7 @@ class RhinoParser(Parser):
             return choice([phrase(letter) for letter in LETTERS])
         if kind not in BUILT_IN_NUMBERS:
             known = ", ".join(f"$pv.{name}" for name in (*BUILT_IN_NUMBERS, "Alphabetic"))
-            self.fail(f"of Rhino's own slots only {known} are known; write a list", token.at)
+            self.fail(f"supported slots of Rhino are {known}; use a list instead", token.at)
         return NumberRange(Fraction(0), Fraction(BUILT_IN_NUMBERS[kind]), Fraction(1))
 
 
@@ -73,7 +73,7 @@ def parse_rhino(text: Yaml) -> TemplateSource:
     root = text.mapping(text.root, "the context")
     parts = text.mapping(root["context"], "expressions, slots and macros")
     if "expressions" not in parts:
-        raise error_at(text.place(root["context"]), 'there are no "expressions" here; write some')
+        raise error_at(text.place(root["context"]), '"expressions" is missing')
     for intent, node in text.mapping(parts["expressions"], "the intents").items():
         for line in text.sequence(node, "expressions"):
             passage = text.text(line)
@@ -85,6 +85,6 @@ def parse_rhino(text: Yaml) -> TemplateSource:
         for name, node in named.items():
             values = [RhinoParser(text.text(v)).parse() for v in text.sequence(node, "values")]
             if not values:
-                raise error_at(text.place(node), "this is empty; write what may be said")
+                raise error_at(text.place(node), "empty list; write its values")
             source.define(kind, name, choice(values), text.place(node))
     return source

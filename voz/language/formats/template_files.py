@@ -47,9 +47,7 @@ def _read(path: Path, read: dict[Path, bytes]) -> TemplateSource:
     for name, place in source.imports:
         other = path.parent / name
         if len(read) >= MAX_IMPORTED_FILES:
-            raise error_at(
-                place, f"more than {MAX_IMPORTED_FILES} files import each other; put some together"
-            )
+            raise error_at(place, f"more than {MAX_IMPORTED_FILES} imported files; merge some")
         if any(_same(other, known) for known in read):
             continue
         try:
@@ -99,7 +97,7 @@ def _yaml(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
     if not parts.keys() & {*SENTENCE_SECTIONS, "lists", "expansion_rules"}:
         raise error_at(
             text.place(text.root),
-            'here stands "intents" (of hassil) or "context" (of Rhino); nothing else is read',
+            'expected "intents" (hassil) or "context" (Rhino)',
         )
     return parse_hassil(text)
 

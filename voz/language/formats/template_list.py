@@ -56,7 +56,7 @@ def _add(source: TemplateSource, line: Passage) -> None:
         at = line.text.index("=")
         raise error_at(
             line.place(at),
-            '"=" stands behind the name of a list or a rule, as in: colour = red | green',
+            '"=" is allowed only after the name of a list or rule, as in: colour = red | green',
         )
     else:
         source.templates.append(Template(None, Notation(line).parse(), place))
@@ -64,7 +64,5 @@ def _add(source: TemplateSource, line: Passage) -> None:
 
 def _behind(line: Passage, match: re.Match[str]) -> Passage:
     if not line.text[match.end() :].strip():
-        raise error_at(
-            line.place(match.end() - 1), "there is nothing behind this; write what is said"
-        )
+        raise error_at(line.place(match.end() - 1), "nothing follows; write what is said")
     return line.part(match.end())

@@ -30,7 +30,7 @@ def content_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
 def numbered_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
     """Number all lines, from 1; as `content_lines` otherwise."""
     if len(data) > MAX_TEXT_BYTES:
-        raise CommandsError(f"{name}: is larger than {MAX_TEXT_BYTES:,} bytes; make it smaller")
+        raise CommandsError(f"{name}: larger than {MAX_TEXT_BYTES:,} bytes; make it smaller")
     data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     for number, line in enumerate(data.split(b"\n"), start=1):
         try:

@@ -23,7 +23,7 @@ class Yaml:
         except yaml.MarkedYAMLError as error:
             self._broken(error)
         except (yaml.YAMLError, RecursionError) as error:
-            raise error_at(Location(name, 1), f"is no YAML ({error}); correct it") from None
+            raise error_at(Location(name, 1), f"invalid YAML ({error})") from None
         if root is None:
             raise error_at(Location(name, 1), "is empty; write intents and their sentences")
         self.root = root
@@ -32,7 +32,7 @@ class Yaml:
         mark = error.problem_mark
         line = min(mark.line, len(self._lines) - 1) if mark else 0
         place = Location(self.name, line + 1, mark.column + 1 if mark else 0, self._lines[line])
-        raise error_at(place, f"is no YAML: {error.problem or error.context}; correct it") from None
+        raise error_at(place, f"invalid YAML: {error.problem or error.context}") from None
 
     def place(self, node: yaml.Node) -> Location:
         """Where a part begins."""
@@ -45,20 +45,20 @@ class Yaml:
     def mapping(self, node: yaml.Node, what: str) -> dict[str, yaml.Node]:
         """The parts of a mapping by name; `what` names what is expected there."""
         if not isinstance(node, yaml.MappingNode):
-            raise error_at(self.place(node), f"here stand {what}, as in: name: ...")
+            raise error_at(self.place(node), f"expected {what}, as in: name: ...")
         return {self.text(key).text: value for key, value in node.value}
 
     def sequence(self, node: yaml.Node, what: str) -> list[yaml.Node]:
         """The parts of a sequence; `what` names what is expected there."""
         if not isinstance(node, yaml.SequenceNode):
-            raise error_at(self.place(node), f'here stand {what}, one a line behind "-"')
+            raise error_at(self.place(node), f'expected {what}, one per line after "-"')
         return list(node.value)
 
     def text(self, node: yaml.Node) -> Passage:
         """A text, as it stands in the file."""
         mark = node.start_mark
         if not isinstance(node, yaml.ScalarNode):
-            raise error_at(self._begin(node), "here stands one text")
+            raise error_at(self._begin(node), "expected a text")
         quoted = 1 if node.style in ("'", '"') else 0
         text = " ".join(str(node.value).split("\n"))
         return Passage(

@@ -30,7 +30,7 @@ def check_files(files: LanguageFiles) -> None:
     """Raise LanguageError if files are missing or damaged, or do not belong together."""
     if shown_path(files.folder) != str(files.folder):
         raise LanguageError(
-            f"{shown_path(files.folder)}: is no name in UTF-8, and pocketsphinx reads no other; "
+            f"{shown_path(files.folder)}: not a UTF-8 name, which pocketsphinx needs; "
             "rename the folder"
         )
     with lock_folder(files.folder, fcntl.LOCK_SH):
@@ -43,7 +43,9 @@ def check_files(files: LanguageFiles) -> None:
         sentences = parse_sentences(read_plain_text(files.sentences), files.sentences)
         check_words(sentences, words, files.sentences)
         if read_plain_text(files.grammar) != jsgf(sentences):
-            raise LanguageError(f"{files.grammar}: is not of {files.sentences}; {REBUILD_ADVICE}")
+            raise LanguageError(
+                f"{files.grammar}: does not match {files.sentences}; {REBUILD_ADVICE}"
+            )
         check_model(read_plain_text(files.lm), words, files.lm)
 
 
@@ -91,7 +93,7 @@ def _check_fingerprint(files: LanguageFiles) -> None:
     lines = read_plain_text(files.fingerprint).splitlines(keepends=True)
     for path in files.generated:
         if _line(path.name, read_bytes(path, LanguageError, REBUILD_ADVICE)) not in lines:
-            raise LanguageError(f"{path}: is not what `voz build-lm` has written; {REBUILD_ADVICE}")
+            raise LanguageError(f"{path}: was changed after `voz build-lm`; {REBUILD_ADVICE}")
 
 
 def _line(name: str, data: bytes) -> str:

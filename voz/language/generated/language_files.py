@@ -148,7 +148,7 @@ def parse_sentences(text: str, path: Path, advice: str = REBUILD_ADVICE) -> list
     for number, line in enumerate(_lines(text), start=1):
         words = line.split()
         if len(words) < 3 or (words[0], words[-1]) != ("<s>", "</s>"):
-            raise LanguageError(f"{path}:{number}: is no line `<s> sentence </s>`; {advice}")
+            raise LanguageError(f"{path}:{number}: expected `<s> sentence </s>`; {advice}")
         sentences.append(" ".join(words[1:-1]))
     if not sentences:
         raise LanguageError(f"{path}: is empty; {advice}")
@@ -187,9 +187,9 @@ def parse_dictionary(
         word, *said = line.split() or [""]
         match = _WORD.fullmatch(word)
         if not match or not said or any(phone not in phones for phone in said):
-            raise LanguageError(f"{path}:{number}: is no line `word PHONE PHONE`; {advice}")
+            raise LanguageError(f"{path}:{number}: expected `word PHONE PHONE`; {advice}")
         if word in words or (match[2] and match[1] not in words):
-            raise LanguageError(f"{path}:{number}: {word} stands in the wrong place; {advice}")
+            raise LanguageError(f"{path}:{number}: {word} is out of order; {advice}")
         words[word] = tuple(said)
     return words
 

@@ -140,7 +140,7 @@ def _grams(
             and known.issuperset(gram)
         )
         if not usable:
-            raise ValueError(f'the line "{line.strip()[:60]}" cannot be')
+            raise ValueError(f'invalid line "{line.strip()[:60]}"')
         grams[gram] = None
     return grams
 

@@ -67,7 +67,7 @@ def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str,
         assert match  # it is not empty
         found.setdefault(match[1], {})[" ".join(said)] = None
     if not found:
-        raise LanguageError(f"{shown_path(path)}: holds no word; {DICTIONARY_ADVICE}")
+        raise LanguageError(f"{shown_path(path)}: contains no word; {DICTIONARY_ADVICE}")
     return {word: tuple(ways) for word, ways in found.items()}
 
 
@@ -89,12 +89,12 @@ def read_rules(path: Path, phones: Collection[str]) -> LetterRules:
         if not letters:
             continue
         if not letters.removeprefix("^").removesuffix("$") or letters in found:
-            raise LanguageError(f'{where}: "{letters}" is no letter, or there twice')
+            raise LanguageError(f'{where}: "{letters}" is not a letter, or defined twice')
         if strange := [phone for phone in said if phone not in phones]:
             raise LanguageError(f'{where}: the acoustic model has no phone "{strange[0]}"')
         found[normalize(letters)] = tuple(said)
     if not found:
-        raise LanguageError(f"{shown_path(path)}: holds no rule; {RULES_ADVICE}")
+        raise LanguageError(f"{shown_path(path)}: contains no rule; {RULES_ADVICE}")
     return LetterRules(found, max(map(len, found)))
 
 

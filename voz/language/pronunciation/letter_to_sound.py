@@ -75,7 +75,7 @@ def _run_festival(program: str) -> str:
             f"festival did not answer within {FESTIVAL_TIME_LIMIT:.0f} s; try again"
         ) from None
     except (OSError, subprocess.CalledProcessError) as error:
-        raise FestivalError(f"festival fails ({error}); install it anew") from None
+        raise FestivalError(f"festival failed ({error}); reinstall it") from None
     return done.stdout
 
 

@@ -113,7 +113,7 @@ def parse_pronunciations(
         match = pattern.fullmatch(normalize(word))
         if not match:
             raise CommandsError(
-                f"{where}: {word!a} is no word; write a word of the letters a to z, "
+                f"{where}: {word!a} is not a word of the letters a to z; write a word, "
                 "then its phones, as in: cocacola K OW K AH K OW L AH"
             )
         found.setdefault(match.group(1), {})[_check_phones(phones, where, phones_known)] = None
@@ -124,11 +124,11 @@ def _check_phones(phones: Sequence[str], where: str, known: Collection[str] | No
     """Normalize phones; for English to upper case, without stress digits."""
     plain = list(phones) if known else [phone.upper().rstrip("012") for phone in phones]
     if not plain:
-        raise CommandsError(f"{where}: has no phones; write them after the word")
+        raise CommandsError(f"{where}: no phones after the word")
     for given, phone in zip(phones, plain, strict=True):
         if phone not in (known or PHONES):
             names = " ".join(sorted(known)) if known else PHONE_NAMES
-            raise CommandsError(f"{where}: {given!a} is no phone; the phones are {names}")
+            raise CommandsError(f"{where}: {given!a} is not a phone; the phones are {names}")
     return " ".join(plain)
 
 

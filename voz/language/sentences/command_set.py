@@ -90,7 +90,7 @@ class Commands(Collection[str]):
         """All sentences in the order of the list; raises LanguageError if they are too many."""
         if not self.can_be_listed:
             raise LanguageError(
-                f"{len(self):,} sentences are too many for this, which looks at each of them; "
+                f"{len(self):,} sentences are too many to list; "
                 f"use templates of at most {MAX_LISTED_SENTENCES:,}"
             )
         return self.automaton.sentences()

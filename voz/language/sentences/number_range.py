@@ -21,17 +21,17 @@ MAX_RANGE_NUMBERS = 10_001
 def check_range(numbers: NumberRange, place: Location) -> NumberRange:
     """Raise CommandsError if a range is empty, too long or has numbers that nobody says."""
     if numbers.step <= 0:
-        raise error_at(place, "the numbers must grow; write a step above 0")
+        raise error_at(place, "the step must be above 0")
     count = (numbers.last - numbers.first) // numbers.step + 1
     if count < 1:
-        raise error_at(place, "there is no number in this range; write the smaller one first")
+        raise error_at(place, "empty range; write the smaller number first")
     if count > MAX_RANGE_NUMBERS:
-        raise error_at(place, f"{count:,} numbers are too many; write a larger step")
+        raise error_at(place, f"{count:,} numbers are too many; use a larger step")
     try:
         for number in numbers_in(numbers):
             wordings(number)
     except ValueError as error:
-        raise error_at(place, f"{error}; write other numbers") from None
+        raise error_at(place, f"{error}; use other numbers") from None
     return numbers
 
 

@@ -60,7 +60,7 @@ class TemplateSource:
         """Add a rule or list; raises CommandsError if the name is taken."""
         if before := self.definitions.get((kind, name)):
             raise error_at(
-                place, f'the {kind} "{name}" is there already ({before.place}); use another name'
+                place, f'the {kind} "{name}" is already defined ({before.place}); use another name'
             )
         self.definitions[kind, name] = Definition(expression, place)
 

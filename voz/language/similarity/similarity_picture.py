@@ -38,7 +38,7 @@ def draw_matrix(
         VozError: matplotlib is missing, there are too many commands, or `path` is not writable.
     """
     if path.suffix.lower() not in (".png", ".svg"):
-        raise VozError(f"{path}: is no name for a picture; end it with .png or .svg")
+        raise VozError(f"{path}: not a picture name; end it with .png or .svg")
     if len(commands) > MAX_PICTURED_COMMANDS:
         raise VozError(
             f"{len(commands)} commands are too many for a picture; give a list of at most "

@@ -12,7 +12,7 @@ from make_fixtures import LISTS, lines, list_clips, list_names
 from recordings import ROOT
 from synthesis import Fixture, speak, write
 
-from voz.apps.batch.decoding import decode_recordings
+from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import UtteranceRow
 from voz.apps.recordings.manifest import read_manifest
 from voz.language.build import build
@@ -81,7 +81,7 @@ def test_spoken_commands_of_a_list_are_understood(name: str, tmp_path: Path) -> 
     build(LISTS / f"{name}.txt", tmp_path)
     recognizer = Recognizer(LanguageFiles(tmp_path), Recognition())
     recordings = read_manifest(tmp_path / "manifest.tsv")
-    heard = list(decode_recordings(recognizer, [recording.path for recording in recordings]))
+    heard = [decode_recording(recognizer, recording.path) for recording in recordings]
     rows = [row for outcome in heard for row in outcome.rows]
     assert [row.text for row in rows if isinstance(row, UtteranceRow)] == [
         r.text for r in recordings

@@ -7,7 +7,7 @@ from pathlib import Path
 import soundfile
 from recordings import Recording
 
-from voz.apps.batch.decoding import decode_recordings
+from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.outcomes import ErrorRow, SilentRow, UtteranceRow
 from voz.recognition.recognizer import Recognizer
 
@@ -18,7 +18,7 @@ def test_an_unreadable_recording_does_not_end_the_rest(
     good = [r.path for r in recordings if r.kind == "command"][:2]
     bad = tmp_path / "bad.wav"
     bad.write_text("no recording")
-    outcomes = list(decode_recordings(recognizer, [good[0], bad, good[1]]))
+    outcomes = [decode_recording(recognizer, path) for path in (good[0], bad, good[1])]
     assert [type(o.rows[0]) for o in outcomes] == [UtteranceRow, ErrorRow, UtteranceRow]
     assert [o.failed for o in outcomes] == [False, True, False]
     assert outcomes[1].rows[0].file == str(bad)
@@ -26,7 +26,7 @@ def test_an_unreadable_recording_does_not_end_the_rest(
 
 def test_a_recording_with_nothing_in_it_has_a_row(recognizer: Recognizer, tmp_path: Path) -> None:
     soundfile.write(tmp_path / "silence.wav", [0.0] * 24000, 16000)
-    (outcome,) = decode_recordings(recognizer, [tmp_path / "silence.wav"])
+    outcome = decode_recording(recognizer, tmp_path / "silence.wav")
     assert outcome.rows == (SilentRow(str(tmp_path / "silence.wav"), 1.5),)
 
 
@@ -34,6 +34,6 @@ def test_results_do_not_hang_on_the_order(
     recognizer: Recognizer, recordings: list[Recording]
 ) -> None:
     paths = [r.path for r in recordings if r.kind != "long"][::7]
-    there = [outcome.rows for outcome in decode_recordings(recognizer, paths)]
-    back = [outcome.rows for outcome in decode_recordings(recognizer, paths[::-1])]
+    there = [decode_recording(recognizer, path).rows for path in paths]
+    back = [decode_recording(recognizer, path).rows for path in paths[::-1]]
     assert there == back[::-1]

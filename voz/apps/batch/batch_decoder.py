@@ -43,7 +43,7 @@ class BatchDecoder:
         if self.cluster:
             from voz.apps.batch.cluster import dask_executor
 
-            # A worker there is not ours to limit; dask does that itself.
+            # dask limits the memory of its workers itself.
             setup = replace(self.setup, memory=None, base=str(Path.cwd()))
             return dask_executor(self.cluster, setup)
         jobs = self.jobs or cores()

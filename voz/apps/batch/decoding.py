@@ -14,19 +14,12 @@ from voz.files import shown_path
 from voz.recognition.recognizer import Recognizer
 
 
-def decode_recordings(recognizer: Recognizer, paths: Iterable[Path]) -> Iterator[Outcome]:
-    """Decode recordings, each as if it were alone.
-
-    Yields:
-        The rows of each recording in order: its utterances, then the error if reading it failed;
-        one row that says so if nothing was said.
-    """
-    for path in paths:
-        yield decode_recording(recognizer, path)
-
-
 def decode_recording(recognizer: Recognizer, path: Path, file: str | None = None) -> Outcome:
-    """Decode one recording; its rows name it by `file`, or else by its path."""
+    """Decode one recording as if it were alone; its rows name it by `file`, or else by its path.
+
+    The rows are its utterances, then the error if reading it failed; one `SilentRow` if nothing
+    was said.
+    """
     return decode_blocks(recognizer, read_blocks(path), file or shown_path(path))
 
 
@@ -34,7 +27,7 @@ def decode_blocks(
     recognizer: Recognizer,
     blocks: Iterable[Samples],
     file: str,
-    also: Callable[[Row], None] = lambda _: None,
+    on_row: Callable[[Row], None] = lambda _: None,
 ) -> Outcome:
     """Decode the samples of one recording.
 
@@ -42,7 +35,7 @@ def decode_blocks(
         recognizer: for this recording.
         blocks: 16 kHz; they may end in an AudioError.
         file: the name for its rows.
-        also: called with each row as soon as it is known.
+        on_row: called with each row as soon as it is known.
     """
     before = time.process_time()
     heard = 0
@@ -57,7 +50,7 @@ def decode_blocks(
 
     def add(row: Row) -> None:
         rows.append(row)
-        also(row)
+        on_row(row)
 
     try:
         for utterance in recognizer.utterances(counted(), file):

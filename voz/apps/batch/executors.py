@@ -49,7 +49,7 @@ class InlineExecutor:
     batch_bytes = 1
 
     def __init__(self, setup: WorkerSetup) -> None:
-        # A limit on memory would be this process's for ever, and that of all it starts.
+        # A memory limit would stay for this process, and for all that it starts.
         self._setup = replace(setup, memory=None)
 
     def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:

@@ -43,16 +43,16 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
         VozError: the language files or the model of the confidence cannot be read.
     """
     read = partial(read_bytes, error_type=ConfigError, advice="make the language files again")
-    # The list that they were made from may be elsewhere, and of lmtool's files there are fewer.
+    # Without the command list itself, which may be elsewhere; lmtool makes fewer files.
     commands = _digest(*(read(path) for path in language.generated if path.is_file()))
-    load_models(settings.confidence)  # tells what is wrong with one of the user's own
+    load_models(settings.confidence)  # raises if the user's own model is damaged
     models = [
         read_bytes(Path(file), ConfigError, "name another model")
         for file in (settings.confidence or MODEL, settings.network or DEFAULT_NETWORK)
     ]
     known = msgspec.json.encode(profile)
     of_models = _digest(*models, known, *(_version(package).encode() for package in MODEL_PACKAGES))
-    # Where the models are does not matter, and is elsewhere on another machine.
+    # The paths of the models may differ between machines.
     plain = msgspec.structs.replace(settings, confidence=None, network=None)
     parts = (__version__, commands, of_models, msgspec.json.encode(plain).decode())
     whole = _digest(*(part.encode() for part in parts))

@@ -114,7 +114,7 @@ class Journal:
     def _note(self, entry: JournalEntry) -> None:
         """Remember the offset of a line that begins at the end."""
         number = self._numbers.get(entry.file)
-        if number is not None:  # else it is no longer asked for
+        if number is not None:  # else it is not in this input
             self._at[number] = self._end
             self._failed[number] = bool(entry.rows) and row_type(entry.rows[-1]) is ErrorRow
 

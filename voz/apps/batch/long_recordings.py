@@ -145,7 +145,7 @@ def without_cut(plan: CutPlan, number: int) -> CutPlan:
 def outcome_of_parts(file: str, done: Sequence[DecodedPart], stamp: Stamp | None = None) -> Outcome:
     """The outcome of a recording from its parts."""
     rows = tuple(row for part in done for row in part.rows)
-    # In whole samples: a sum of seconds may be rounded the other way than those of one process.
+    # In whole samples: a sum of seconds may be rounded differently.
     samples = sum(round(part.seconds * SAMPLE_RATE) for part in done)
     whole = make_outcome(file, rows, samples / SAMPLE_RATE, sum(part.cpu for part in done))
     return replace(whole, stamp=stamp)

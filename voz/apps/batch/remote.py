@@ -78,7 +78,7 @@ def remote_info(name: str) -> dict[str, Any] | None:
         from fsspec.core import url_to_fs
 
         system, path = url_to_fs(name)
-        system.invalidate_cache()  # what it said before may be old
+        system.invalidate_cache()  # its answers are cached
         return dict(system.info(path))
     except Exception:  # each of its file systems fails in its own way
         return None

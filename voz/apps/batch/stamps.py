@@ -64,7 +64,7 @@ def stamp_of(name: str, base: str = "") -> Stamp | None:
         status = Path(base, name).stat()
     except (OSError, ValueError):
         return None
-    if not stat.S_ISREG(status.st_mode):  # what is read from a pipe is gone
+    if not stat.S_ISREG(status.st_mode):  # a pipe can be read only once
         return None
     return Stamp(status.st_size, str(status.st_mtime_ns))
 

@@ -23,7 +23,7 @@ from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.profiles import load_profile
 
-MEGABYTE = 1_000_000
+BYTES_PER_MEGABYTE = 1_000_000
 
 
 def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
@@ -36,7 +36,7 @@ def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
     recognizer = _loaded(setup)
     if isinstance(task, DecodeTask):
         return tuple(_decoded(recognizer, name, task.cut, setup) for name in task.names)
-    # Before it is read: if it changes meanwhile, its stamp is the old one.
+    # Made before it is read: if it changes meanwhile, the next run finds another stamp.
     stamp = stamp_of(task.name, setup.base) if isinstance(task, CutTask) else None
     with (
         _errors_as_audio_error(task.name, setup.memory),
@@ -81,9 +81,9 @@ def _errors_as_audio_error(name: str, memory: int | None) -> Iterator[None]:
     except VozError:
         raise
     except MemoryError as error:
-        limit = f"{(memory or 0) // MEGABYTE} MB of memory"
+        limit = f"{(memory or 0) // BYTES_PER_MEGABYTE} MB of memory"
         raise AudioError(f"{shown}: needs more than {limit}; raise --memory-limit") from error
-    except Exception as error:  # a library's mistake
+    except Exception as error:  # a bug of a library
         reason = f"{type(error).__name__}: {error}"
         raise AudioError(f"{shown}: cannot be decoded ({reason})") from error
 

@@ -75,7 +75,7 @@ def curves(results: Iterable[Result]) -> Curves:
     labeled = [
         (utterance.confidence, r.kind == "command" and utterance.text == r.text)
         for r in clean
-        if r.kind != "long"  # which of its utterances is which command is not known
+        if r.kind != "long"  # its utterances cannot be assigned to its commands
         for utterance in r.heard
         if utterance.text
     ]

@@ -121,7 +121,7 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition
     from pocketsphinx import Decoder, get_model_path
 
     check_files(language)
-    # Only if both score all states of each frame are their scores comparable.
+    # Their scores are comparable only if both score all states of each frame.
     model = {"dict": str(language.dictionary), "lm": None, "loglevel": "FATAL", "compallsen": True}
     grammar = Decoder(jsgf=str(language.grammar), bestpath=False, **model)
     phones = Decoder(allphone=get_model_path("en-us/en-us-phone.lm.bin"), lw=2.0, **model)
@@ -188,7 +188,7 @@ def _score_per_frame(score: float, phones: Any, data: bytes) -> float:
     _, against = _decode(phones, data)
     spoken = [s for s in phones.seg() or () if s.word != "SIL" and not s.word.startswith("+")]
     frames = sum(segment.end_frame - segment.start_frame + 1 for segment in spoken)
-    # Where there are no phones, there is nothing that could be a command.
+    # Without phones there is no command.
     return (score - against) / frames if frames else -math.inf
 
 
@@ -249,12 +249,9 @@ def _transcript(arguments: list[str], samples: Samples) -> str:
             raise AudioError(f"{name}: cannot be run ({error.strerror})") from None
     if done.returncode != 0:
         last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
-        raise AudioError(f"{name}: failed with exit code {done.returncode}{_because(last)}")
+        reason = f" ({last[0]})" if last else ""
+        raise AudioError(f"{name}: failed with exit code {done.returncode}{reason}")
     return done.stdout.decode(errors="replace")
-
-
-def _because(lines: list[str]) -> str:
-    return f" ({lines[0]})" if lines else ""
 
 
 def normalized_words(transcript: str) -> str:

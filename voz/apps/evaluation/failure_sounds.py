@@ -31,7 +31,7 @@ def sounds_of_failures(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapp
     import soundfile
 
     heard: dict[Failure, bytes] = {}
-    read = lru_cache(1)(prepared)  # many may be of one long recording, one after the other
+    read = lru_cache(1)(prepared)  # successive failures may be of one long recording
     for failure in failed[:MOST_SOUNDS]:
         try:
             samples, _ = read(tasks[failure.number])

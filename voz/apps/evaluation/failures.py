@@ -45,7 +45,7 @@ def _failures(number: int, result: Result) -> Iterator[Failure]:
     elif result.kind == "near-miss":
         if result.obeyed:
             yield Failure(number, OBEYED, result.heard, _said_at(result))
-    else:  # hours, perhaps: only what was obeyed is of interest
+    else:  # perhaps hours long: only what was obeyed is a failure
         for one in result.heard:
             if one.accepted:
                 stretch = max(0.0, one.start - ALARM_CONTEXT), one.end + ALARM_CONTEXT

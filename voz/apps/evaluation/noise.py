@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.errors import AudioError, ConfigError
+from voz.errors import ConfigError
 
 Floats = npt.NDArray[np.float64]
 
@@ -148,12 +148,6 @@ def parse_ratios(text: str) -> tuple[float, ...]:
             "write for instance 20,10,5"
         )
     return ratios
-
-
-def check_not_silent(noise: Samples, path: Path) -> None:
-    """Raise AudioError if there is nothing in noise that could be turned up."""
-    if not noise.any():
-        raise AudioError(f"{path}: is silent, so it is no noise; use another recording")
 
 
 def _gain(speech: Samples, noise: Samples, ratio: float) -> float:

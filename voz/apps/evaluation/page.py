@@ -89,7 +89,7 @@ def _described(failure: Failure, result: Result) -> tuple[str, ...]:
     heard = ", ".join(f"{one.text or '?'} ({one.confidence:.2f})" for one in failure.heard)
     noise = "" if result.snr is None else f"{result.noise}, {result.snr:g} dB"
     at = "" if failure.stretch is None else f"{failure.stretch[0]:.1f} s"
-    # Context what is said the clip stands for the speaker and the condition.
+    # Results around the clips of a stream have its file as speaker and condition.
     speaker, condition = (
         "" if name == result.file else name for name in (result.speaker, result.condition)
     )

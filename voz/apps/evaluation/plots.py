@@ -212,6 +212,6 @@ def _picture(draw: Callable[[Axes], None], width: float = 4.4, height: float = 4
         png = BytesIO()
         figure.savefig(png, format="png", dpi=PNG_DOTS_PER_INCH, metadata={"Software": None})
     svg = file.getvalue()
-    # Without the XML declaration and the document type, which names an address.
+    # Without the XML declaration and the document type, which has a URL.
     svg = re.sub(r"<!--.*?-->\n?", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     return Plot(svg, png.getvalue())

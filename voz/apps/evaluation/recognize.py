@@ -172,7 +172,8 @@ def prepared(task: Task) -> tuple[Samples, str]:
         return samples, ""
     path = task.noise[rng.integers(len(task.noise))]
     background = _read(path)
-    noise.check_not_silent(background, path)
+    if not background.any():
+        raise AudioError(f"{path}: is silent, so it is no noise; use another recording")
     return noise.embed_in_noise(background, samples, task.snr, rng), shown_path(Path(path.stem))
 
 

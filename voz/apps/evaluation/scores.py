@@ -74,7 +74,7 @@ def score(results: Iterable[Result]) -> Scores:
         elif group.kind == "near-miss":
             scores.near_misses.append(score_near_misses(group, members))
         else:
-            scores.alarms.append(score_alarms(group, members))
+            scores.alarms.append(AlarmScores(group, alarms_in(members)))
     return scores
 
 
@@ -122,11 +122,6 @@ def score_near_misses(group: Group, results: Sequence[Result]) -> NearMissScores
     """Score speech that is no command; there is at least one clip."""
     let_through = _share(results, lambda r: bool(r.obeyed))
     return NearMissScores(group, len(results), _speakers(results), let_through)
-
-
-def score_alarms(group: Group, results: Sequence[Result]) -> AlarmScores:
-    """Score sound that should move nothing; there is at least one clip."""
-    return AlarmScores(group, alarms_in(results))
 
 
 def alarms_in(results: Iterable[Result]) -> AlarmRate:

@@ -117,7 +117,7 @@ class _OneFile(BagFile):
         try:
             self._put([*self._added.pieces, *end.pieces])
         except OSError:
-            self._put(self._end)  # for this there was room
+            self._put(self._end)  # it fitted before
             raise
         self._end = end.pieces
         self._added.begin(self._end[0][0])
@@ -157,7 +157,7 @@ class _Ros1(_OneFile):
 
     def _finish_chunk(self) -> None:
         chunk = self.writer.chunks[-1]
-        if chunk.connections:  # one without messages has no time, which would be the first of all
+        if chunk.connections:  # one without messages would have time 0
             self.writer.write_chunk(chunk)
 
     def _write_end(self, end: _Pieces) -> None:
@@ -197,7 +197,7 @@ class _Database(BagFile):
     def __init__(self, path: Path) -> None:
         from rosbags.rosbag2 import StoragePlugin
 
-        # Where there is no room to begin with, rosbags leaves the database open.
+        # On a full disk rosbags would leave the database open.
         with tempfile.TemporaryFile(dir=path.parent) as room:
             room.write(bytes(EMPTY_DATABASE))
         self._metapath: Any = path / "metadata.yaml"

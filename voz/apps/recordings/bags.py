@@ -85,7 +85,7 @@ def write_bag(path: Path) -> Iterator[Receiver]:
                 topic, stamp(t), serialize(message, BAG_TOPICS[topic])
             ),
         )
-    except Exception:  # tells more than what might fail now
+    except Exception:  # a second failure would hide it
         with suppress(ConfigError):
             bag.close()
         raise
@@ -165,7 +165,7 @@ def _opened(path: Path) -> Iterator[AnyReader]:
     try:
         with AnyReader([path], default_typestore=_types(path)) as bag:
             yield bag
-    except Exception as error:  # a broken bag makes its readers fail in any way
+    except Exception as error:  # rosbags raises anything for a damaged bag
         raise ConfigError(f"{path}: cannot be read as a bag ({error})") from error
 
 

@@ -40,7 +40,7 @@ SPEECH_MARGIN = int(0.5 * SAMPLE_RATE)
 CLIPPING_LEVEL = 32_700
 """Samples of this amplitude are clipped."""
 
-PROMPT_INDENT = " " * 12  # what stands below "  1 of 24   "
+PROMPT_INDENT = " " * 12  # as wide as "  1 of 24   "
 
 
 def choose_prompts(commands: Sequence[str], name: str) -> list[str]:

@@ -31,9 +31,9 @@ class RecentSound:
 
     def __init__(self) -> None:
         self._blocks: deque[Samples] = deque()
-        self._begin = 0  # of the blocks in the stream, in samples
+        self._begin = 0  # of `_blocks` in the stream, in samples
         self._end = 0
-        self._open: list[tuple[int, int, Utterance]] = []  # the sound after them is to come
+        self._open: list[tuple[int, int, Utterance]] = []  # their sound is not complete yet
 
     def feed(self, block: Samples) -> Iterator[Excerpt]:
         """Take the next samples, 16 kHz; yields marked utterances whose sound is complete."""

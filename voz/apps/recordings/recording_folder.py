@@ -86,9 +86,8 @@ class RecordingFolder:
             raise AudioError(
                 f"{self._manifest}: is not a manifest of recordings; name another folder"
             )
-        if (
-            not text.endswith("\n") and rows and len(rows[-1]) < len(FOLDER_COLUMNS)
-        ):  # the power failed
+        is_cut_short = rows and len(rows[-1]) < len(FOLDER_COLUMNS)
+        if is_cut_short and not text.endswith("\n"):  # by a power failure
             rows.pop()
         return rows
 

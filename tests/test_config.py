@@ -149,12 +149,12 @@ def test_the_settings_in_the_documents_are_the_defaults(tmp_path: Path) -> None:
         ),
         (
             '[safety]\nenabled = true\n[commands]\nadvance = "go forwards"\n',
-            ':4: [commands] "advance" is to do the same as "go forwards", which is no command '
+            ':4: [commands] "advance" is an alias of "go forwards", which is not a command '
             'here; did you mean "go forward"?',
         ),
         (
             '[states.menu]\nback = { drive = 1 }\n[states.other]\nback = { state = "menus" }\n',
-            ':4: [states.other] "back" switches to "menus", and there is no [states] of it',
+            ':4: [states.other] "back" switches to "menus"; there is no [states.menus]',
         ),
     ],
 )

@@ -180,4 +180,4 @@ def test_a_table_that_takes_stop_away_is_refused(voz: Any, here: Path) -> None:
     (here / "voz.toml").write_text('[commands]\n"stop" = { drive = 0.1 }\n')
     result = voz("run", "--text", "-", "--no-sound")
     assert result.code == 2
-    assert '[commands] "stop" is given another meaning' in result.err
+    assert '[commands] "stop" is redefined' in result.err

@@ -239,7 +239,7 @@ def test_where_no_serial_port_is_none_is_made(
     write_serial_robot(tmp_path, str(port))
     monkeypatch.syspath_prepend(tmp_path)
     result = voz("run", "--text", typed, "--no-sound", "--robot", "serial_robot:SerialRobot")
-    assert f"{port} is no serial port: plug the adapter in" in result.complaint
+    assert f"{port} is not a serial port: plug the adapter in" in result.complaint
     assert port.exists() == is_there
     assert not is_there or port.read_text() == "a file\n"
 

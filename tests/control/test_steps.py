@@ -71,7 +71,7 @@ def test_slots_are_filled_as_numbers_and_in_texts() -> None:
     ("slots", "why"),
     [
         ({}, "nothing was said for {way}"),
-        ({"way": "far"}, '{way} is "far", and no number'),
+        ({"way": "far"}, '{way} is "far", not a number'),
         ({"way": 0}, "`metres` is 0"),
         ({"way": 5000}, "Expected `float` <= 1000.0 - at `Step.metres`"),
         ({"way": "nan"}, "Expected `float` >= -1000.0 - at `Step.metres`"),

@@ -4,6 +4,7 @@ import io
 import sys
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,10 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.console import ConsoleRobot
 from voz.robot.factory import (
-    have_a_clock,
-    mailboxes,
     make_robots,
-    opened,
+    need_real_time,
+    open_mailboxes,
+    open_robots,
     robot_names,
 )
 from voz.robot.kinds import ROBOTS, RobotSetup
@@ -46,9 +47,9 @@ def test_an_unknown_name_is_told_with_those_that_are_known() -> None:
 
 
 def test_only_the_console_and_the_simulator_go_without_a_clock() -> None:
-    assert not have_a_clock(["console", "simulator"])
-    assert [name for name in ROBOTS if have_a_clock([name])] == ["ros1", "ros2"]
-    assert have_a_clock(["console", "serial_robot:SerialRobot"])
+    assert not need_real_time(["console", "simulator"])
+    assert [name for name in ROBOTS if need_real_time([name])] == ["ros1", "ros2"]
+    assert need_real_time(["console", "serial_robot:SerialRobot"])
 
 
 def test_the_documents_and_the_help_tell_of_all_of_them() -> None:
@@ -119,7 +120,7 @@ def test_a_robot_of_the_users_own_has_settings_like_the_others(
     printed = io.StringIO()
     settings = load_config(wheels / "voz.toml")
     robots = make_robots(["own_wheels:Wheels"], RobotSetup(settings, printed, print, watchdog))
-    with mailboxes(robots, print):
+    with open_mailboxes(robots, print):
         wait_until(lambda: "/dev/ttyUSB0 115200" in printed.getvalue() + capfd.readouterr().out)
 
 
@@ -133,7 +134,7 @@ def test_a_robot_of_the_users_own_has_settings_like_the_others(
 def test_settings_that_it_does_not_take_are_one_line(
     kind: str, table: dict[str, Any], said: str, wheels: Path
 ) -> None:
-    given = setup()._replace(settings=Config(own={"own_wheels": table}))
+    given = replace(setup(), settings=Config(own={"own_wheels": table}))
     with pytest.raises(ConfigError, match=rf"^\[own.own_wheels\] .* the class {kind} \({said}\): "):
         make_robots([f"own_wheels:{kind}"], given)
 
@@ -168,7 +169,7 @@ class Kept(Robot):
         self._log.append(f"{self._name} closes")
 
 
-@pytest.mark.parametrize("how", [opened, lambda robots: mailboxes(robots, print)])
+@pytest.mark.parametrize("how", [open_robots, lambda robots: open_mailboxes(robots, print)])
 def test_if_one_cannot_be_opened_the_others_are_closed(how: Callable[..., object]) -> None:
     log: list[str] = []
     robots = {"a": Kept(log, "a"), "b": Kept(log, "b", fails=True)}
@@ -179,7 +180,7 @@ def test_if_one_cannot_be_opened_the_others_are_closed(how: Callable[..., object
 
 def test_each_gets_the_last_event_before_it_is_closed() -> None:
     log: list[str] = []
-    with mailboxes({"a": Kept(log, "a"), "b": Kept(log, "b")}, log.append) as boxes:
+    with open_mailboxes({"a": Kept(log, "a"), "b": Kept(log, "b")}, log.append) as boxes:
         for box in boxes.values():
             box.receive(Twist(7, 0, 0))
     for name in "ab":
@@ -198,7 +199,7 @@ def test_all_close_side_by_side() -> None:
         def close(self) -> None:
             together.wait()
 
-    with mailboxes({"a": Leaving([], "a"), "b": Leaving([], "b")}, hung.append):
+    with open_mailboxes({"a": Leaving([], "a"), "b": Leaving([], "b")}, hung.append):
         pass
     assert not hung
     assert together.n_waiting == 0

@@ -15,7 +15,7 @@ from voz.errors import RobotError
 from voz.events import Event, Reply, SelectedObject, Twist
 from voz.robot import mailbox
 from voz.robot.base import Robot
-from voz.robot.mailbox import MOST_WAITING, ONE_COMMAND, Box, Mailbox
+from voz.robot.mailbox import EVENTS_BEFORE_VELOCITY, MAX_QUEUED_EVENTS, EventBox, Mailbox
 
 
 class BoxMachine(RuleBasedStateMachine):
@@ -23,7 +23,7 @@ class BoxMachine(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.box = Box()
+        self.box = EventBox()
         self.time = 0.0
         self.newest: Twist | None = None
         self.last: Twist | None = None
@@ -36,13 +36,13 @@ class BoxMachine(RuleBasedStateMachine):
         self.newest = Twist(self.time, linear, 0.0)
         self.box.put(self.newest)
 
-    @rule(count=st.sampled_from([1, 2, ONE_COMMAND, MOST_WAITING]))
+    @rule(count=st.sampled_from([1, 2, EVENTS_BEFORE_VELOCITY, MAX_QUEUED_EVENTS]))
     def put_others(self, count: int) -> None:
         for _ in range(count):
             self.time += 1
             self.others.append(SelectedObject(self.time, 1))
             self.box.put(self.others[-1])
-        del self.others[:-MOST_WAITING]
+        del self.others[:-MAX_QUEUED_EVENTS]
 
     @rule()
     def take_all(self) -> None:
@@ -58,7 +58,7 @@ class BoxMachine(RuleBasedStateMachine):
         elif taken:
             assert taken == self.others.pop(0)
             self.others_taken += self.newest is not None
-            assert self.others_taken <= ONE_COMMAND
+            assert self.others_taken <= EVENTS_BEFORE_VELOCITY
             assert not (self.newest and stops(self.last, self.newest))
         else:
             assert not self.newest
@@ -66,7 +66,7 @@ class BoxMachine(RuleBasedStateMachine):
 
     @invariant()
     def it_is_full_at_the_bound(self) -> None:
-        assert self.box.full == (len(self.others) == MOST_WAITING)
+        assert self.box.full == (len(self.others) == MAX_QUEUED_EVENTS)
 
 
 def stops(last: Twist | None, newest: Twist) -> bool:
@@ -76,21 +76,21 @@ def stops(last: Twist | None, newest: Twist) -> bool:
 TestBox = BoxMachine.TestCase
 
 
-def order(box: Box) -> list[str]:
+def order(box: EventBox) -> list[str]:
     """What is taken of it, in this order, each as its time and perhaps its velocity."""
     taken = iter(box.take, None)
     return [f"{e.t:g}: {e.linear:g}" if isinstance(e, Twist) else f"{e.t:g}" for e in taken]
 
 
 def test_a_velocity_follows_the_command_that_causes_it() -> None:
-    box = Box()
+    box = EventBox()
     for event in (Reply(1, ""), Reply(2, ""), Twist(3, 0.1, 0), Reply(4, "")):
         box.put(event)
     assert order(box) == ["1", "2", "3: 0.1", "4"]
 
 
 def test_a_newer_velocity_takes_the_place_of_the_older() -> None:
-    box = Box()
+    box = EventBox()
     for event in (Reply(1, ""), Twist(2, 0.1, 0), Reply(3, ""), Reply(4, ""), Twist(5, 0.2, 0)):
         box.put(event)
     assert order(box) == ["1", "5: 0.2", "3", "4"]
@@ -98,7 +98,7 @@ def test_a_newer_velocity_takes_the_place_of_the_older() -> None:
 
 @pytest.mark.parametrize("driving", [[], [Twist(1, 0.1, 0)]])
 def test_a_zero_overtakes_all(driving: list[Event]) -> None:
-    box = Box()
+    box = EventBox()
     for event in (Reply(0, ""), *driving, *(Reply(2, "") for _ in range(2))):
         box.put(event)
     box.put(Twist(3, 0, 0))
@@ -107,22 +107,22 @@ def test_a_zero_overtakes_all(driving: list[Event]) -> None:
 
 @pytest.mark.parametrize("linear", [0.0, 0.1])
 def test_a_robot_that_takes_longer_than_a_beat_gets_its_commands(linear: float) -> None:
-    box = Box()
-    for number in range(3 * ONE_COMMAND):
+    box = EventBox()
+    for number in range(3 * EVENTS_BEFORE_VELOCITY):
         box.put(Reply(number, ""))
     taken: list[Event | None] = []
     for number in range(100, 116):
         box.put(Twist(number, linear, 0))
         taken.append(box.take())
-    assert [e.t for e in taken if isinstance(e, Reply)] == [*range(3 * ONE_COMMAND)]
+    assert [e.t for e in taken if isinstance(e, Reply)] == [*range(3 * EVENTS_BEFORE_VELOCITY)]
 
 
 @given(st.lists(st.sampled_from(["velocity", "other"]), max_size=200))
 def test_a_velocity_waits_for_no_more_than_one_command(kinds: list[str]) -> None:
-    box = Box()
+    box = EventBox()
     for number, kind in enumerate(kinds):
         box.put(Twist(number, 0, 0) if kind == "velocity" else Reply(number, ""))
-    taken = [box.take() for _ in range(ONE_COMMAND + 1)]
+    taken = [box.take() for _ in range(EVENTS_BEFORE_VELOCITY + 1)]
     assert any(isinstance(event, Twist) for event in taken) == ("velocity" in kinds)
 
 
@@ -194,35 +194,35 @@ def test_a_robot_that_is_slow_gets_zero_as_soon_as_it_takes_anything() -> None:
     with blocking() as (robot, free), Mailbox("slow", robot) as box:
         box.receive(Twist(0, 0.1, 0))
         until(box.lost)
-        for number in range(1, ONE_COMMAND + 1):
+        for number in range(1, EVENTS_BEFORE_VELOCITY + 1):
             box.receive(Reply(number, ""))
         for number in range(10, 20):
             box.receive(Twist(number, 0, 0))
         free.set()
-        until(lambda: len(robot.got) == ONE_COMMAND + 2)
+        until(lambda: len(robot.got) == EVENTS_BEFORE_VELOCITY + 2)
     assert [event.t for event in robot.got] == [0, 19, 1, 2, 3, 4]
 
 
 def test_a_robot_that_takes_nothing_has_only_so_much_waiting(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(mailbox, "STUCK", 1e9)
-    monkeypatch.setattr(mailbox, "CLOSING_TIME", 30.0)
+    monkeypatch.setattr(mailbox, "EVENT_TIMEOUT", 1e9)
+    monkeypatch.setattr(mailbox, "ROBOT_CLOSING_TIME", 30.0)
     with blocking() as (robot, free), Mailbox("slow", robot) as box:
-        for number in range(3 * MOST_WAITING):
+        for number in range(3 * MAX_QUEUED_EVENTS):
             box.receive(Reply(number, ""))
-        assert box.lost() == "the robot slow is lost (cannot follow)"
+        assert box.lost() == "the robot slow is lost (cannot keep up)"
         free.set()
         until(lambda: not box.lost())
-    assert [event.t for event in robot.got][-MOST_WAITING:] == [
-        *range(2 * MOST_WAITING, 3 * MOST_WAITING)
+    assert [event.t for event in robot.got][-MAX_QUEUED_EVENTS:] == [
+        *range(2 * MAX_QUEUED_EVENTS, 3 * MAX_QUEUED_EVENTS)
     ]
 
 
 def test_a_robot_that_hangs_for_ever_does_not_keep_the_run_from_its_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(mailbox, "CLOSING_TIME", 0.05)
+    monkeypatch.setattr(mailbox, "ROBOT_CLOSING_TIME", 0.05)
     with blocking() as (robot, _):
         with Mailbox("dead", robot) as box:
             box.receive(Twist(0, 0, 0))
@@ -289,7 +289,7 @@ def test_a_velocity_is_late_also_if_the_next_one_has_come() -> None:
     box = Mailbox("mine", robot)
     box.receive(Twist(0, 0.1, 0))
     taken = box._next()
-    time.sleep(mailbox.STUCK + 0.05)  # as the whole process stands still
+    time.sleep(mailbox.EVENT_TIMEOUT + 0.05)  # as the whole process stands still
     box.receive(Twist(1, 0.1, 0))
     assert taken
     box._deliver(taken)

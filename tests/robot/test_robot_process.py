@@ -19,8 +19,8 @@ from programs import wait_until
 
 from voz.errors import RobotError
 from voz.events import Reply, Twist, Utterance
-from voz.robot.child import SILENCE
-from voz.robot.robot_process import LONGEST_LINE, RobotProcess, RobotSpec, command
+from voz.robot.child import RUN_TIMEOUT
+from voz.robot.robot_process import MAX_OUTPUT_LINE, RobotProcess, RobotSpec, command
 
 MODULE = """
 import time
@@ -199,8 +199,8 @@ def test_it_stops_and_is_closed_whatever_its_robot_raises() -> None:
 
 def test_what_it_prints_without_an_end_is_shown_in_parts() -> None:
     with process() as (robot, printed):
-        robot.receive(Reply(0, f"print('x' * {3 * LONGEST_LINE}, end='')"))
-        wait_until(lambda: printed[1:] == ["x" * LONGEST_LINE] * 3)
+        robot.receive(Reply(0, f"print('x' * {3 * MAX_OUTPUT_LINE}, end='')"))
+        wait_until(lambda: printed[1:] == ["x" * MAX_OUTPUT_LINE] * 3)
         robot.receive(Reply(1, "print(); print(); print('done')"))
         wait_until(lambda: printed[4:] == ["", "done"])
 
@@ -270,7 +270,7 @@ def test_when_the_beat_falls_silent_it_is_stopped_and_stays_so_until_the_run_sto
         robot.receive(AHEAD)
         wait_until(lambda: velocities()[-1] == 0.0)
         robot.receive(AHEAD)  # the run was suspended, and knows nothing of it
-        assert robot.lost() == f"nothing came for {SILENCE:g} s"
+        assert robot.lost() == f"nothing came for {RUN_TIMEOUT:g} s"
         assert velocities()[-1] == 0.0
         robot.receive(REST)
         assert robot.lost() is None
@@ -281,7 +281,7 @@ def test_when_the_beat_falls_silent_it_is_stopped_and_stays_so_until_the_run_sto
 @pytest.mark.slow
 def test_before_the_first_velocity_nothing_is_missed() -> None:
     with process() as (robot, _):
-        time.sleep(2 * SILENCE)
+        time.sleep(2 * RUN_TIMEOUT)
         assert got() == []
         assert robot.lost() is None
 

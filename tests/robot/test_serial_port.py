@@ -81,7 +81,7 @@ def test_a_port_that_this_process_has_is_refused_until_it_is_closed(ends: tuple[
 
 
 def test_what_is_no_port_is_left_as_it_is(tmp_path: Path) -> None:
-    with pytest.raises(RobotError, match="ttyUSB0 is no serial port: plug the adapter in"):
+    with pytest.raises(RobotError, match="ttyUSB0 is not a serial port: plug the adapter in"):
         open_serial_port(tmp_path / "ttyUSB0")
     assert not list(tmp_path.iterdir())
 

@@ -15,8 +15,8 @@ from programs import wait_until
 
 from voz.events import Reply, SelectedObject, Twist
 from voz.robot.base import Robot
-from voz.robot.factory import make_own
-from voz.robot.mailbox import MOST_WAITING, STUCK, Mailbox
+from voz.robot.factory import make_user_robot
+from voz.robot.mailbox import EVENT_TIMEOUT, MAX_QUEUED_EVENTS, Mailbox
 from voz.robot.robot_process import RobotProcess, RobotSpec
 
 MODULE = """
@@ -61,7 +61,7 @@ def apart() -> Robot:
 
 
 def here_too() -> Robot:
-    return make_own("arms:Arm", {})
+    return make_user_robot("arms:Arm", {})
 
 
 @contextmanager
@@ -90,7 +90,7 @@ def test_while_it_works_velocities_go_on_and_a_stop_comes(make: Callable[[], Rob
         box.receive(SelectedObject(0.0, 1))
         wait_until(lambda: "works" in got())
         wait_until(lambda: drive(box, 0.1) or "0.1" in got())
-        time.sleep(2 * STUCK)
+        time.sleep(2 * EVENT_TIMEOUT)
         wait_until(lambda: drive(box, 0.0) or got()[-1] == "0.0")
         wait_until(lambda: drive(box, 0.0) or box.lost() is None)
         assert "has 1" not in got()
@@ -152,12 +152,12 @@ def test_what_its_work_raised_does_not_grow_as_it_is_raised_again_and_again() ->
 
 def test_too_much_work_loses_it_until_some_is_done() -> None:
     with boxed(here_too()) as box:
-        for _ in range(2 * MOST_WAITING):
+        for _ in range(2 * MAX_QUEUED_EVENTS):
             box.receive(SelectedObject(0.0, 1))
             time.sleep(0.001)
-        wait_until(lambda: "cannot follow" in (box.lost() or ""))
+        wait_until(lambda: "cannot keep up" in (box.lost() or ""))
         Path("done").touch()
-        wait_until(lambda: got().count("has 1") >= MOST_WAITING)
+        wait_until(lambda: got().count("has 1") >= MAX_QUEUED_EVENTS)
         wait_until(lambda: drive(box, 0.0) or box.lost() is None)
 
 

@@ -11,9 +11,9 @@ import pytest
 
 from voz.config import Config
 from voz.errors import RobotError, SpeechError
-from voz.robot.factory import make_robots, opened
+from voz.robot.factory import make_robots, open_robots
 from voz.robot.kinds import RobotSetup
-from voz.robot.user_errors import mistakes_told
+from voz.robot.user_errors import user_errors_as_mistake
 
 ARM = "from voz.robot.base import Robot\n\nclass Arm(Robot):\n"
 
@@ -31,7 +31,7 @@ def used(
     for module in ("my_arm", "my_helper", "my_typo"):
         monkeypatch.delitem(sys.modules, module, raising=False)
     setup = RobotSetup(Config(), io.StringIO(), lambda _: None)
-    with pytest.raises(RobotError) as raised, opened(make_robots([name], setup)):
+    with pytest.raises(RobotError) as raised, open_robots(make_robots([name], setup)):
         pass
     return str(raised.value)
 
@@ -95,7 +95,7 @@ def test_an_error_that_cannot_even_be_printed_is_named(
 
 
 def test_what_a_robot_says_itself_stays_as_it_is() -> None:
-    with pytest.raises(SpeechError, match=r"^it is hoarse$"), mistakes_told("parrot"):
+    with pytest.raises(SpeechError, match=r"^it is hoarse$"), user_errors_as_mistake("parrot"):
         raise SpeechError("it is hoarse")
 
 
@@ -103,7 +103,7 @@ def test_ctrl_c_stays_ctrl_c_for_who_uses_voz_as_a_library() -> None:
     # A command line that ran in this process before has taken the signal.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with pytest.raises(KeyboardInterrupt), mistakes_told("parrot"):
+        with pytest.raises(KeyboardInterrupt), user_errors_as_mistake("parrot"):
             raise KeyboardInterrupt
     finally:
         signal.signal(signal.SIGINT, before)

@@ -11,7 +11,7 @@ from live_robot import live_robot, moves, rests, speak, warns
 from programs import Program, wait_until
 from recordings import FIXTURES
 
-from voz.ros2 import heard_on_ros
+from voz.ros2 import listen_to_recognizer
 from voz.settings import Ros2
 
 pytestmark = pytest.mark.slow
@@ -48,7 +48,7 @@ def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
         robot.wait_for(lambda event: event["type"] == "utterance", before)
 
     with (
-        heard_on_ros(Ros2(), published.append, published.append),
+        listen_to_recognizer(Ros2(), published.append, published.append),
         live_robot(environment, "--robot", "ros2", "--listen-ros", "--listening") as robot,
     ):
         until(lambda: "hello" in published, other.say, "hello")
@@ -83,7 +83,7 @@ def test_the_robot_stops_once_the_other_is_heard_no_more(
 
         def is_told() -> bool:
             other.say("break")
-            return any("is heard no more (MemoryError())" in w for w in robot.warnings(since))
+            return any("is no longer received (MemoryError())" in w for w in robot.warnings(since))
 
         wait_until(is_told)
         robot.wait_for(warns("heard no more (MemoryError()): the robot stops"), since)

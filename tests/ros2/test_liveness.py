@@ -3,10 +3,10 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.ros2.liveness import PATIENCE, Audience
+from voz.ros2.liveness import ACKNOWLEDGE_TIMEOUT, SubscriberLiveness
 
 CYCLE = 0.1
-LONG = round(PATIENCE / CYCLE) + 2
+LONG = round(ACKNOWLEDGE_TIMEOUT / CYCLE) + 2
 """So many cycles are more than its patience."""
 
 Cycle = tuple[frozenset[int], bool]
@@ -14,10 +14,10 @@ connected = st.frozensets(st.integers(1, 4))
 histories = st.lists(st.tuples(connected, st.booleans()), max_size=40)
 
 
-def after(*history: Cycle) -> Audience:
-    audience = Audience()
+def after(*history: Cycle) -> SubscriberLiveness:
+    audience = SubscriberLiveness()
     for number, (listeners, answered) in enumerate(history):
-        audience.note(number * CYCLE, listeners, answered)
+        audience.update(number * CYCLE, listeners, answered)
     return audience
 
 
@@ -26,33 +26,33 @@ def silence(*listeners: int, cycles: int = LONG) -> list[Cycle]:
 
 
 def test_who_does_not_answer_for_half_a_second_is_not_there() -> None:
-    assert after(*silence(1, cycles=LONG - 2)).present({1}) == {1}
-    assert after(*silence(1)).present({1}) == set()
+    assert after(*silence(1, cycles=LONG - 2)).alive({1}) == {1}
+    assert after(*silence(1)).alive({1}) == set()
 
 
 def test_many_messages_in_no_time_are_no_silence() -> None:
-    audience = Audience()
+    audience = SubscriberLiveness()
     for _ in range(100):
-        audience.note(1.0, {1}, answered=False)
-    assert audience.present({1}) == {1}
+        audience.update(1.0, {1}, answered=False)
+    assert audience.alive({1}) == {1}
 
 
 def test_who_comes_after_the_silence_is_there() -> None:
-    assert after(*silence(1), *silence(1, 2)).present({1, 2}) == {2}
+    assert after(*silence(1), *silence(1, 2)).alive({1, 2}) == {2}
 
 
 @given(histories, connected)
 def test_an_answer_makes_everybody_present(before: list[Cycle], now: frozenset[int]) -> None:
-    assert after(*before, (now, True)).present(now) == now
+    assert after(*before, (now, True)).alive(now) == now
 
 
 @given(histories, connected)
 def test_nobody_is_present_who_is_not_connected(before: list[Cycle], now: frozenset[int]) -> None:
-    assert after(*before).present(now) <= now
+    assert after(*before).alive(now) <= now
 
 
 @given(histories)
 def test_without_a_long_silence_all_are_present(before: list[Cycle]) -> None:
     silences = "".join("a" if answered else "-" for _, answered in before).split("a")
-    if max(map(len, silences)) * CYCLE <= PATIENCE:
-        assert after(*before).present({1, 2, 3, 4}) == {1, 2, 3, 4}
+    if max(map(len, silences)) * CYCLE <= ACKNOWLEDGE_TIMEOUT:
+        assert after(*before).alive({1, 2, 3, 4}) == {1, 2, 3, 4}

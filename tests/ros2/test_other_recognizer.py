@@ -7,8 +7,8 @@ import pytest
 from programs import Program, wait_until
 
 from voz.events import Utterance
-from voz.ros2 import Ros2Robot, heard_on_ros
-from voz.ros2.node import QUEUE
+from voz.ros2 import Ros2Robot, listen_to_recognizer
+from voz.ros2.node import HISTORY_DEPTH
 from voz.settings import Ros2
 
 pytestmark = pytest.mark.usefixtures("domain")
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("domain")
 @pytest.fixture
 def texts() -> Iterator[list[str]]:
     heard: list[str] = []
-    with heard_on_ros(Ros2(), heard.append, heard.append):
+    with listen_to_recognizer(Ros2(), heard.append, heard.append):
         yield heard
 
 
@@ -37,7 +37,7 @@ def other(texts: list[str], own: Callable[..., Program]) -> Program:
 def test_what_another_program_recognizes_is_heard_in_order(
     texts: list[str], other: Program
 ) -> None:
-    commands = [f"go forward {number}" for number in range(QUEUE)]
+    commands = [f"go forward {number}" for number in range(HISTORY_DEPTH)]
     for command in commands:
         other.say(command)
     wait_until(lambda: texts[-1] == commands[-1])
@@ -62,7 +62,7 @@ def test_what_this_process_publishes_is_not_heard(texts: list[str], other: Progr
 
 
 def test_the_end_leaves_no_thread(other: Program, begun: Callable[[], list[Thread]]) -> None:
-    with heard_on_ros(Ros2(), lambda text: None, print):
+    with listen_to_recognizer(Ros2(), lambda text: None, print):
         pass
     assert begun() == []
 
@@ -72,7 +72,7 @@ def test_that_nothing_is_heard_any_more_is_told(own: Callable[..., Program]) -> 
         raise MemoryError(text)
 
     told: list[str] = []
-    with heard_on_ros(Ros2(), hear, told.append):
+    with listen_to_recognizer(Ros2(), hear, told.append):
         program = own("cyclone_peer.py")
 
         def fails() -> bool:
@@ -80,6 +80,4 @@ def test_that_nothing_is_heard_any_more_is_told(own: Callable[..., Program]) -> 
             return bool(told)
 
         wait_until(fails)
-    assert told == [
-        "what is published on recognizer/output is heard no more (MemoryError('hello'))"
-    ]
+    assert told == ["recognizer/output is no longer received (MemoryError('hello'))"]

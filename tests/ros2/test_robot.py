@@ -18,7 +18,7 @@ from programs import Program, wait_until
 from voz.errors import ConfigError
 from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.extras import how_to_install
-from voz.ros2 import HEARD_ON_ROS, Ros2Robot
+from voz.ros2 import ROS2_SOURCE, Ros2Robot
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
@@ -124,7 +124,7 @@ def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
     events: list[Event] = [
         said("go back"),
         said("go back", accepted=False),
-        said("stop", source=HEARD_ON_ROS),
+        said("stop", source=ROS2_SOURCE),
         Partial(0.0, "stop", 0.5),
         Reply(0.0, "bep bep"),
         Warning(0.0, "no loudspeaker"),
@@ -237,7 +237,7 @@ def test_a_listener_that_hangs_is_lost_until_it_answers_again(own: Callable[...,
         drive_until(robot, lambda: robot.lost() is None)
         base.process.send_signal(signal.SIGSTOP)
         drive_until(robot, robot.lost)
-        assert (robot.lost() or "").endswith("gives no answer to /cmd_vel")
+        assert (robot.lost() or "").endswith("does not acknowledge /cmd_vel")
         base.process.send_signal(signal.SIGCONT)
         drive_until(robot, lambda: robot.lost() is None)
 

@@ -19,7 +19,7 @@ from recordings import ROOT
 from voz.config import Config
 from voz.control.steps import Step
 from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
-from voz.ros2 import Ros2Robot, heard_on_ros
+from voz.ros2 import Ros2Robot, listen_to_recognizer
 from voz.settings import Ros2
 from voz.simulation.kinematics import Pose2D
 from voz.simulation.world import WorldState
@@ -279,7 +279,7 @@ def test_a_base_finds_a_voz_that_starts_again(base: Base) -> None:
 
 def test_what_an_rclpy_node_recognizes_is_heard(base: Base) -> None:
     node, heard = base(), list[str]()
-    with heard_on_ros(Ros2(), heard.append, heard.append):
+    with listen_to_recognizer(Ros2(), heard.append, heard.append):
 
         def arrived() -> bool:
             node.say("go forward")

@@ -6,7 +6,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from voz.simulation.arm import FOLDED, LINK, SHOULDER_HEIGHT, Joints, pointing, points, turned
+from voz.simulation.arm import (
+    FOLDED,
+    LINK_LENGTH,
+    SHOULDER_HEIGHT,
+    Joints,
+    pointing,
+    points,
+    turned,
+)
 from voz.simulation.kinematics import Pose2D, wrapped
 
 poses = st.builds(Pose2D, st.floats(0, 5), st.floats(0, 5), st.floats(-pi, pi))
@@ -22,7 +30,9 @@ def test_the_line_from_shoulder_to_hand_goes_through_the_target(
     shoulder, elbow, hand = points(pose, pointing(pose, target))
     away = dist(shoulder, target)
     assume(away > 0.01)
-    along = tuple(s + (h - s) * away / (2 * LINK) for s, h in zip(shoulder, hand, strict=True))
+    along = tuple(
+        s + (h - s) * away / (2 * LINK_LENGTH) for s, h in zip(shoulder, hand, strict=True)
+    )
     assert dist(along, target) < 1e-9
     assert dist(elbow, [(s + h) / 2 for s, h in zip(shoulder, hand, strict=True)]) < 1e-9
 
@@ -31,8 +41,8 @@ def test_the_line_from_shoulder_to_hand_goes_through_the_target(
 def test_the_links_keep_their_length_and_the_shoulder_its_place(pose: Pose2D, arm: Joints) -> None:
     shoulder, elbow, hand = points(pose, arm)
     assert shoulder == (pose.x, pose.y, SHOULDER_HEIGHT)
-    assert dist(shoulder, elbow) == pytest.approx(LINK)
-    assert dist(elbow, hand) == pytest.approx(LINK)
+    assert dist(shoulder, elbow) == pytest.approx(LINK_LENGTH)
+    assert dist(elbow, hand) == pytest.approx(LINK_LENGTH)
 
 
 def test_what_is_to_the_left_and_above_needs_a_pan_to_the_left_and_a_tilt_up() -> None:

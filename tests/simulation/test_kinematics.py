@@ -5,7 +5,7 @@ from math import exp, hypot, isclose, pi
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.simulation.kinematics import SETTLED, Pose2D, along_arc, respond, wrapped
+from voz.simulation.kinematics import SETTLED_DIFFERENCE, Pose2D, along_arc, respond, wrapped
 
 velocities = st.floats(-2, 2)
 poses = st.builds(Pose2D, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi - 1e-6))
@@ -75,4 +75,4 @@ def test_a_velocity_arrives(
 
 def test_a_small_change_follows_the_exponential_and_then_settles() -> None:
     assert isclose(respond(0.0, 0.1, 0.2, 10, 0.1), 0.1 * (1 - exp(-0.5)))
-    assert respond(SETTLED / 2, 0.0, 0.2, 10, 0.1) == 0.0
+    assert respond(SETTLED_DIFFERENCE / 2, 0.0, 0.2, 10, 0.1) == 0.0

@@ -12,11 +12,11 @@ from voz.events import Twist
 from voz.simulation.arm import FOLDED, pointing
 from voz.simulation.kinematics import Pose2D
 from voz.simulation.simulator_settings import Simulator
-from voz.simulation.world import AWAY, FOLD, WorldState, gap, place_of, start, step
+from voz.simulation.world import CLEAR_DISTANCE, FOLD_ARM, WorldState, gap, place_of, start, step
 
 ROOM = Simulator()
 WIDE = Simulator(room=(50.0, 50.0), start=(25.0, 25.0, 0.0))
-DT = 0.01
+TIME_STEP = 0.01
 
 anything = st.floats(-3, 3) | st.floats()
 sent = st.lists(st.tuples(anything, anything, st.integers(1, 60)), max_size=12)
@@ -27,7 +27,7 @@ def drive(
 ) -> WorldState:
     """Hold a velocity for a time that need not be a multiple of the step."""
     while seconds > 1e-9:
-        dt = min(DT, seconds)
+        dt = min(TIME_STEP, seconds)
         state = step(state, Twist(state.t, linear, angular), dt, room)
         seconds -= dt
     return state
@@ -41,22 +41,22 @@ def test_a_full_circle_closes_within_a_millimetre(linear: float, angular: float,
     assert hypot(ended.pose.x - begun.pose.x, ended.pose.y - begun.pose.y) < 0.001
 
 
-@given(sent, st.integers(0, 200), st.sampled_from((1, 2, FOLD)))
+@given(sent, st.integers(0, 200), st.sampled_from((1, 2, FOLD_ARM)))
 def test_walls_and_table_hold_and_no_limit_is_broken(
     sent: list[tuple[float, float, int]], silence: int, selected: int
 ) -> None:
     state = replace(start(ROOM), selected=selected)
     for linear, angular, steps in [*sent, (0.0, 0.0, silence)]:
         for _ in range(steps):
-            before, state = state, step(state, Twist(state.t, linear, angular), DT, ROOM)
+            before, state = state, step(state, Twist(state.t, linear, angular), TIME_STEP, ROOM)
             assert gap(state.pose, ROOM).size >= 0
             assert all(isfinite(value) for value in (*state.pose, *state.arm))
             assert abs(state.linear) <= ROOM.max_linear
             assert abs(state.angular) <= ROOM.max_angular
             if not state.collided:  # what hits a wall stops at once
                 most, most_angular = ROOM.linear_acceleration, ROOM.angular_acceleration
-                assert abs(state.linear - before.linear) <= most * DT + 1e-12
-                assert abs(state.angular - before.angular) <= most_angular * DT + 1e-12
+                assert abs(state.linear - before.linear) <= most * TIME_STEP + 1e-12
+                assert abs(state.angular - before.angular) <= most_angular * TIME_STEP + 1e-12
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-1, 1), st.floats(0, 3))
@@ -80,10 +80,10 @@ def test_without_a_new_velocity_for_half_a_second_the_base_stops() -> None:
     state = drive(start(ROOM), 0.2, 0.3, 2.0, ROOM)
     last = Twist(state.t, 0.2, 0.3)
     for _ in range(49):
-        state = step(state, last, DT, ROOM)
+        state = step(state, last, TIME_STEP, ROOM)
     assert (state.linear, state.angular) == (0.2, 0.3)
     for _ in range(200):
-        state = step(state, last, DT, ROOM)
+        state = step(state, last, TIME_STEP, ROOM)
     assert (state.linear, state.angular) == (0.0, 0.0)
 
 
@@ -104,13 +104,13 @@ def test_what_it_drives_into_stops_it_and_it_can_leave_again() -> None:
     assert turned.pose.heading > 0.8
     away = drive(turned, -0.2, 0.0, 1.0, ROOM)
     assert not away.collided
-    assert gap(away.pose, ROOM).size > AWAY
+    assert gap(away.pose, ROOM).size > CLEAR_DISTANCE
 
 
 def test_a_base_that_pushes_stands_still() -> None:
     hit = drive(start(ROOM), 0.5, 0.0, 10.0, ROOM)
     for _ in range(100):
-        pushing = step(hit, Twist(hit.t, 0.3, 0.2), DT, ROOM)
+        pushing = step(hit, Twist(hit.t, 0.3, 0.2), TIME_STEP, ROOM)
         assert pushing == replace(hit, t=pushing.t)
         hit = pushing
 
@@ -143,7 +143,7 @@ def test_the_arm_points_at_the_selected_object_while_the_robot_drives(
 def test_100_folds_the_arm_and_so_does_what_is_not_there() -> None:
     pointed = drive(replace(start(ROOM), selected=1), 0.0, 0.0, 4.0, ROOM)
     assert pointed.arm != FOLDED
-    for other in (FOLD, 7):
+    for other in (FOLD_ARM, 7):
         folding = replace(pointed, selected=other)
         assert drive(folding, 0.0, 0.0, 0.1, ROOM).arm != FOLDED  # it takes its time
         assert drive(folding, 0.0, 0.0, 4.0, ROOM).arm == FOLDED

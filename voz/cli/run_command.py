@@ -120,9 +120,9 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _has_a_clock(options: Running, settings: Config) -> bool:
-    from voz.robot.factory import have_a_clock, robot_names
+    from voz.robot.factory import need_real_time, robot_names
 
-    return options.live or options.realtime or have_a_clock(robot_names(settings.robot))
+    return options.live or options.realtime or need_real_time(robot_names(settings.robot))
 
 
 def _plan(options: Running, settings: Config) -> RobotPlan:
@@ -244,10 +244,10 @@ def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Re
 
 def _other_recognizer(settings: Ros2) -> OtherRecognizer:
     """What lets the commands that another recognizer publishes on ROS 2 be obeyed."""
-    from voz.ros2 import HEARD_ON_ROS, heard_on_ros
+    from voz.ros2 import ROS2_SOURCE, listen_to_recognizer
 
-    return lambda typist, failed: heard_on_ros(
-        settings, lambda text: typist(text, HEARD_ON_ROS), failed
+    return lambda typist, failed: listen_to_recognizer(
+        settings, lambda text: typist(text, ROS2_SOURCE), failed
     )
 
 

@@ -109,11 +109,11 @@ def _made(plan: RobotPlan) -> list[str]:
 
 def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
     """What tells where the robot is: whichever robot knows."""
-    from voz.robot.user_errors import mistakes_told
+    from voz.robot.user_errors import user_errors_as_mistake
 
     def place(t: float) -> Place | None:
         for name, robot in robots.items():
-            with mistakes_told(name):
+            with user_errors_as_mistake(name):
                 if known := robot.place(t):
                     x, y, heading = map(float, known)
                     return x, y, heading
@@ -139,14 +139,14 @@ def _opened(
     robots: Mapping[str, Robot], clocked: bool
 ) -> Iterator[tuple[list[Receiver], Troubles]]:
     """Open robots; gives what takes their events, and what tells of their loss."""
-    from voz.robot.factory import mailboxes, opened
+    from voz.robot.factory import open_mailboxes, open_robots
 
     if clocked:
-        with mailboxes(robots, warn) as boxes:
+        with open_mailboxes(robots, warn) as boxes:
             receivers: list[Receiver] = [box.receive for box in boxes.values()]
             yield receivers, {name: box.lost for name, box in boxes.items()}
     else:
-        with opened(robots):
+        with open_robots(robots):
             yield [robot.receive for robot in robots.values()], {}
 
 

@@ -203,7 +203,7 @@ def _number(text: str, slots: Mapping[str, str | float]) -> float:
     try:
         return float(value)
     except (ValueError, OverflowError):
-        raise ConfigError(f'{text} is "{value}", and no number') from None
+        raise ConfigError(f'{text} is "{value}", not a number') from None
 
 
 CommandDefinition: TypeAlias = str | Step | tuple[Step, ...]

@@ -74,7 +74,7 @@ class CommandTable:
                 kind = topics.setdefault(step.topic, type(step.publish))
                 if kind is not type(step.publish):
                     raise self.error_at(
-                        state, name, f"publishes another kind of value on {step.topic}"
+                        state, name, f"publishes values of two types on {step.topic}"
                     )
         return topics
 
@@ -116,7 +116,7 @@ def command_table(
     table = CommandTable(sets, stops, stops | ends, starts, places)
     if STOP not in stops:
         raise table.error_at(
-            DEFAULT_STATE, STOP, "is given another meaning; it stops the robot, and nothing else"
+            DEFAULT_STATE, STOP, "is redefined; it must stop the robot and do nothing else"
         )
     for state, own in sets.items():
         for name, steps in own.items():
@@ -170,10 +170,10 @@ def _resolved(name: str, commands: CommandDefinitions, state: str, places: Place
         if command not in commands:
             near = get_close_matches(command, commands, 1)
             meant = f'; did you mean "{near[0]}"?' if near else ""
-            why = f'is to do the same as "{command}", which is no command here{meant}'
+            why = f'is an alias of "{command}", which is not a command here{meant}'
             raise _error_at(places, state, name, why)
         if command in seen:
-            why = f'is to do the same as "{command}", and that as this one'
+            why = f'is an alias of "{command}", which is an alias of it'
             raise _error_at(places, state, name, why)
         seen.append(command)
     return command if isinstance(command, tuple) else (command,)
@@ -197,21 +197,21 @@ def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
         raise table.error_at(state, name, "stops or listens in all states, by [commands]")
     slots = frozenset[str]().union(*(step.slots for step in steps))
     if name in table.halts and slots:
-        raise table.error_at(state, name, f"stops, and must not hang on the slot {min(slots)}")
+        raise table.error_at(state, name, f"stops, and must not depend on the slot {min(slots)}")
     if any(step.listen is not None for step in steps) and name not in table.halts | table.starts:
         raise table.error_at(
-            state, name, "begins or ends the listening, and can only say so besides"
+            state, name, "begins or ends the listening; nothing else may be in the command"
         )
     for step in steps:
         if is_selection(step) and step.publish not in OBJECT_NUMBERS:
             raise table.error_at(
                 state,
                 name,
-                f"selects an object; their numbers go to {max(OBJECT_NUMBERS)}, as ROS has it",
+                f"selects an object; the largest number is {max(OBJECT_NUMBERS)} (Int16)",
             )
         if step.state is not None and step.state not in table.sets:
             raise table.error_at(
-                state, name, f'switches to "{step.state}", and there is no [states] of it'
+                state, name, f'switches to "{step.state}"; there is no [states.{step.state}]'
             )
     if any(step.confirm for step in steps) and not {True, False} <= _answers(table, state):
         raise table.error_at(
@@ -219,7 +219,7 @@ def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
         )
     if any(step.confirm or step.again for step in steps[1:]):
         raise table.error_at(
-            state, name, "has `confirm` or `again` in its midst; they belong to the first step"
+            state, name, "has `confirm` or `again` after the first step; move it there"
         )
     if len(steps) > 1 and any(step.answer is not None for step in steps):
         raise table.error_at(state, name, "answers, and can do nothing else but say so")

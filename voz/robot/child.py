@@ -1,7 +1,7 @@
-"""The process that a robot has of its own; `voz.robot.robot_process` is the other end of it.
+"""The program of a robot's own process; `voz.robot.robot_process` is the other end.
 
-When no event comes any more the robot is stopped, again and again: for as long as the run is
-silent, and for a while when it has ended without a word.
+When no event comes, it stops the robot again and again: as long as the run is silent, and for a
+short time when the run has been killed or has crashed.
 """
 
 from __future__ import annotations
@@ -18,43 +18,42 @@ import msgspec
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.factory import make_apart
-from voz.robot.robot_process import Answer, RobotSpec
-from voz.robot.user_errors import mistakes_told, reason, why_lost
+from voz.robot.factory import make_in_process
+from voz.robot.robot_process import EventAnswer, RobotSpec
+from voz.robot.user_errors import error_line, lost_reason, user_errors_as_mistake
 
-SILENCE = 0.5
-"""Without an event for so long the run is lost, s: as long as bases wait for a velocity."""
+RUN_TIMEOUT = 0.5
+"""Without an event for this time, s, the run is lost; bases wait as long for a velocity."""
 
-BEAT = 0.1
+ZERO_INTERVAL = 0.1
 """How often a robot is stopped while the run is lost, s."""
 
-LAST_ZEROS = 5
-"""So often it is stopped when the run has ended: a message may be lost."""
+FINAL_ZEROS = 5
+"""Zero velocities after the end of the run: a message may be lost."""
 
 
-class Guarded:
-    """The robot, and whether the run that drives it is there."""
+class WatchedRobot:
+    """A robot, and whether its run is there."""
 
     def __init__(self, robot: Robot, only_zero: bool) -> None:
         self._robot = robot
         self._only_zero = only_zero
         self._last = Twist(0.0, 0.0, 0.0)
         self._silent = False
-        self._driven = False
+        self._has_velocity = False
 
     @property
     def watches(self) -> bool:
         """Whether silence means that the run is lost.
 
-        Of a robot that another process drives it does from the beginning: that one may get the
-        first velocity before this one does, and no other ever.
+        For a watchdog from the beginning: the other process may get the only velocity first.
         """
-        return self._driven or self._only_zero
+        return self._has_velocity or self._only_zero
 
-    def take(self, event: Event) -> Answer:
+    def take(self, event: Event) -> EventAnswer:
         """Hand an event on; after a silence no motion, until the run itself has ended it."""
         if isinstance(event, Twist):
-            self._driven = True
+            self._has_velocity = True
             self._last = event
             if not (event.linear or event.angular):
                 self._silent = False
@@ -63,47 +62,47 @@ class Guarded:
         return self._do(event)
 
     def stop(self) -> None:
-        """Let the robot stand still, as the run is silent."""
-        self._silent = self._driven  # before the first velocity nobody has lost anything
+        """Stop the robot, as the run is silent."""
+        self._silent = self._has_velocity  # before the first velocity nobody has lost anything
         self._do(Twist(self._last.t, 0.0, 0.0), even_if_another_drives=True)
 
-    def _do(self, event: Event, even_if_another_drives: bool = False) -> Answer:
-        silent = f"nothing came for {SILENCE:g} s" if self._silent else None
+    def _do(self, event: Event, even_if_another_drives: bool = False) -> EventAnswer:
+        silent = f"nothing came for {RUN_TIMEOUT:g} s" if self._silent else None
         try:
             if even_if_another_drives or not self._only_zero:
                 self._robot.receive(event)
-            return Answer(trouble=silent or why_lost(self._robot))
+            return EventAnswer(trouble=silent or lost_reason(self._robot))
         except BaseException as error:  # `sys.exit` in a robot must not end its watchdog
-            return Answer(failure=reason(error))
+            return EventAnswer(failure=error_line(error))
 
 
 def main() -> None:
-    """Be a robot until the other end is closed."""
+    """Run a robot until the other end is closed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda *_: None)  # it ends when the run does, and stops the robot
     nowhere = os.open(os.devnull, os.O_WRONLY)  # now, as the robot may take all descriptors
     link = Connection(int(sys.argv.pop()))
-    order = msgspec.json.decode(link.recv_bytes(), type=RobotSpec)
-    sys.path += [place for place in order.path if place not in sys.path]
+    spec = msgspec.json.decode(link.recv_bytes(), type=RobotSpec)
+    sys.path += [place for place in spec.path if place not in sys.path]
     with ExitStack() as closing:
         try:
-            with mistakes_told(order.name):
-                robot = make_apart(order)
+            with user_errors_as_mistake(spec.name):
+                robot = make_in_process(spec)
                 robot.open()
                 closing.callback(_close, robot)
-                begun = Answer(trouble=why_lost(robot))
+                begun = EventAnswer(trouble=lost_reason(robot))
         except BaseException as error:
             with suppress(OSError):  # the run may have ended meanwhile
-                _answer(link, Answer(reason(error), traceback=_traceback(error)))
+                _answer(link, EventAnswer(error_line(error), traceback=_traceback(error)))
             return
-        guarded = Guarded(robot, order.only_zero)
+        guarded = WatchedRobot(robot, spec.only_zero)
         try:
             _answer(link, begun)
             _serve(link, guarded)
         except BaseException as error:  # the run has ended, or it will not hear of this robot again
             with suppress(BaseException):
-                _answer(link, Answer(reason(error)))
-            _forsaken(guarded, nowhere)
+                _answer(link, EventAnswer(error_line(error)))
+            _stop_after_run(guarded, nowhere)
 
 
 def _traceback(error: BaseException) -> str:
@@ -117,32 +116,32 @@ def _close(robot: Robot) -> None:
         robot.close()
     except BaseException as error:
         with suppress(OSError):  # nobody may read it any more
-            print(f"the robot could not be closed: {reason(error)}")
+            print(f"the robot could not be closed: {error_line(error)}")
 
 
-def _serve(link: Connection, robot: Guarded) -> None:
+def _serve(link: Connection, robot: WatchedRobot) -> None:
     """Take events until the run says that it is over; raises EOFError if it ends without."""
-    patience = SILENCE if robot.watches else None
+    timeout = RUN_TIMEOUT if robot.watches else None
     while True:
-        if not link.poll(patience):
+        if not link.poll(timeout):
             robot.stop()
-            patience = BEAT
+            timeout = ZERO_INTERVAL
             continue
         data = link.recv_bytes()
         if not data:
             return
         _answer(link, robot.take(msgspec.json.decode(data, type=Event)))
-        patience = SILENCE if robot.watches else None
+        timeout = RUN_TIMEOUT if robot.watches else None
 
 
-def _forsaken(robot: Guarded, nowhere: int) -> None:
-    """Stop the robot as the run has ended without a word: killed, or crashed."""
+def _stop_after_run(robot: WatchedRobot, nowhere: int) -> None:
+    """Stop the robot, as the run was killed or has crashed."""
     for descriptor in (1, 2):  # nobody reads any more what it prints, and that must not fail
         os.dup2(nowhere, descriptor)
-    for _ in range(LAST_ZEROS):
+    for _ in range(FINAL_ZEROS):
         robot.stop()
-        time.sleep(BEAT)
+        time.sleep(ZERO_INTERVAL)
 
 
-def _answer(link: Connection, answer: Answer) -> None:
+def _answer(link: Connection, answer: EventAnswer) -> None:
     link.send_bytes(msgspec.json.encode(answer))

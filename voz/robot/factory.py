@@ -1,4 +1,4 @@
-"""Makes robots by their names, opens them, and lets go of them."""
+"""Makes, opens and closes robots by their names."""
 
 from __future__ import annotations
 
@@ -14,20 +14,17 @@ from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.mailbox import Mailbox
 from voz.robot.robot_process import RobotProcess, RobotSpec
 from voz.robot.slow import SlowRobot
-from voz.robot.user_code import imported
-from voz.robot.user_errors import mistakes_told
+from voz.robot.user_code import import_target
+from voz.robot.user_errors import user_errors_as_mistake
 
 
-def have_a_clock(names: Sequence[str]) -> bool:
-    """Whether robots of these names have a real clock, so that a run with them must have one."""
-    return any(name not in ROBOTS or ROBOTS[name].has_a_clock for name in names)
+def need_real_time(names: Sequence[str]) -> bool:
+    """Whether a run with robots of these names must be in real time."""
+    return any(name not in ROBOTS or ROBOTS[name].needs_real_time for name in names)
 
 
 def robot_names(wanted: Sequence[str]) -> list[str]:
-    """Find out which robots are wanted.
-
-    Args:
-        wanted: names as they are in voz.toml or were given as options, some with commas between.
+    """Split names, of settings or options, at commas.
 
     Returns:
         Each once, in that order.
@@ -53,23 +50,25 @@ def make_robots(names: Sequence[str], setup: RobotSetup) -> dict[str, Robot]:
         setup: what they are made from.
 
     Returns:
-        The robots, by their names. With a watchdog, one of the user's own is in its process, and
-        one that others can drive too has another robot beside it, which can only stop it.
+        The robots, by their names. With a watchdog, a user's robot is in its own process, and a
+        real one has a watchdog as another robot.
 
     Raises:
         RobotError: a robot's module cannot be imported, or the robot not be made.
     """
     robots: dict[str, Robot] = {}
     for name in names:
-        with mistakes_told(name):
+        with user_errors_as_mistake(name):
             if name not in ROBOTS:
                 own = setup.settings.own
-                robots[name] = _apart(setup, name) if setup.watchdog else make_own(name, own)
+                robots[name] = (
+                    _in_own_process(setup, name) if setup.watchdog else make_user_robot(name, own)
+                )
                 continue
             kind = ROBOTS[name]
             robots[name] = kind.make(setup)
             if setup.watchdog and kind.make_watchdog:
-                robots[f"{name} watchdog"] = _apart(setup, name, only_zero=True)
+                robots[f"{name} watchdog"] = _in_own_process(setup, name, only_zero=True)
     simulator: Any = robots.get(
         "simulator"
     )  # of its class, which is imported only where it is made
@@ -79,26 +78,22 @@ def make_robots(names: Sequence[str], setup: RobotSetup) -> dict[str, Robot]:
     return robots
 
 
-def make_apart(order: RobotSpec) -> Robot:
-    """Make, in its process, a robot of the user's own, or what can only stop another one."""
-    kind = ROBOTS.get(order.name)
+def make_in_process(spec: RobotSpec) -> Robot:
+    """Make a user's robot or a watchdog; called in its own process."""
+    kind = ROBOTS.get(spec.name)
     if kind and kind.make_watchdog:
-        return kind.make_watchdog(order)
-    return make_own(order.name, order.settings.own)
+        return kind.make_watchdog(spec)
+    return make_user_robot(spec.name, spec.settings.own)
 
 
-def make_own(name: str, settings: Mapping[str, Mapping[str, Any]]) -> Robot:
-    """Make a robot of the user's own.
-
-    Args:
-        name: MODULE:CLASS.
-        settings: those of the user's own robots, by their modules; they are the class's arguments.
+def make_user_robot(name: str, settings: Mapping[str, Mapping[str, Any]]) -> Robot:
+    """Make a user's robot, named MODULE:CLASS, with `settings[MODULE]` as its arguments.
 
     Raises:
         ConfigError: the class does not take them.
-        RobotError: it is no robot.
+        RobotError: it is not a robot.
     """
-    make = imported(name)
+    make = import_target(name)
     module = name.partition(":")[0]
     arguments = settings.get(module, {})
     if arguments:
@@ -113,7 +108,6 @@ def make_own(name: str, settings: Mapping[str, Mapping[str, Any]]) -> Robot:
 
 
 def _check_arguments(make: type[Robot], arguments: Mapping[str, Any], place: str) -> None:
-    """Refuse settings that a class does not take; raises ConfigError, which names their place."""
     try:
         inspect.signature(make).bind(**arguments)
     except TypeError as error:
@@ -123,28 +117,24 @@ def _check_arguments(make: type[Robot], arguments: Mapping[str, Any], place: str
 
 
 @contextmanager
-def opened(robots: Mapping[str, Robot]) -> Iterator[None]:
-    """Open robots and close them at the end of a `with` block, for events without a clock."""
+def open_robots(robots: Mapping[str, Robot]) -> Iterator[None]:
+    """Open robots for a `with` block, in runs that are not in real time."""
     with ExitStack() as stack:
         for name, robot in robots.items():
-            with mistakes_told(name):
+            with user_errors_as_mistake(name):
                 robot.open()
             stack.callback(robot.close)
         yield
 
 
 @contextmanager
-def mailboxes(
+def open_mailboxes(
     robots: Mapping[str, Robot], tell: Callable[[str], None]
 ) -> Iterator[dict[str, Mailbox]]:
     """Open robots for a `with` block, each with a mailbox; all take the last event before it ends.
 
-    Args:
-        robots: by their names.
-        tell: takes a line about a robot that did not.
-
-    Raises:
-        RobotError: one cannot be reached.
+    `tell` is called with a line about a robot that did not. Raises RobotError if one cannot be
+    reached.
     """
     boxes = {name: Mailbox(name, robot) for name, robot in robots.items()}
     try:
@@ -163,7 +153,6 @@ def mailboxes(
                 tell(f"the robot {name} did not take its last velocity in time")
 
 
-def _apart(setup: RobotSetup, name: str, only_zero: bool = False) -> RobotProcess:
-    """A robot in a process of its own, which prints where the others do."""
+def _in_own_process(setup: RobotSetup, name: str, only_zero: bool = False) -> RobotProcess:
     spec = RobotSpec(name, setup.settings, only_zero, path=tuple(sys.path))
     return RobotProcess(spec, setup.show)

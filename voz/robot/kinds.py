@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple, TextIO
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TextIO
 
 from voz.config import Config
 from voz.events import Warning
@@ -17,16 +18,16 @@ if TYPE_CHECKING:
     from voz.robot.robot_process import RobotSpec
 
 
-class RobotSetup(NamedTuple):
+@dataclass(frozen=True)
+class RobotSetup:
     """What robots are made from.
 
     Attributes:
-        settings: each robot has its own table there.
-        stream: where one that prints prints to.
-        warn: takes the warnings of one that has some, on any thread.
-        watchdog: whether the robots that are really there get a process besides this one, which
-            stops them if this one cannot.
-        verbose: whether one that prints tells how good the evidence for an utterance is.
+        settings: with a table for each robot.
+        stream: where robots print.
+        warn: called with the robots' warnings, on any thread.
+        watchdog: whether real robots get a watchdog process, which stops them if this one cannot.
+        verbose: whether the console prints the evidence for an utterance.
     """
 
     settings: Config
@@ -41,13 +42,11 @@ class RobotSetup(NamedTuple):
             self.stream.write(f"{line}\n")
 
 
-class RobotKind(NamedTuple):
-    """A robot of voz's own.
+@dataclass(frozen=True)
+class RobotKind:
+    """A robot of voz's own; one that cannot run away has no watchdog.
 
-    Attributes:
-        does: what it does with the commands, in words.
-        make: makes it.
-        make_watchdog: makes, in another process, what can only stop it; None if it cannot run away.
+    `does` says what it does with the commands, for the help of the command line.
     """
 
     does: str
@@ -55,8 +54,8 @@ class RobotKind(NamedTuple):
     make_watchdog: Callable[[RobotSpec], Robot] | None = None
 
     @property
-    def has_a_clock(self) -> bool:
-        """Whether it is really there; any other takes events as fast as a recording gives them."""
+    def needs_real_time(self) -> bool:
+        """Whether it is a real robot; others take events as fast as a recording gives them."""
         return self.make_watchdog is not None
 
 
@@ -78,10 +77,10 @@ def _ros1(setup: RobotSetup) -> Robot:
     return Ros1Robot(setup.settings.ros1, table=setup.settings.table)
 
 
-def _ros1_watchdog(order: RobotSpec) -> Robot:
+def _ros1_watchdog(spec: RobotSpec) -> Robot:
     from voz.ros1.robot import Ros1Watchdog
 
-    return Ros1Watchdog(order)
+    return Ros1Watchdog(spec)
 
 
 def _ros2(setup: RobotSetup) -> Robot:
@@ -90,10 +89,10 @@ def _ros2(setup: RobotSetup) -> Robot:
     return Ros2Robot(setup.settings.ros2, setup.warn, setup.settings.table)
 
 
-def _ros2_watchdog(order: RobotSpec) -> Robot:
+def _ros2_watchdog(spec: RobotSpec) -> Robot:
     from voz.ros2.velocity import Ros2Watchdog
 
-    return Ros2Watchdog(order)
+    return Ros2Watchdog(spec)
 
 
 ROBOTS: Mapping[str, RobotKind] = {

@@ -1,4 +1,4 @@
-"""Hands events to a robot on a thread of its own: one that blocks or fails harms no other."""
+"""Delivers events to a robot on its own thread, so that it can neither block nor end the run."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from collections import deque
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.user_errors import in_words, mistakes_told, reason, why_lost
+from voz.robot.user_errors import describe_error, error_line, lost_reason, user_errors_as_mistake
 
-ONE_COMMAND = 4
-"""What comes before the velocity that a command causes: a partial, the utterance, an object, a
-reply. A velocity waits behind no more than that."""
+EVENTS_BEFORE_VELOCITY = 4
+"""A velocity waits behind no more other events: a command causes a partial, an utterance, an
+object and a reply."""
 
-MOST_WAITING = 64
-"""Events that may wait besides the velocity; then the oldest goes, and the robot counts as lost."""
+MAX_QUEUED_EVENTS = 64
+"""If more events wait, the oldest is dropped and the robot is lost."""
 
-STUCK = 0.35
-"""A robot that takes so long for one event is lost, s: with the beat, half a second. A velocity
-that waited for so long is out of date."""
+EVENT_TIMEOUT = 0.35
+"""A robot that takes this time for one event, s, is lost: with the beat, half a second. A velocity
+that waited as long is out of date."""
 
-CLOSING_TIME = 1.0
-"""For a robot to take what waits, the last velocity with it, and to close, s."""
+ROBOT_CLOSING_TIME = 1.0
+"""Time for a robot to take the events that wait and to close, s."""
 
 
-class Box:
-    """Events that wait: of the velocities the newest, of the others all up to a bound. Pure.
+class EventBox:
+    """The newest velocity, and a bounded queue of other events. Pure.
 
-    A velocity takes the place of the one that waits. A zero that stops the robot overtakes all; a
-    zero after a zero does not, or a robot that takes longer than a beat would get no command.
+    A velocity replaces the one that waits. A zero that stops the robot overtakes all; a zero after
+    a zero does not, or a robot slower than the beat would get no command.
     """
 
     def __init__(self) -> None:
-        self._others: deque[Event] = deque(maxlen=MOST_WAITING)
+        self._others: deque[Event] = deque(maxlen=MAX_QUEUED_EVENTS)
         self._velocity: Twist | None = None
         self._before = 0  # how many of the others come before the velocity
         self._stands = False  # whether the velocity that was taken last is zero
@@ -45,13 +45,13 @@ class Box:
             self._others.append(event)
             return
         if self._velocity is None:
-            self._before = min(len(self._others), ONE_COMMAND)
+            self._before = min(len(self._others), EVENTS_BEFORE_VELOCITY)
         if _is_zero(event) and not self._stands:
             self._before = 0
         self._velocity = event
 
     def take(self) -> Event | None:
-        """Take the first event; None if none waits."""
+        """Remove and return the first event, or None."""
         velocity = self._velocity
         if velocity and not self._before:
             self._velocity = None
@@ -65,7 +65,7 @@ class Box:
     @property
     def full(self) -> bool:
         """Whether one more would be too many."""
-        return len(self._others) == MOST_WAITING
+        return len(self._others) == MAX_QUEUED_EVENTS
 
 
 def _is_zero(velocity: Twist) -> bool:
@@ -73,13 +73,12 @@ def _is_zero(velocity: Twist) -> bool:
 
 
 class Mailbox:
-    """What a run knows of a robot: takes its events at once, and tells whether it is lost.
+    """Takes events without waiting, and delivers them to a robot that is open in a `with` block.
 
-    Use it in a `with` block: the robot is opened at its beginning, and at its end it gets what
-    waits and is closed. A robot that raised is lost for good; it still gets velocities of zero.
+    A robot that raised is lost for good; it still gets zero velocities.
 
     Attributes:
-        hangs: whether it did not take all that it was to get, at the end.
+        hangs: whether it did not take all events before the end.
     """
 
     def __init__(self, name: str, robot: Robot) -> None:
@@ -87,7 +86,7 @@ class Mailbox:
         self.hangs = False
         self._name = name
         self._robot = robot
-        self._box = Box()
+        self._box = EventBox()
         self._changed = threading.Condition()
         self._closing = False
         self._failure: str | None = None
@@ -100,17 +99,17 @@ class Mailbox:
 
     def __enter__(self) -> Mailbox:
         """Open the robot; raises what it raises."""
-        with mistakes_told(self._name), contextlib.ExitStack() as undo:
+        with user_errors_as_mistake(self._name), contextlib.ExitStack() as undo:
             self._robot.open()
             undo.callback(self._robot.close)
-            self._answer = why_lost(self._robot)
+            self._answer = lost_reason(self._robot)
             self._thread.start()
             undo.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.finish()
-        self._thread.join(CLOSING_TIME)
+        self._thread.join(ROBOT_CLOSING_TIME)
         self.hangs = self._thread.is_alive()
 
     def finish(self) -> None:
@@ -132,12 +131,12 @@ class Mailbox:
         untold, self._untold = self._untold, None
         problem = self._failure or self._answer or untold
         busy_since = self._busy_since
-        if busy_since is not None and time.monotonic() - busy_since > STUCK:
+        if busy_since is not None and time.monotonic() - busy_since > EVENT_TIMEOUT:
             problem = "does not take its events"
         elif self._box.full:
-            problem = "cannot follow"
+            problem = "cannot keep up"
         elif not (self._closing or self._thread.is_alive()):
-            problem = "nobody hands it anything any more"
+            problem = "its delivery thread died"
         return f"the robot {self._name} is lost ({problem})" if problem else None
 
     def _work(self) -> None:
@@ -146,7 +145,7 @@ class Mailbox:
             try:
                 over = self._hand_over()
             except BaseException as error:  # between two events; the robot is still to be stopped
-                self._failure = self._failure or in_words(error)
+                self._failure = self._failure or describe_error(error)
         with contextlib.suppress(BaseException):  # nothing more is asked of it
             self._robot.close()
 
@@ -169,13 +168,13 @@ class Mailbox:
         if self._failure and not isinstance(event, Twist):
             return
         if isinstance(event, Twist):
-            late = time.monotonic() - self._taken_put_at > STUCK
+            late = time.monotonic() - self._taken_put_at > EVENT_TIMEOUT
             # What is asked while it is lost must not be done, nor until all have stopped for that.
             if late or self._failure or self._answer or self._untold:
                 event = Twist(event.t, 0.0, 0.0)
         try:
             self._robot.receive(event)
-            self._answer = why_lost(self._robot)
+            self._answer = lost_reason(self._robot)
             self._untold = self._answer or self._untold
         except BaseException as error:  # whatever it is, `sys.exit` too, the others go on
-            self._failure = self._failure or reason(error)
+            self._failure = self._failure or error_line(error)

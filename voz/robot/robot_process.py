@@ -1,4 +1,4 @@
-"""A robot in a process of its own: what hangs, crashes or ends there does not hold up the run.
+"""A robot in its own process: if it hangs, crashes or ends there, the run goes on.
 
 It is the watchdog too. If the beat falls silent, since the run was killed, suspended or hangs, that
 process stops the robot (`voz.robot.child`).
@@ -22,22 +22,21 @@ from voz.errors import RobotError, RobotMistake
 from voz.events import Event, to_json
 from voz.robot.base import Robot
 
-ENDING_TIME = 1.0
+PROCESS_EXIT_TIMEOUT = 1.0
 """For the process to end when all is over, s; then it is killed."""
 
-LONGEST_LINE = 1000
+MAX_OUTPUT_LINE = 1000
 """Characters of what the robot prints that are shown as one line: it may never end its line."""
 
 
 class RobotSpec(msgspec.Struct, frozen=True):
-    """What the process is to be.
+    """Which robot a process makes.
 
     Attributes:
-        name: of the robot, as `voz run --robot` takes it.
-        settings: what robots are made from.
-        only_zero: whether it only stops the robot if the beat falls silent; another one drives it.
-        arguments: remappings for a node of ROS 1.
-        path: where Python looks for modules, besides where it does anyway.
+        name: as `voz run --robot` takes it.
+        only_zero: whether it is a watchdog, which only stops the robot if the beat falls silent.
+        arguments: remappings for a ROS 1 node.
+        path: additional folders of Python modules.
     """
 
     name: str
@@ -47,10 +46,10 @@ class RobotSpec(msgspec.Struct, frozen=True):
     path: tuple[str, ...] = ()
 
 
-class Answer(msgspec.Struct, frozen=True):
-    """What became of an event: why the robot failed for good, or is lost for now.
+class EventAnswer(msgspec.Struct, frozen=True):
+    """The answer to an event: why the robot failed for good, or is lost for now.
 
-    Of a robot that cannot be opened there is the traceback, too.
+    If it cannot be opened, with the traceback.
     """
 
     failure: str | None = None
@@ -58,25 +57,20 @@ class Answer(msgspec.Struct, frozen=True):
     traceback: str | None = None
 
 
-class ThereError(Exception):
-    """What was raised in the other process, as its traceback."""
+class RemoteTracebackError(Exception):
+    """The traceback of the other process."""
 
 
 class RobotProcess(Robot):
     """Hands events to a robot in a process of its own, and waits until it has taken each."""
 
-    def __init__(self, order: RobotSpec, show: Callable[[str], None]) -> None:
-        """Prepare to start it.
-
-        Args:
-            order: which robot.
-            show: takes each line that the robot prints, on any thread.
-        """
-        self._order = order
+    def __init__(self, spec: RobotSpec, show: Callable[[str], None]) -> None:
+        """Prepare to start it; `show` is called with each line that it prints, on any thread."""
+        self._spec = spec
         self._show = show
         self._link: Connection
         self._process: subprocess.Popen[str]
-        self._answer = Answer()
+        self._answer = EventAnswer()
 
     def open(self) -> None:
         """Start the process and open the robot there; raises RobotError if that fails."""
@@ -96,7 +90,7 @@ class RobotProcess(Robot):
             )
         threading.Thread(target=self._print, name="voz-robot-output", daemon=True).start()
         try:
-            self._send(msgspec.json.encode(self._order))
+            self._send(msgspec.json.encode(self._spec))
         except RobotError:
             self.end()
             raise
@@ -109,10 +103,10 @@ class RobotProcess(Robot):
         try:
             self._send(to_json(event).encode())
         except RobotError:
-            if not (self._order.only_zero and self._link.closed):
+            if not (self._spec.only_zero and self._link.closed):
                 raise
             self.open()
-            self._answer = Answer(trouble="its process had ended")
+            self._answer = EventAnswer(trouble="its process had ended")
 
     def lost(self) -> str | None:
         """Tell why the robot was lost after the last event."""
@@ -129,7 +123,7 @@ class RobotProcess(Robot):
             return
         self._link.close()  # it ends by that
         try:
-            self._process.wait(ENDING_TIME)
+            self._process.wait(PROCESS_EXIT_TIMEOUT)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -137,12 +131,14 @@ class RobotProcess(Robot):
     def _send(self, message: bytes) -> None:
         try:
             self._link.send_bytes(message)
-            self._answer = msgspec.json.decode(self._link.recv_bytes(), type=Answer)
+            self._answer = msgspec.json.decode(self._link.recv_bytes(), type=EventAnswer)
         except (OSError, EOFError) as error:
             self._link.close()
             raise RobotError("its process has ended") from error
         if self._answer.failure and self._answer.traceback:
-            raise RobotMistake(self._answer.failure) from ThereError(self._answer.traceback)
+            raise RobotMistake(self._answer.failure) from RemoteTracebackError(
+                self._answer.traceback
+            )
         if self._answer.failure:
             raise RobotError(self._answer.failure)
 
@@ -150,7 +146,7 @@ class RobotProcess(Robot):
         assert self._process.stdout
         line_is_new = True
         with self._process.stdout as printed:
-            while part := printed.readline(LONGEST_LINE):
+            while part := printed.readline(MAX_OUTPUT_LINE):
                 if line_is_new or part != "\n":
                     self._show(part.rstrip("\n"))
                 line_is_new = part.endswith("\n")

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from voz.errors import RobotError
 
-RELEASE_TIME = 1.0
+PORT_RELEASE_TIMEOUT = 1.0
 """For another process to let go of the port, s: that of a robot whose run was killed stops the
 robot for half a second and ends."""
 
-LONGEST_COMMAND = 200
+MAX_COMMAND_LINE = 200
 """Characters that are shown of another process's command line."""
 
 
@@ -34,14 +34,14 @@ def open_serial_port(name: str | Path) -> FileIO:
     """
     path = Path(name)
     if not path.is_char_device():  # to open it would make a file of that name
-        raise RobotError(f"{path} is no serial port: plug the adapter in, or name another")
+        raise RobotError(f"{path} is not a serial port: plug the adapter in, or name another")
     try:
         # The port must not become the terminal of this process, nor opening wait for a carrier.
         port = FileIO(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK), "r+")
         os.set_blocking(port.fileno(), True)
     except OSError as error:
         raise RobotError(f"{path} cannot be opened ({error.strerror})") from error
-    until = time.monotonic() + RELEASE_TIME
+    until = time.monotonic() + PORT_RELEASE_TIMEOUT
     while not _locked(port):
         if time.monotonic() > until:
             port.close()
@@ -79,4 +79,4 @@ def _command_line(pid: str) -> str:
     if "voz.robot.child" in command:
         parent = process.joinpath("stat").read_text().rpartition(")")[2].split()[1]
         return _command_line(parent)
-    return command[:LONGEST_COMMAND]
+    return command[:MAX_COMMAND_LINE]

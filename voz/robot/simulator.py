@@ -1,4 +1,4 @@
-"""A robot that is not there: it drives through a simulated room and remembers how."""
+"""A simulated robot, which remembers its way through a room."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from voz.robot.base import Robot
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, gap, start, step
 
-DT = 0.01
-"""The time step, s. It is the same whenever events come, so that a run can be repeated exactly."""
+TIME_STEP = 0.01
+"""The time step, s; constant, so that a run can be repeated exactly."""
 
-STEPS_KEPT = 5
-"""Every so many steps the state is remembered, if it is another than before: 20 in a second."""
+STEPS_PER_STATE = 5
+"""Steps between two states that are kept: 20 states a second."""
 
-MOST_KEPT = 72_000
-"""So many states are remembered, an hour of motion; then the oldest go. So do commands."""
+MAX_KEPT_STATES = 72_000
+"""States (and commands) that are kept, an hour of motion; then the oldest are dropped."""
 
 
 class TripMark(NamedTuple):
@@ -37,12 +37,7 @@ class TripMark(NamedTuple):
 class Trip(msgspec.Struct, frozen=True):
     """What a simulated robot did; pictures are drawn from it.
 
-    Attributes:
-        settings: the room.
-        states: one after the other, only where something changed; the first is the start and the
-            last is how everything is now.
-        said: the commands that were obeyed.
-        collisions: what the base drove into.
+    `states` has the start, each change and the present; `said` the commands that were obeyed.
     """
 
     settings: Simulator
@@ -57,19 +52,14 @@ class SimulatedRobot(Robot):
     def __init__(
         self, settings: Simulator, warn: Callable[[Warning], None] = lambda _: None
     ) -> None:
-        """Put the robot into its room.
-
-        Args:
-            settings: the room and the robot's limits.
-            warn: called once for each collision, with its time, from within `receive`.
-        """
+        """Put the robot into its room; `receive` calls `warn` once for each collision."""
         self._settings = settings
         self._warn = warn
         self._now = start(settings), Twist(0.0, 0.0, 0.0)
         self._steps = 0
-        self._states: deque[WorldState] = deque([self._now[0]], MOST_KEPT)
-        self._said: deque[TripMark] = deque(maxlen=MOST_KEPT)
-        self._collisions: deque[TripMark] = deque(maxlen=MOST_KEPT)
+        self._states: deque[WorldState] = deque([self._now[0]], MAX_KEPT_STATES)
+        self._said: deque[TripMark] = deque(maxlen=MAX_KEPT_STATES)
+        self._collisions: deque[TripMark] = deque(maxlen=MAX_KEPT_STATES)
 
     def receive(self, event: Event) -> None:
         """Let the time until the event pass, then follow it."""
@@ -89,8 +79,8 @@ class SimulatedRobot(Robot):
             t: a time after the last event, s; for an earlier one it is the state after that event.
         """
         state, twist = self._now
-        while state.t < t - DT / 2:
-            following = step(state, twist, DT, self._settings)
+        while state.t < t - TIME_STEP / 2:
+            following = step(state, twist, TIME_STEP, self._settings)
             if _is_same(state, following):
                 return replace(state, t=t)
             state = following
@@ -113,24 +103,24 @@ class SimulatedRobot(Robot):
         return Trip(self._settings, states, tuple(self._said), tuple(self._collisions))
 
     def _advance(self, t: float) -> None:
-        while self._now[0].t < t - DT / 2:
+        while self._now[0].t < t - TIME_STEP / 2:
             if not self._step():
                 # Nothing will happen until then, however long it is.
                 state, twist = self._now
-                self._now = replace(state, t=round(t / DT) * DT), twist
+                self._now = replace(state, t=round(t / TIME_STEP) * TIME_STEP), twist
                 return
 
     def _step(self) -> bool:
         """Let one time step pass, and tell whether anything changed in it."""
         before, twist = self._now
-        state = step(before, twist, DT, self._settings)
+        state = step(before, twist, TIME_STEP, self._settings)
         if _is_same(before, state):
             if not _is_same(before, self._states[-1]):
                 self._states.append(before)
             return False
         self._now = state, twist
         self._steps += 1
-        if self._steps % STEPS_KEPT == 0:
+        if self._steps % STEPS_PER_STATE == 0:
             self._states.append(state)
         if state.collided and not before.collided:
             self._collide(state)

@@ -1,4 +1,4 @@
-"""A robot that takes its time for what is no velocity, without being late for a stop."""
+"""A robot that may be slow with other events than velocities, without being late for a stop."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from types import TracebackType
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.mailbox import Box
+from voz.robot.mailbox import EventBox
 
-CLOSING_TIME = 0.5
-"""For work to be done at the end of the run, s; whoever waits for the robot gives it twice that."""
+WORK_CLOSING_TIME = 0.5
+"""Time for work that waits at the end of the run, s; half of `ROBOT_CLOSING_TIME`."""
 
 
 class SlowRobot(Robot):
-    """Hands a robot its velocities at once, and all else on a thread of its own.
+    """Delivers velocities at once and other events on another thread.
 
-    Two lanes and not one: a velocity that waits behind three seconds of work is a stop that comes
-    three seconds late, by a robot that answers as if all were well.
+    A stop must not wait behind three seconds of work.
     """
 
     def __init__(self, robot: Robot) -> None:
         """Prepare to hand events to a robot whose `slow` is true."""
         self._robot = robot
-        self._box = Box()
+        self._box = EventBox()
         self._changed = threading.Condition()
         self._closing = False
         self._failure: BaseException | None = None
@@ -49,14 +48,14 @@ class SlowRobot(Robot):
 
     def lost(self) -> str | None:
         """Tell why the robot is lost; also while too much waits for it."""
-        return "cannot follow" if self._box.full else self._robot.lost()
+        return "cannot keep up" if self._box.full else self._robot.lost()
 
     def close(self) -> None:
         """Let the robot do what waits, for a moment, and close."""
         with self._changed:
             self._closing = True
             self._changed.notify()
-        self._worker.join(CLOSING_TIME)
+        self._worker.join(WORK_CLOSING_TIME)
         self._robot.close()
 
     def _work(self) -> None:

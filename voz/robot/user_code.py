@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 
-def imported(target: str) -> Any:
+def import_target(target: str) -> Any:
     """Import something of the user's own; raises whatever their code does.
 
     Args:

@@ -14,17 +14,17 @@ from voz.printable import printable
 from voz.process.signals import first_signal
 from voz.robot.base import Robot
 
-VOZ = str(Path(__file__).parents[1]) + os.sep
+VOZ_FOLDER = str(Path(__file__).parents[1]) + os.sep
 
-IMPORTING = ("<frozen importlib", "importlib/__init__.py")
+IMPORT_MACHINERY = ("<frozen importlib", "importlib/__init__.py")
 """How the names of Python's own files begin and end that stand between voz and theirs."""
 
-LONGEST_TEXT = 1000
+MAX_MESSAGE_LENGTH = 1000
 """Characters that are shown of a text from a robot's own code."""
 
 
 @contextmanager
-def mistakes_told(name: str) -> Iterator[None]:
+def user_errors_as_mistake(name: str) -> Iterator[None]:
     """Let what a robot's own code raises before the run, in a `with` block, be one line.
 
     Args:
@@ -40,10 +40,12 @@ def mistakes_told(name: str) -> Iterator[None]:
     except (Exception, SystemExit, KeyboardInterrupt) as error:
         if is_by_signal(error):
             raise
-        raise RobotMistake(f"the robot {name} cannot be used here: {in_words(error)}") from error
+        raise RobotMistake(
+            f"the robot {name} cannot be used here: {describe_error(error)}"
+        ) from error
 
 
-def in_words(error: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """Say in one line what was raised, and where in the file of whoever wrote it."""
     message = " ".join(_text(lambda: _message(error)).split())
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
@@ -51,12 +53,16 @@ def in_words(error: BaseException) -> str:
     return printable(f"{said} ({place})" if place else said)
 
 
-def reason(error: BaseException) -> str:
+def error_line(error: BaseException) -> str:
     """Say in one line what went wrong: voz's own errors say it themselves."""
-    return printable(_text(lambda: str(error))) if isinstance(error, VozError) else in_words(error)
+    return (
+        printable(_text(lambda: str(error)))
+        if isinstance(error, VozError)
+        else describe_error(error)
+    )
 
 
-def why_lost(robot: Robot) -> str | None:
+def lost_reason(robot: Robot) -> str | None:
     """Ask a robot whether it is lost; raises what it raises.
 
     Returns:
@@ -70,13 +76,13 @@ def why_lost(robot: Robot) -> str | None:
         return None
     if not isinstance(said, str):
         raise TypeError(f"lost() returned {type(said).__name__}; return a text, or None")
-    return printable(" ".join(said[:LONGEST_TEXT].split()))
+    return printable(" ".join(said[:MAX_MESSAGE_LENGTH].split()))
 
 
 def _text(ask: Callable[[], str]) -> str:
     """A text from a robot's own code, which may fail at that, too; then it is empty."""
     try:
-        return ask()[:LONGEST_TEXT]
+        return ask()[:MAX_MESSAGE_LENGTH]
     except BaseException:
         return ""
 
@@ -95,7 +101,9 @@ def _place(error: BaseException) -> str:
 
 
 def _is_theirs(file: str) -> bool:
-    return not (file.startswith((VOZ, IMPORTING[0])) or file.endswith(IMPORTING[1]))
+    return not (
+        file.startswith((VOZ_FOLDER, IMPORT_MACHINERY[0])) or file.endswith(IMPORT_MACHINERY[1])
+    )
 
 
 def _shown(file: str, line: int | None) -> str:

@@ -11,7 +11,7 @@ from voz.hearing.sound_watch import ONLY_SILENCE, SilenceCheck
 from voz.inbox import Inbox
 from voz.language.generated.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.ros1.control_loop import drive
+from voz.ros1.control_loop import run_node_session
 from voz.ros1.node import Ros1Node
 from voz.ros1.node_program import run_node
 from voz.ros1.node_replies import replies
@@ -21,12 +21,12 @@ from voz.run.command_check import check_list
 from voz.run.session import warner
 from voz.run.text_commands import TextCommands
 
-STALE = 0.35
-"""Without a word from a recognizer that tells how it is, s; with the beat, half a second."""
+RECOGNIZER_TIMEOUT = 0.35
+"""Limit for messages on `trouble`, s; with the beat, half a second."""
 
 
 class RemoteEars:
-    """What a recognizer publishes, as messages in an inbox, and whether there is one.
+    """Puts what a recognizer publishes into an inbox, and watches the recognizer.
 
     Attributes:
         source: the topic, with its namespace.
@@ -39,9 +39,9 @@ class RemoteEars:
         """Subscribe to it.
 
         Args:
-            topic: of its strings; voz's own tells beside it, on `trouble`, how it is.
+            topic: of its strings; voz's own recognizer reports problems beside it, on `trouble`.
             commands: what has an effect; other strings are logged.
-            inbox: where they go.
+            inbox: gets the commands.
             clock: the time of the run, s.
         """
         from rospy import Subscriber
@@ -57,13 +57,13 @@ class RemoteEars:
         self._state = Subscriber(f"{self.source.rpartition('/')[0]}/trouble", String, self._note)
 
     def trouble(self, moving: bool) -> str | None:
-        """Tell why nothing is heard right now; None if all is well."""
+        """Return why nothing is heard right now; None if all is well."""
         # rospy keeps the connections of a publisher that was killed, to try them again: they have
         # no socket then.
         if not any(connection.socket for connection in self._words.impl.connections):
             self._told = None  # the next one may be another
             return f"no recognizer publishes on {self.source}"
-        if self._told is not None and time.monotonic() - self._told > STALE:
+        if self._told is not None and time.monotonic() - self._told > RECOGNIZER_TIMEOUT:
             return "the recognizer does not answer"
         silent = self._silence.trouble(self._problem == ONLY_SILENCE, moving)
         return silent or (self._problem if self._problem != ONLY_SILENCE else None) or None
@@ -76,27 +76,29 @@ class RemoteEars:
         self._told = time.monotonic()
 
 
-def plain(table: CommandTable) -> Commands:
-    """All commands of the table, as a list: any recognizer may publish them."""
+def all_commands(table: CommandTable) -> Commands:
+    """Return all commands of the table: any recognizer may publish them."""
     return plain_commands(sorted({name for names in table.sets.values() for name in names}))
 
 
-def control(node: Ros1Node) -> None:
+def run_control_voz(node: Ros1Node) -> None:
     """Drive until the node is ended."""
     settings = read_settings()
     table = settings.table
     inbox = Inbox(table.halts)
     clock = WallClock(inbox)
-    commands = read_commands(find_language(settings.lm)) if settings.lm else plain(table)
+    commands = read_commands(find_language(settings.lm)) if settings.lm else all_commands(table)
     check_list(commands, table, settings.lm or "the table of commands")
     ears = RemoteEars(settings.ros1.recognizer_output, commands, inbox, clock.now)
     with replies(settings.speech, table.replies, warner(inbox, clock)) as speech:
-        drive(node, settings, ears, speech.receivers, inbox=inbox, clock=clock, says_heard=False)
+        run_node_session(
+            node, settings, ears, speech.receivers, inbox=inbox, clock=clock, says_heard=False
+        )
 
 
 def main() -> NoReturn:
     """Run the node."""
-    run_node("control_voz", control)
+    run_node("control_voz", run_control_voz)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Asks the ROS master, with a time limit: rospy itself waits for one for ever."""
+"""Calls the ROS master, with a time limit; rospy itself waits for ever."""
 
 from __future__ import annotations
 
@@ -11,48 +11,39 @@ from urllib.parse import urlsplit
 
 from voz.errors import ConfigError
 
-PATIENCE = 1.0
-"""For an answer, s; a master that is there takes a thousandth of it."""
+MASTER_TIMEOUT = 1.0
+"""Limit for an answer, s; a master takes a thousandth of it."""
 
 
 def master_uri() -> str:
-    """Where the master is to be."""
+    """Return the address of the master."""
     return os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
 
 
 def check_namespace() -> None:
-    """Refuse a namespace that no master takes: with one of those rospy never begins or ends.
-
-    Raises:
-        ConfigError: it cannot be.
-    """
+    """Raise ConfigError for an invalid namespace, with which rospy never starts or ends."""
     said = os.environ.get("ROS_NAMESPACE", "")
     if not re.fullmatch(r"(/?[A-Za-z]\w*(/\w+)*)?/?", said, re.ASCII):
         raise ConfigError(f"ROS_NAMESPACE is {said!r}: set it to a name like /robot1")
 
 
-def ask(method: str, *arguments: str, patience: float = PATIENCE) -> Any:
-    """Call a method of the master's.
-
-    Args:
-        method: one of https://wiki.ros.org/ROS/Master_API.
-        arguments: what it takes, the caller's name first.
-        patience: how long to wait for the answer, s.
+def ask(method: str, *arguments: str, timeout: float = MASTER_TIMEOUT) -> Any:
+    """Call a method of https://wiki.ros.org/ROS/Master_API, the caller's name first.
 
     Returns:
-        Its value; None if the master refuses, as it does for a node that it does not know.
+        Its value; None if the master refuses, as for an unknown node.
 
     Raises:
-        OSError: there is no master, or it does not answer.
+        OSError: there is no master, or it does not answer within `timeout` s.
     """
     uri = master_uri()
     if not _is_address(uri):
-        raise OSError("ROS_MASTER_URI is no address like http://localhost:11311")
+        raise OSError("invalid ROS_MASTER_URI; set it to an address like http://localhost:11311")
     try:
-        with xmlrpc.client.ServerProxy(uri, _Transport(patience)) as master:
+        with xmlrpc.client.ServerProxy(uri, _Transport(timeout)) as master:
             code, _, value = getattr(master, method)(*arguments)
     except (xmlrpc.client.Error, http.client.HTTPException, ValueError, TypeError) as error:
-        raise OSError("what answers there is no ROS master") from error
+        raise OSError("the server there is not a ROS master") from error
     return value if code == 1 else None
 
 
@@ -67,11 +58,11 @@ def _is_address(uri: str) -> bool:
 class _Transport(xmlrpc.client.Transport):
     """HTTP that gives up after a time."""
 
-    def __init__(self, patience: float) -> None:
+    def __init__(self, timeout: float) -> None:
         super().__init__()
-        self._patience = patience
+        self._timeout = timeout
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
-        connection.timeout = self._patience
+        connection.timeout = self._timeout
         return connection

@@ -1,4 +1,4 @@
-"""This process as a ROS 1 node: how it begins, how it notices that ROS is gone, how it ends."""
+"""This process as a ROS 1 node: its start, its watch over the master, its end."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from voz.errors import RobotError
 from voz.ros1.master import ask, check_namespace, master_uri
 
-LOOK = 0.1
-"""How often the master is asked, s; with a beat of 0.1 s the robot stops in less than 0.5 s."""
+MASTER_CHECK_INTERVAL = 0.1
+"""Time between two calls of the master, s; without it the robot stops in less than 0.5 s."""
 
-ON_THE_WIRE = 0.2
-"""For the last messages to leave, s: rospy sends them on threads that nobody can wait for."""
+SENDING_TIME = 0.2
+"""Time for the last messages to leave, s: rospy sends them on threads that cannot be joined."""
 
 
 class Ros1Node:
-    """A ROS node for the length of a `with` block; there is one in a process.
+    """A ROS node for the length of a `with` block, one for each process.
 
     Attributes:
         name: its full name, with its namespace.
@@ -32,8 +32,8 @@ class Ros1Node:
             arguments: those of the process, for remappings and private parameters.
 
         Raises:
-            RobotError: rospy is not there, or no master.
-            ConfigError: the namespace cannot be.
+            RobotError: there is no rospy or no master.
+            ConfigError: the namespace is invalid.
         """
         rospy = load_rospy()
         check_namespace()
@@ -48,7 +48,7 @@ class Ros1Node:
             # Signals are ours: they end the run by a message, and that stops the robot.
             rospy.init_node(name, argv=["voz", *arguments], disable_signals=True)
         except (rospy.ROSException, ValueError) as error:
-            raise RobotError(f"the ROS node {name} cannot be ({error}); correct it") from error
+            raise RobotError(f"invalid ROS node name: {name} ({error})") from error
         self.name: str = rospy.get_name()
         self._rospy = rospy
         self._problem: str | None = None
@@ -71,24 +71,24 @@ class Ros1Node:
         """Tell why ROS cannot be reached now; None if all is well."""
         return "the ROS node was ended" if self.over else self._problem
 
-    def before_the_end(self, act: Callable[[], None]) -> None:
-        """Let something be done when somebody ends the node, while messages can still be sent."""
+    def on_shutdown(self, act: Callable[[], None]) -> None:
+        """Call `act` when somebody ends the node, while messages can still be sent."""
 
         def last() -> None:
             act()
-            self._ended.wait(ON_THE_WIRE)
+            self._ended.wait(SENDING_TIME)
 
         self._rospy.on_shutdown(last)
 
     def close(self) -> None:
-        """Leave ROS, when what was published last is on the wire."""
-        self._ended.wait(ON_THE_WIRE)
+        """Leave ROS after the last messages were sent."""
+        self._ended.wait(SENDING_TIME)
         self._ended.set()
         self._rospy.signal_shutdown("voz ends")
 
     def _look(self) -> None:
-        """Ask the master again and again; one that was started anew is told of the node."""
-        while not self._ended.wait(LOOK) and not self.over:
+        """Call the master again and again, and register with one that was started again."""
+        while not self._ended.wait(MASTER_CHECK_INTERVAL) and not self.over:
             try:
                 known = ask("lookupNode", self.name, self.name)
                 if known is None and not self.over:
@@ -112,7 +112,7 @@ def load_rospy() -> Any:
 
 
 def _register_again() -> None:
-    """Tell a new master all that the node publishes, subscribes and serves, as rospy does once."""
+    """Register all topics and services with a new master; rospy does so only once."""
     from rospy.impl import registration
     from rospy.topics import get_topic_manager
 

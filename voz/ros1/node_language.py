@@ -1,4 +1,4 @@
-"""Which language files a node uses: its command list, its `~lm` and `~dict`, or voz's own."""
+"""The language files of a node: by `~commands`, by `~lm` and `~dict`, or voz's own."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from voz.language.other_languages import configured_language
 from voz.ros1.parameters import text
 from voz.settings import SpokenLanguage
 
-OF_LMTOOL = (
+LMTOOL_HINT = (
     "name the files of one lmtool run, with the .sent beside the .lm, or give ~commands instead"
 )
 
@@ -31,12 +31,12 @@ def find_or_make_language(
     """Find the language files by the node's parameters, or make them.
 
     Args:
-        settings_lm: the folder that voz.toml names, if it does.
-        folder: an empty folder for what is made.
+        settings_lm: the folder that voz.toml names.
+        folder: an empty folder for new files.
         spoken: the language that voz.toml names; None is English.
 
     Returns:
-        The files, and what there is to warn of.
+        The files, and warnings.
 
     Raises:
         VozError: they cannot be used.
@@ -46,30 +46,30 @@ def find_or_make_language(
         given = read_list(Path(commands), configured_language(spoken) if spoken else None)
         return LanguageFiles(folder), build(Path(commands), folder, given).warnings
     if lm and dictionary:
-        return adopted(Path(lm), Path(dictionary), folder), ()
+        return import_lmtool_files(Path(lm), Path(dictionary), folder), ()
     if dictionary or (lm and Path(lm).is_file()):
         raise LanguageError("~lm and ~dict are both needed: set them, or ~commands alone")
     return find_language(lm or settings_lm), ()
 
 
-def adopted(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:
-    """Take over a model and a dictionary as the online lmtool made them, which writes upper case.
+def import_lmtool_files(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:
+    """Convert a model and a dictionary of the online lmtool, which are in upper case.
 
     Args:
         lm: the ARPA model; a `.sent` of the same name is beside it, with its sentences.
         dictionary: the pronunciations.
-        folder: where the files are copied to, with the names that voz uses.
+        folder: gets the files, with voz's names.
 
     Raises:
         LanguageError: one of them cannot be read.
     """
     files = LanguageFiles(folder)
     sent = lm.with_suffix(".sent")
-    sentences = parse_sentences(_read(sent), sent, OF_LMTOOL)
-    words = parse_dictionary(_upper_phones(_read(dictionary)), dictionary, OF_LMTOOL)
+    sentences = parse_sentences(_read(sent), sent, LMTOOL_HINT)
+    words = parse_dictionary(_upper_phones(_read(dictionary)), dictionary, LMTOOL_HINT)
     model = _read(lm)
-    check_words(sentences, words, sent, OF_LMTOOL)
-    check_model(model, words, lm, OF_LMTOOL)
+    check_words(sentences, words, sent, LMTOOL_HINT)
+    check_model(model, words, lm, LMTOOL_HINT)
     _write(files.sentences, "".join(f"<s> {sentence} </s>\n" for sentence in sentences))
     _write(files.lm, model)
     _write(files.dictionary, "".join(f"{w}\t{' '.join(phones)}\n" for w, phones in words.items()))
@@ -79,7 +79,7 @@ def adopted(lm: Path, dictionary: Path, folder: Path) -> LanguageFiles:
 
 def _read(path: Path) -> str:
     """Read a file of lmtool, whose words are in upper case."""
-    return read_plain_text(path, OF_LMTOOL).lower()
+    return read_plain_text(path, LMTOOL_HINT).lower()
 
 
 def _upper_phones(text: str) -> str:

@@ -1,4 +1,4 @@
-"""The microphone of a node: everything that its parameters say, ready to listen."""
+"""The microphone and recognizer of a node, by its parameters."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def make_hearing(
     """Read the node's parameters and load the recognizer; its `with` block listens.
 
     Args:
-        settings: how it is recognized, and whether while the robot speaks.
-        inbox: where what is heard goes.
+        settings: how to recognize, and whether while the robot speaks.
+        inbox: gets what is heard.
         clock: the time of the run, s.
-        loudspeaker: what this process lets the robot say, which the microphone hears too.
+        loudspeaker: of this process, which the microphone hears too.
 
     Raises:
         VozError: the language files cannot be used.

@@ -1,4 +1,4 @@
-"""How each node's program begins and ends: one line for what is wrong, and zero velocity last."""
+"""Start and end of each node's program: one line for an error, and zero velocity last."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
     """Run a node until a signal or `rosnode kill` ends it, both of which are a good end.
 
     Args:
-        name: of the node, unless it is given another on the command line.
-        work: what it does.
+        name: of the node, unless the command line has another.
+        work: what the node does.
     """
     signals.install(shell_exit_code=False)
     set_up()

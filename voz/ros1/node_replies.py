@@ -1,11 +1,11 @@
-"""Who says the robot's replies and plays its sounds: voz, or whoever listens on `robotsound`."""
+"""The robot's replies and sounds: played by voz, or by a node that reads `robotsound`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from msgspec.structs import replace
 
@@ -16,13 +16,9 @@ from voz.run.session import replies_to, speaking
 from voz.settings import Speech
 
 
-class Replies(NamedTuple):
-    """How the replies are said.
-
-    Attributes:
-        receivers: what says the replies and plays the sounds among the events, if anybody does.
-        loudspeaker: what this process gives out, if it does.
-    """
+@dataclass(frozen=True)
+class Replies:
+    """Receivers that play replies and sounds, and the loudspeaker of this process if it does."""
 
     receivers: list[Receiver]
     loudspeaker: Mixer | None = None
@@ -35,9 +31,9 @@ def replies(
     """Let the replies be said, by `~sound`: `voz`, `ros` or `none`.
 
     Args:
-        settings: whose voice, and whether at all.
-        prepared: replies to be rendered beforehand.
-        warn: takes what goes wrong, on any thread.
+        settings: the voice.
+        prepared: replies to render beforehand.
+        warn: called with problems, on any thread.
     """
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "ros":

@@ -9,11 +9,11 @@ from typing import Any
 from voz.control.bounded_motion import Place
 from voz.simulation.world import WorldState
 
-ODOM, BASE = "odom", "base_link"
+ODOM_FRAME, BASE_FRAME = "odom", "base_link"
 """The frames; the first has its origin in a corner of the room."""
 
-LATELY = 0.5
-"""Odometry that is older is none, s."""
+ODOMETRY_TIMEOUT = 0.5
+"""Odometry older than this, s, is not used."""
 
 
 class Ros1OdometryPublisher:
@@ -28,7 +28,7 @@ class Ros1OdometryPublisher:
         self._tf = Publisher("/tf", TFMessage, queue_size=10)
 
     def publish(self, state: WorldState) -> None:
-        """Tell where the robot is now."""
+        """Publish a state of now."""
         from rospy import Time
         from tf2_msgs.msg import TFMessage
 
@@ -41,8 +41,8 @@ def _odometry(state: WorldState, now: Any) -> Any:
     from nav_msgs.msg import Odometry
 
     message = Odometry()
-    message.header.stamp, message.header.frame_id = now, ODOM
-    message.child_frame_id = BASE
+    message.header.stamp, message.header.frame_id = now, ODOM_FRAME
+    message.child_frame_id = BASE_FRAME
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     position.x, position.y = state.pose.x, state.pose.y
     orientation.z, orientation.w = state.pose.quaternion()
@@ -55,8 +55,8 @@ def _transform(state: WorldState, now: Any) -> Any:
     from geometry_msgs.msg import TransformStamped
 
     message = TransformStamped()
-    message.header.stamp, message.header.frame_id = now, ODOM
-    message.child_frame_id = BASE
+    message.header.stamp, message.header.frame_id = now, ODOM_FRAME
+    message.child_frame_id = BASE_FRAME
     place, rotation = message.transform.translation, message.transform.rotation
     place.x, place.y = state.pose.x, state.pose.y
     rotation.z, rotation.w = state.pose.quaternion()
@@ -64,7 +64,7 @@ def _transform(state: WorldState, now: Any) -> Any:
 
 
 class Ros1OdometryListener:
-    """Knows where a base says that it is, as long as it says so, and how fast it is."""
+    """Receives the odometry of a base."""
 
     def __init__(self, topic: str) -> None:
         """Subscribe to the topic of its `nav_msgs/Odometry`."""
@@ -75,13 +75,13 @@ class Ros1OdometryListener:
         Subscriber(topic, Odometry, self._note, queue_size=1)
 
     def newest(self) -> tuple[float, Any] | None:
-        """What it last said, and when by the monotonic clock, s; None if nothing."""
+        """The last message and its time by the monotonic clock, s."""
         return self._newest
 
     def place(self) -> Place | None:
-        """Where it is; None if it did not say so lately."""
+        """Where the base is; None without recent odometry."""
         newest = self._newest
-        if newest is None or time.monotonic() - newest[0] >= LATELY:
+        if newest is None or time.monotonic() - newest[0] >= ODOMETRY_TIMEOUT:
             return None
         pose = newest[1].pose.pose
         heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)

@@ -9,7 +9,7 @@ from voz.config import Config, load_config, overridden
 from voz.errors import ConfigError, RobotError
 from voz.ros1.node import load_rospy
 
-YES, NO = ("true", "1", "yes"), ("false", "0", "no")
+TRUE_WORDS, FALSE_WORDS = ("true", "1", "yes"), ("false", "0", "no")
 
 
 def text(name: str) -> str | None:
@@ -31,14 +31,14 @@ def number(name: str) -> float | None:
     try:
         return None if value is None else float(value)
     except ValueError:
-        raise ConfigError(f"~{name}: {value} is no number; correct the parameter") from None
+        raise ConfigError(f"~{name}: {value} is not a number; correct the parameter") from None
 
 
 def switch(name: str) -> bool | None:
     """Read a parameter that is true or false; raises ConfigError if it is neither."""
     value = text(name)
-    if value is None or value.lower() in YES + NO:
-        return None if value is None else value.lower() in YES
+    if value is None or value.lower() in TRUE_WORDS + FALSE_WORDS:
+        return None if value is None else value.lower() in TRUE_WORDS
     raise ConfigError(f"~{name}: {value} is neither true nor false; correct the parameter")
 
 

@@ -21,7 +21,7 @@ from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
 from voz.run.session import raise_if_any
 
-BEAT = 0.1
+TROUBLE_INTERVAL = 0.1
 """How often `~trouble` says that all is well, s."""
 
 STOPPED = "the recognizer was stopped by its service"
@@ -77,7 +77,7 @@ def recognize(node: Ros1Node) -> None:
         trouble = rospy.Publisher("~trouble", String, queue_size=1)
         rospy.Service("~start", Empty, _service(ears.start))
         rospy.Service("~stop", Empty, _service(ears.stop))
-        node.before_the_end(lambda: inbox.put(End()))
+        node.on_shutdown(lambda: inbox.put(End()))
         log = parts.enter_context(logged(inbox.put))
         parts.enter_context(defer_signals(lambda: inbox.put(End())))
         told, due = "", 0.0
@@ -85,7 +85,7 @@ def recognize(node: Ros1Node) -> None:
             taken = clock.take(due)
             if taken is None:
                 told = _tell(told, ears.trouble(), trouble, log, clock.now())
-                due = clock.now() + BEAT
+                due = clock.now() + TROUBLE_INTERVAL
             elif isinstance(taken.message, End):
                 raise_if_any(taken.message.error)
                 return

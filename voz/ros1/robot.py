@@ -1,4 +1,4 @@
-"""A robot that is driven by ROS 1: publishes the velocity, the selected object, what was heard."""
+"""A robot on ROS 1: publishes velocity, selected object, commands and odometry."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Ros1Robot(Robot):
     """Publishes the events on topics.
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
-    as `std_msgs/String` in lower case on `recognizer/output`; where a simulated robot is, as `odom`
-    and `tf`. Where it stops, an empty `actionlib_msgs/GoalID` cancels what drives beside it.
+    as `std_msgs/String` in lower case on `recognizer/output`; the place of a simulated robot as
+    `odom` and `tf`. A stop cancels the goals of other programs by an empty `actionlib_msgs/GoalID`.
     """
 
     def __init__(
@@ -38,10 +38,10 @@ class Ros1Robot(Robot):
 
         Args:
             settings: the names of the topics.
-            node: the process's node; None makes one, and ends it in the end.
+            node: the process's node; None makes one.
             arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
-            says_heard: whether what is obeyed is published, or comes from that topic.
-            table: what commands publish besides, and which of them stop the robot.
+            says_heard: False if the commands come from that topic.
+            table: the commands' own topics, and which commands stop the robot.
         """
         self._table = table or default_commands()
         self._others: dict[str, Any] = {}
@@ -60,7 +60,7 @@ class Ros1Robot(Robot):
         self._goals: list[Any] = []
 
     def open(self) -> None:
-        """Join ROS and tell it what will be published; raises RobotError if there is no master."""
+        """Join ROS and advertise the topics; raises RobotError if there is no master."""
         self._node = self._node or Ros1Node(self._settings.node, self._arguments)
         from actionlib_msgs.msg import GoalID
         from rospy import Publisher
@@ -78,10 +78,10 @@ class Ros1Robot(Robot):
             self._odometry = Ros1OdometryPublisher()
         else:
             self._base = Ros1OdometryListener(names.odom)
-        self._node.before_the_end(self._stop)
+        self._node.on_shutdown(self._stop)
 
     def receive(self, event: Event) -> None:
-        """Publish an event; this never waits for anybody. While ROS is lost, zero goes out."""
+        """Publish an event without waiting; while ROS is lost, zero velocity."""
         if isinstance(event, Twist):
             with self._lock:
                 if self._ended:
@@ -122,7 +122,7 @@ class Ros1Robot(Robot):
                 self._cancel_goals()
 
     def _cancel_goals(self) -> None:
-        """Cancel all goals of those that drive beside voz."""
+        """Cancel all goals of other programs."""
         for goals in self._goals:
             goals.publish()  # no goal's name means all
 
@@ -131,12 +131,12 @@ class Ros1Robot(Robot):
 
 
 class Ros1Watchdog(Robot):
-    """Stops a robot of ROS 1 from a process besides the one that drives it: a node of its own."""
+    """A node in another process, which can only stop the robot."""
 
-    def __init__(self, order: RobotSpec) -> None:
-        """Prepare to publish, on the same topic as the robot that the order names."""
-        self._settings = order.settings.ros1
-        self._arguments = order.arguments
+    def __init__(self, spec: RobotSpec) -> None:
+        """Prepare to publish, on the same topic as the robot that the spec names."""
+        self._settings = spec.settings.ros1
+        self._arguments = spec.arguments
 
     def open(self) -> None:
         """Join ROS; raises RobotError if there is no master."""
@@ -149,7 +149,7 @@ class Ros1Watchdog(Robot):
             self._topic.publish(velocity(event.linear, event.angular))
 
     def lost(self) -> str | None:
-        """Tell if somebody ended the node; without a master it can still reach the base."""
+        """Return why it cannot stop the base; it can without a master."""
         return "its node was ended" if self._node.over else None
 
     def close(self) -> None:
@@ -158,14 +158,14 @@ class Ros1Watchdog(Robot):
 
 
 def _message(kind: type) -> Any:
-    """What holds a value of a type in ROS."""
+    """Return the ROS message for values of a type."""
     from std_msgs import msg
 
     return {bool: msg.Bool, int: msg.Int32, float: msg.Float64, str: msg.String}[kind]
 
 
 def velocity_topic(names: Ros1) -> Any:
-    """What publishes velocities."""
+    """Return the publisher of velocities."""
     from geometry_msgs.msg import Twist as Velocity
     from rospy import Publisher
 
@@ -175,7 +175,7 @@ def velocity_topic(names: Ros1) -> Any:
 
 
 def velocity(linear: float, angular: float) -> Any:
-    """A velocity as a message, from m/s and rad/s."""
+    """Return the message of a velocity in m/s and rad/s."""
     from geometry_msgs.msg import Twist as Velocity
 
     message = Velocity()

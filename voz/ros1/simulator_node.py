@@ -13,7 +13,7 @@ from voz.ros1.node_program import clock_from_now, run_node
 from voz.ros1.odometry import Ros1OdometryPublisher
 from voz.ros1.parameters import read_settings
 
-PERIOD = 0.05
+ODOMETRY_PERIOD = 0.05
 """How often `odom` and `tf` go out, s."""
 
 
@@ -40,7 +40,7 @@ def simulate(node: Ros1Node) -> None:
     odometry = Ros1OdometryPublisher()
     due = 0.0
     while not node.over:
-        due = max(due + PERIOD, clock())  # what was missed is left out
+        due = max(due + ODOMETRY_PERIOD, clock())  # what was missed is left out
         while (left := due - clock()) > 0:
             try:
                 robot.receive(inbox.get(timeout=left))

@@ -20,7 +20,7 @@ from voz.ros1.sound_request import (
 )
 from voz.speech.sound_client import SoundClient
 
-LOOK = 0.2
+END_CHECK_INTERVAL = 0.2
 """How often the end is looked for, s."""
 
 
@@ -36,7 +36,7 @@ def obey(client: SoundClient, request: Any) -> None:
     """
     sound, command, volume = request.sound, request.command, request.volume
     if command not in (STOP, ONCE, START):
-        raise VozError(f"{command} is no command for a sound; give 0, 1 or 2")
+        raise VozError(f"{command} is not a sound command; give 0, 1 or 2")
     if sound == SAY:
         voice = request.arg2.removeprefix("voice_")
         if command == STOP:
@@ -77,7 +77,7 @@ def soundplay(node: Ros1Node) -> None:
     try:
         Subscriber(TOPIC, sound_request(), receive)
         while not node.over:
-            ended.wait(LOOK)
+            ended.wait(END_CHECK_INTERVAL)
     finally:
         client.close()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 from voz.inbox import Inbox
-from voz.ros1.control_loop import drive
+from voz.ros1.control_loop import run_node_session
 from voz.ros1.node import Ros1Node
 from voz.ros1.node_microphone import make_hearing
 from voz.ros1.node_program import run_node
@@ -16,7 +16,7 @@ from voz.run.command_check import check_list
 from voz.run.session import warner
 
 
-def listen_and_drive(node: Ros1Node) -> None:
+def run_voz(node: Ros1Node) -> None:
     """Drive by the microphone until the node is ended."""
     settings = read_settings()
     table = settings.table
@@ -27,12 +27,14 @@ def listen_and_drive(node: Ros1Node) -> None:
         make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
         check_list(hearing.commands, table, "the list of commands")
-        drive(node, settings, hearing, speech.receivers, inbox=inbox, clock=clock, says_heard=True)
+        run_node_session(
+            node, settings, hearing, speech.receivers, inbox=inbox, clock=clock, says_heard=True
+        )
 
 
 def main() -> NoReturn:
     """Run the node."""
-    run_node("voz", listen_and_drive)
+    run_node("voz", run_voz)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ try:
 except ImportError as error:
     raise RobotError(f"ROS 2 needs cyclonedds ({error}); {how_to_install('ros2')}") from error
 
-from voz.ros2.other_recognizer import HEARD_ON_ROS, heard_on_ros
+from voz.ros2.other_recognizer import ROS2_SOURCE, listen_to_recognizer
 from voz.ros2.robot import Ros2Robot
 
-__all__ = ["HEARD_ON_ROS", "Ros2Robot", "heard_on_ros"]
+__all__ = ["ROS2_SOURCE", "Ros2Robot", "listen_to_recognizer"]

@@ -1,7 +1,4 @@
-"""Lets a process of its own try what the environment says to Cyclone, which aborts its process.
-
-It does so for a peer whose name is unknown, and complains of other things on standard error.
-"""
+"""Tries Cyclone's settings in another process: Cyclone aborts for a peer with an unknown name."""
 
 from __future__ import annotations
 
@@ -15,32 +12,29 @@ from voz.errors import ConfigError
 VARIABLES = ("ROS_STATIC_PEERS", "CYCLONEDDS_URI")
 """What users write into Cyclone's configuration; the rest of it is known to be good."""
 
-TRIAL = """
+CHECK_PROGRAM = """
 import resource, sys
 from cyclonedds.domain import Domain
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 Domain(int(sys.argv[1]), sys.argv[2])
 """
 
-PATIENCE = 20.0
-"""For the names to be found, s."""
+CHECK_TIMEOUT = 20.0
+"""Limit for finding the names, s."""
 
 
-def try_out(number: int, configuration: str, environment: Mapping[str, str]) -> None:
-    """Find out whether a domain can be made with what users said of it.
+def check_cyclone(number: int, configuration: str, environment: Mapping[str, str]) -> None:
+    """Raise ConfigError if Cyclone cannot make a domain with the users' environment variables.
 
     Args:
         number: of the domain.
-        configuration: as `cyclone_settings` writes it.
-        environment: where users said it.
-
-    Raises:
-        ConfigError: it cannot be.
+        configuration: of `cyclone_settings`.
+        environment: the variables.
     """
     said = " and ".join(name for name in VARIABLES if environment.get(name))
     if not said:
         return
-    command = [sys.executable, "-c", TRIAL, str(number), configuration]
+    command = [sys.executable, "-c", CHECK_PROGRAM, str(number), configuration]
     try:
         done = subprocess.run(
             command,
@@ -48,17 +42,17 @@ def try_out(number: int, configuration: str, environment: Mapping[str, str]) -> 
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=PATIENCE,
+            timeout=CHECK_TIMEOUT,
         )
     except (OSError, ValueError) as error:  # too long, or with a NUL in it
         raise ConfigError(f"{said} cannot be used ({error}); correct it") from error
     except subprocess.TimeoutExpired as error:
-        raise ConfigError(f"{said}: no answer in {PATIENCE:g} s; correct it") from error
+        raise ConfigError(f"{said}: no answer in {CHECK_TIMEOUT:g} s; correct it") from error
     if done.returncode:
         raise ConfigError(f"{said} cannot be used ({_reason(done.stderr)}); correct it")
 
 
 def _reason(complaint: str) -> str:
-    """Take from the first line what stands behind the time, the domain and the program's name."""
+    """Return the first line without the time, the domain and the program's name."""
     first = complaint.partition("\n")[0]
     return re.sub(r"^[\d.]+ \[\w*\]\s+\S+: ", "", first).strip() or "it ends the process"

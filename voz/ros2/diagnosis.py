@@ -1,4 +1,4 @@
-"""What `/diagnostics` shows: whether all is well, what was heard last, who listens."""
+"""The status on `/diagnostics`: velocity, last command, listeners, trouble."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from voz.ros2.message_types import DiagnosticStatus, KeyValue
 
 OK, WARN = 0, 1
 
-REMEMBERED = 10.0
-"""So long a warning is shown, s; a monitor that looks in now and then sees it too."""
+WARNING_SHOWN_TIME = 10.0
+"""How long a warning is shown, s; a slow monitor sees it too."""
 
 
 class Diagnosis:
-    """Gathers from the events what is worth knowing."""
+    """Makes a status from events."""
 
     def __init__(self) -> None:
         self._velocity = (0.0, 0.0)
@@ -37,15 +37,9 @@ class Diagnosis:
             self._refused += not event.obeyed
 
     def status(self, now: float, listeners: Sequence[str], trouble: str | None) -> DiagnosticStatus:
-        """Put it into words.
-
-        Args:
-            now: the time of the run, s.
-            listeners: who receives the velocities.
-            trouble: what keeps them from it.
-        """
+        """Return the status at a time of the run, s."""
         warning = self._warning
-        if trouble is None and warning and now - warning.t < REMEMBERED:
+        if trouble is None and warning and now - warning.t < WARNING_SHOWN_TIME:
             trouble = warning.text
         linear, angular = self._velocity
         values = {

@@ -1,4 +1,4 @@
-"""How programs of a ROS 2 domain find each other: what the environment says, for Cyclone DDS."""
+"""Discovery in a ROS 2 domain: Cyclone DDS's settings from ROS's environment variables."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from voz.errors import ConfigError
 from voz.files import MAX_SETTINGS_BYTES
 from voz.settings import Ros2
 
-MOST_PROGRAMS = 32
-"""So many programs on one computer find each other without multicast, as in ROS 2's own Cyclone."""
+MAX_LOCAL_PROGRAMS = 32
+"""Programs on one computer that find each other without multicast, as in ROS 2's own Cyclone."""
 
-DIGITS = 20
-"""So many of what is no number are shown; Python itself reads no more than some thousands."""
+MAX_SHOWN_DIGITS = 20
+"""Characters of an invalid number that are shown."""
 
-MAKES = "1.15,1.16"
+IGNORED_VENDORS = "1.15,1.16"
 """Fast DDS and Cyclone, by their vendor numbers. ROS 2 goes by the names of types alone, and what
 Fast DDS tells of a list's type Cyclone cannot read: it would never connect to /diagnostics."""
 
@@ -32,8 +32,10 @@ def domain_number(settings: Ros2, environment: Mapping[str, str]) -> int:
     if settings.domain is not None:
         return settings.domain
     said = environment.get("ROS_DOMAIN_ID") or "0"
-    if not said.isdecimal() or len(said) > DIGITS or int(said) > 232:
-        raise ConfigError(f"ROS_DOMAIN_ID is {said[:DIGITS]!r}: set it to a number from 0 to 232")
+    if not said.isdecimal() or len(said) > MAX_SHOWN_DIGITS or int(said) > 232:
+        raise ConfigError(
+            f"ROS_DOMAIN_ID is {said[:MAX_SHOWN_DIGITS]!r}: set it to a number from 0 to 232"
+        )
     return int(said)
 
 
@@ -57,7 +59,7 @@ def cyclone_settings(environment: Mapping[str, str]) -> str:
         )
     own = environment.get("CYCLONEDDS_URI", "")
     found = _discovery(reach, environment, loopback=not _names_interfaces(own))
-    names = f"<IgnoreTypeInformation>{MAKES}</IgnoreTypeInformation>"
+    names = f"<IgnoreTypeInformation>{IGNORED_VENDORS}</IgnoreTypeInformation>"
     return (
         f"<CycloneDDS><Domain><Compatibility>{names}</Compatibility>{found}</Domain></CycloneDDS>,"
         f"{own}"
@@ -102,6 +104,6 @@ def _discovery(reach: str, environment: Mapping[str, str], loopback: bool) -> st
     return (
         f"{here if reach == 'LOCALHOST' else ''}"
         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-        f"<MaxAutoParticipantIndex>{MOST_PROGRAMS}</MaxAutoParticipantIndex>"
+        f"<MaxAutoParticipantIndex>{MAX_LOCAL_PROGRAMS}</MaxAutoParticipantIndex>"
         f"<Peers>{peers}</Peers></Discovery>"
     )

@@ -1,39 +1,33 @@
-"""Whether anybody receives what is sent: being connected is not enough, someone has to answer."""
+"""Whether subscribers are alive: they must acknowledge messages, a connection is not enough."""
 
 from __future__ import annotations
 
 from collections.abc import Set
 
-PATIENCE = 0.5
-"""Who has acknowledged nothing for so long, s, is not there.
+ACKNOWLEDGE_TIMEOUT = 0.5
+"""A subscriber that acknowledges nothing for this time, s, is gone.
 
-A program that is killed says no goodbye, and DDS itself takes it for alive for 10 or 20 s more.
+DDS itself takes a killed program for alive for 10 to 20 s more.
 """
 
 
-class Audience:
-    """Notes what is not acknowledged; time comes in with each call."""
+class SubscriberLiveness:
+    """Finds subscribers that acknowledge nothing; time comes in with each call."""
 
     def __init__(self) -> None:
         self._asked: float | None = None
         self._silent: Set[int] = frozenset()
 
-    def note(self, now: float, listeners: Set[int], answered: bool) -> None:
-        """Tell how the last message was received.
-
-        Args:
-            now: by any clock, s.
-            listeners: who is connected.
-            answered: whether all of them have acknowledged it.
-        """
+    def update(self, now: float, listeners: Set[int], answered: bool) -> None:
+        """Take note whether all connected listeners have acknowledged the last message."""
         if answered:
             self._asked, self._silent = None, frozenset()
         elif self._asked is None:
             self._asked = now
-        elif now - self._asked >= PATIENCE and not self._silent:
+        elif now - self._asked >= ACKNOWLEDGE_TIMEOUT and not self._silent:
             # It is not known which of them; who comes later is not meant.
             self._silent = frozenset(listeners)
 
-    def present(self, listeners: Set[int]) -> Set[int]:
-        """Those of the connected ones who may be taken for alive."""
+    def alive(self, listeners: Set[int]) -> Set[int]:
+        """Return those of the connected listeners that may be alive."""
         return listeners - self._silent

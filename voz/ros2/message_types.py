@@ -84,7 +84,7 @@ class Float64(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
     data: float64
 
 
-HOLDS: dict[type, Any] = {bool: Bool, int: Int32, float: Float64, str: String}
+MESSAGE_TYPES: dict[type, Any] = {bool: Bool, int: Int32, float: Float64, str: String}
 """What holds a value of a type in ROS."""
 
 

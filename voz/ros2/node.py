@@ -1,4 +1,4 @@
-"""A part of a ROS 2 domain, by Cyclone DDS and with no ROS installed."""
+"""A participant of a ROS 2 domain, by Cyclone DDS, without ROS."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from voz.errors import RobotError
-from voz.ros2.cyclone_check import try_out
+from voz.ros2.cyclone_check import check_cyclone
 from voz.ros2.discovery import cyclone_settings, domain_number
 from voz.ros2.message_types import TYPE_HASHES
 from voz.settings import Ros2
 
 Message = TypeVar("Message", bound=IdlStruct)
 
-QUEUE = 10
+HISTORY_DEPTH = 10
 """Messages kept for a reader that does not keep up; ROS 2's own default."""
 
-MOST_WAITING = 100_000_000
-"""So long a full queue holds up a message, ns; one cycle."""
+MAX_BLOCKING_TIME = 100_000_000
+"""How long a full queue may block a message, ns: one beat."""
 
-RELIABLE = Policy.Reliability.Reliable(max_blocking_time=MOST_WAITING)
+RELIABLE = Policy.Reliability.Reliable(max_blocking_time=MAX_BLOCKING_TIME)
 
-LAST_WORD = 0.3
+FINAL_ACK_TIMEOUT = 0.3
 """How long an end waits for the last velocity to be acknowledged, s."""
 
 _domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
@@ -38,7 +38,7 @@ _domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
 
 
 class _Participant(DomainParticipant):
-    """Keeps its domain, with all that is in it: that ends with the last reference to it."""
+    """Keeps a reference to its domain, which ends with the last one."""
 
     def __init__(self, number: int) -> None:
         self._domain = _domains.get(number) or _domain(number)
@@ -48,7 +48,7 @@ class _Participant(DomainParticipant):
 
 def _domain(number: int) -> Domain:
     configuration = cyclone_settings(os.environ)
-    try_out(number, configuration, os.environ)
+    check_cyclone(number, configuration, os.environ)
     return Domain(number, configuration)
 
 
@@ -56,13 +56,10 @@ class Ros2Node:
     """Makes writers and readers of topics; lives until nobody uses them."""
 
     def __init__(self, settings: Ros2) -> None:
-        """Join the domain.
-
-        Args:
-            settings: which one, and the namespace; what they leave open the environment says.
+        """Join the domain of the settings, or of the environment.
 
         Raises:
-            ConfigError: the environment says what cannot be.
+            ConfigError: an environment variable is invalid.
             RobotError: it cannot be joined.
         """
         self._namespace = settings.namespace
@@ -86,8 +83,8 @@ class Ros2Node:
 
         Args:
             topic: its name.
-            message: what is written.
-            policies: what is offered besides that messages arrive.
+            message: its type.
+            policies: offered besides reliability.
         """
         qos = self._qos(message, *policies)
         return DataWriter(self.participant, self._topic(topic, message), qos)
@@ -100,7 +97,7 @@ class Ros2Node:
         return DataReader(self.participant, self._topic(topic, message), qos)
 
     def any_reader(self, topic: str, message: type[Message]) -> DataReader[Message]:
-        """A reader also of writers that do not promise that all arrives, as those of sensors."""
+        """A reader also of best-effort writers, such as those of sensors."""
         qos = self._qos(message, reliability=Policy.Reliability.BestEffort)
         return DataReader(self.participant, self._topic(topic, message), qos)
 
@@ -124,7 +121,7 @@ class Ros2Node:
     ) -> Qos:
         return Qos(
             reliability,
-            Policy.History.KeepLast(QUEUE),
+            Policy.History.KeepLast(HISTORY_DEPTH),
             # ROS 2 does not read the newer representation.
             Policy.DataRepresentation(use_cdrv0_representation=True),
             Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode()),
@@ -139,7 +136,7 @@ def write(writer: DataWriter[Message], message: Message) -> None:
     """Publish a message.
 
     Raises:
-        RobotError: it cannot be, and not because somebody is slow to read it.
+        RobotError: it cannot be published, other than for a slow reader.
     """
     try:
         writer.write(message)
@@ -151,8 +148,8 @@ def write(writer: DataWriter[Message], message: Message) -> None:
             ) from error
 
 
-def answered(writer: DataWriter[Any], seconds: float) -> bool:
-    """Whether all who listen have acknowledged all messages, at the latest after some seconds."""
+def all_acknowledged(writer: DataWriter[Any], seconds: float) -> bool:
+    """Wait at most some seconds until all readers have acknowledged; return whether they have."""
     try:
         return bool(writer.wait_for_acks(round(seconds * 1e9)))
     except AttributeError:

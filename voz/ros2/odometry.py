@@ -14,33 +14,24 @@ from voz.simulation.world import WorldState
 ODOM = "odom"
 """The topic, and the frame that has its origin in a corner of the room."""
 
-MOST_TAKEN = 100
+MAX_TAKEN = 100
 """Messages at a time; a base sends fewer in a beat."""
 
-LATELY = 0.5
-"""Odometry that is older is none, s."""
+ODOMETRY_TIMEOUT = 0.5
+"""Odometry older than this, s, is not used."""
 
 
 class Ros2OdometryPublisher:
     """Publishes `nav_msgs/Odometry` on `odom` and the transform of the base on `/tf`."""
 
     def __init__(self, node: Ros2Node, base: str) -> None:
-        """Offer the topics.
-
-        Args:
-            node: publishes them.
-            base: the base's own frame.
-        """
+        """Offer the topics; `base` is the frame of the base."""
         self._base = base
         self._odom = node.writer(ODOM, msg.Odometry)
         self._tf = node.writer("/tf", msg.TFMessage)
 
     def publish(self, state: WorldState) -> None:
-        """Tell where the robot is now.
-
-        Raises:
-            RobotError: it cannot be published.
-        """
+        """Publish a state of now; raises RobotError."""
         header = msg.header(ODOM)
         write(self._odom, _odometry(state, header, self._base))
         write(self._tf, msg.TFMessage([_transform(state, header, self._base)]))
@@ -67,33 +58,27 @@ def _rotation(state: WorldState) -> msg.Quaternion:
 
 
 class Ros2OdometryListener:
-    """Knows where a base says that it is, as long as it says so, and how fast it is."""
+    """Receives the odometry of a base."""
 
     def __init__(
         self, node: Ros2Node, topic: str, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Read the topic of its `nav_msgs/Odometry`, whatever quality of service it offers.
-
-        Args:
-            node: reads it.
-            topic: its name.
-            clock: tells when a message came, s.
-        """
+        """Read a topic of `nav_msgs/Odometry`, reliable or not; `clock` returns seconds."""
         self._reader = node.any_reader(topic, msg.Odometry)
         self._clock = clock
         self._newest: tuple[float, msg.Odometry] | None = None
 
     def newest(self) -> tuple[float, msg.Odometry] | None:
-        """What it last said, and when, s; None if nothing. Waits for nothing."""
-        for message in self._reader.take(MOST_TAKEN):
+        """The last message and its time, s, without waiting."""
+        for message in self._reader.take(MAX_TAKEN):
             if isinstance(message, msg.Odometry):  # else it tells that a writer is gone
                 self._newest = self._clock(), message
         return self._newest
 
     def place(self) -> Place | None:
-        """Where it is; None if it did not say so lately. Waits for nothing."""
+        """Where the base is, without waiting; None without recent odometry."""
         newest = self.newest()
-        if newest is None or self._clock() - newest[0] >= LATELY:
+        if newest is None or self._clock() - newest[0] >= ODOMETRY_TIMEOUT:
             return None
         pose = newest[1].pose.pose
         heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)

@@ -1,4 +1,4 @@
-"""Commands that another recognizer publishes as ROS 2 texts; what it hears may drive too."""
+"""Receives commands that another recognizer publishes as ROS 2 strings."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from voz.ros2.message_types import String
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 
-HEARD_ON_ROS = "ros2"
-"""The source of such an utterance. It is not published again, or two programs would never end."""
+ROS2_SOURCE = "ros2"
+"""The source of such an utterance, which is not published again: two programs would never end."""
 
 
 @contextmanager
-def heard_on_ros(
+def listen_to_recognizer(
     settings: Ros2, heard: Callable[[str], None], failed: Callable[[str], None]
 ) -> Iterator[None]:
     """Listen to the topic of commands for the length of a `with` block.
 
     Args:
         settings: the domain and the topic.
-        heard: called with each text, in a thread of its own; not with what this process publishes.
-        failed: called there, too, with a line that says why nothing is heard any more.
+        heard: called with each text of other processes, in another thread.
+        failed: called there with a line, if that thread ends by an error.
 
     Raises:
-        ConfigError: the environment says what cannot be.
+        ConfigError: an environment variable is invalid.
         RobotError: the domain cannot be joined.
     """
     node = Ros2Node(settings)
@@ -49,7 +49,7 @@ def heard_on_ros(
         try:
             _listen(node, reader, end, heard)
         except BaseException as error:  # whatever it is: a `stop` may be lost
-            failed(f"what is published on {settings.output} is heard no more ({error!r})")
+            failed(f"{settings.output} is no longer received ({error!r})")
 
     thread = Thread(target=listen, name="voz-ros2", daemon=True)
     thread.start()

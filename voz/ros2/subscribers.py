@@ -1,4 +1,4 @@
-"""Who listens to a topic: by name, so that a person can tell whether it is the right one."""
+"""The subscribers of a topic, with the names of their nodes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from cyclonedds.pub import DataWriter
 
 from voz.ros2.node import Ros2Node
 
-MOST = 10_000
-"""So many readers in the domain are looked at; a large robot has some hundred."""
+MAX_ENDPOINTS = 10_000
+"""Readers of a domain that are examined; a large robot has some hundred."""
 
-SERVICE = "/describe_parametersRequest"
-"""Each ordinary node reads this below its own name; its names are nowhere else in all of ROS 2."""
+NODE_SERVICE = "/describe_parametersRequest"
+"""Each ROS 2 node reads this topic below its own name, which is nowhere else."""
 
 
 class Endpoints:
@@ -28,25 +28,24 @@ class Endpoints:
         self._gone = ReadCondition(self._endpoints, any_sample | gone)
 
     def all(self) -> list[Any]:
-        """Those that are there now."""
-        self._endpoints.take(MOST, self._gone)  # or they would be kept for ever
-        return list(self._endpoints.read(MOST, self._there))
+        """Return those that are there now."""
+        self._endpoints.take(MAX_ENDPOINTS, self._gone)  # or they would be kept for ever
+        return list(self._endpoints.read(MAX_ENDPOINTS, self._there))
 
     def new(self, most: int) -> list[Any]:
-        """Those that came since the last call, each told once; `all` does not know them then.
+        """Return at most `most` that are new since the last call; `all` leaves them out then.
 
-        Args:
-            most: so many at a time: each takes 0.1 ms, and there may be hundreds.
+        Each takes 0.1 ms, and there may be hundreds.
         """
         self._endpoints.take(most, self._gone)
         return list(self._endpoints.take(most, self._there))
 
     def of(self, topic: str) -> list[Any]:
-        """Those of a topic, by the name that DDS has for it."""
+        """Return those of a topic, by its DDS name."""
         return [one for one in self.all() if one.topic_name == topic]
 
 
-class Listeners:
+class MatchedReaders:
     """The readers that a writer's messages go to."""
 
     def __init__(self, readers: Endpoints, writer: DataWriter[Any]) -> None:
@@ -54,28 +53,24 @@ class Listeners:
         self._readers = readers
 
     def handles(self) -> set[int]:
-        """One number for each listener."""
+        """Return a number for each subscriber."""
         return set(self._writer.get_matched_subscriptions())
 
     def name(self, handle: int) -> str:
-        """The node, or nodes of one process, to which a listener belongs."""
+        """Return the node, or nodes of one process, of a subscriber."""
         listener = self._writer.get_matched_subscription_data(handle)
         if listener is None:
             return "somebody"
         nodes = sorted(
-            reader.topic_name.removeprefix("rq").removesuffix(SERVICE)
+            reader.topic_name.removeprefix("rq").removesuffix(NODE_SERVICE)
             for reader in self._readers.all()
             if reader.participant_key == listener.participant_key
-            and reader.topic_name.endswith(SERVICE)
+            and reader.topic_name.endswith(NODE_SERVICE)
         )
         return " or ".join(nodes) or "a program without a node's name"
 
     def obstacle(self, topic: str) -> str | None:
-        """Why somebody who wants to listen cannot; for when nobody does.
-
-        Args:
-            topic: its name for people.
-        """
+        """Return why a reader of the topic is not matched; `topic` is its name for people."""
         ours = self._writer.topic
         for reader in self._readers.of(ours.name):
             if reader.type_name == ours.typename:

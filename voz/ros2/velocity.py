@@ -1,4 +1,4 @@
-"""The topic of the velocities, and what stops the robot there from another process."""
+"""The velocity topic, and the watchdog that publishes zero on it."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.robot_process import RobotSpec
 from voz.ros2 import message_types as msg
-from voz.ros2.node import LAST_WORD, Ros2Node, answered, write
+from voz.ros2.node import FINAL_ACK_TIMEOUT, Ros2Node, all_acknowledged, write
 from voz.settings import Ros2
 
 DEADLINE = 200_000_000
-"""Between two velocities there is promised to be no more, ns: two beats."""
+"""Promised limit between two velocities, ns: two beats."""
 
 LEASE = 500_000_000
-"""A base that asks for it is told when nobody who could drive it was alive for so long, ns."""
+"""A base that asks for liveliness learns that no writer was alive for this time, ns."""
 
 
-LOOK = 0.02
-"""How often it looks whether somebody listens, s."""
+SUBSCRIBER_CHECK_INTERVAL = 0.02
+"""Time between two looks for a subscriber, s."""
 
-FOUND = 3.0
-"""How long the watchdog waits to be found, s; the robot's own writer was found before it."""
+WATCHDOG_DISCOVERY_TIME = 3.0
+"""How long the watchdog waits for a subscriber, s."""
 
 
 class VelocityTopic:
@@ -37,12 +37,7 @@ class VelocityTopic:
     """
 
     def __init__(self, node: Ros2Node, settings: Ros2) -> None:
-        """Offer the topic.
-
-        Args:
-            node: publishes it.
-            settings: its name and type.
-        """
+        """Offer the topic of the settings."""
         self._settings = settings
         self.writer: DataWriter[Any] = node.writer(
             settings.cmd_vel,
@@ -53,10 +48,10 @@ class VelocityTopic:
         )
 
     def wait_for_listener(self, seconds: float) -> None:
-        """Wait until somebody listens, or for so long, s."""
+        """Wait until there is a subscriber, at most some seconds."""
         until = time.monotonic() + seconds
         while not self.writer.get_matched_subscriptions() and time.monotonic() < until:
-            time.sleep(LOOK)
+            time.sleep(SUBSCRIBER_CHECK_INTERVAL)
 
     def publish(self, event: Twist) -> None:
         """Publish a velocity; raises RobotError as `write` does."""
@@ -68,24 +63,23 @@ class VelocityTopic:
 
 
 class Ros2Watchdog(Robot):
-    """A writer of its own besides the robot's: it can only stop the base.
+    """Another writer of the topic, with the same offers, which can only stop the base.
 
-    It offers what the robot's offers, so that whoever hears that one hears it too. As it is silent
-    for as long as all is well, a base that asks for liveliness sees one writer of two alive.
+    It is silent while all is well: a base that asks for liveliness sees one writer of two alive.
     """
 
-    def __init__(self, order: RobotSpec) -> None:
-        """Prepare to publish where the robot that the order names does."""
-        self._settings = order.settings.ros2
+    def __init__(self, spec: RobotSpec) -> None:
+        """Prepare to publish where the robot that the spec names does."""
+        self._settings = spec.settings.ros2
 
     def open(self) -> None:
-        """Join the domain, and be found by the base; raises RobotError if that fails.
+        """Join the domain, and wait for the base; raises RobotError if that fails.
 
-        What is sent before that is lost, so a run must not drive before.
+        What is sent before is lost, so a run must not begin before.
         """
         self._node = Ros2Node(self._settings)  # it ends with the last reference to it
         self._topic = VelocityTopic(self._node, self._settings)
-        self._topic.wait_for_listener(min(self._settings.wait, FOUND))
+        self._topic.wait_for_listener(min(self._settings.wait, WATCHDOG_DISCOVERY_TIME))
 
     def receive(self, event: Event) -> None:
         """Publish a velocity."""
@@ -94,4 +88,4 @@ class Ros2Watchdog(Robot):
 
     def close(self) -> None:
         """Wait until the last velocity has arrived."""
-        answered(self._topic.writer, LAST_WORD)
+        all_acknowledged(self._topic.writer, FINAL_ACK_TIMEOUT)

@@ -21,8 +21,8 @@ from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
-from voz.robot.user_code import imported
-from voz.robot.user_errors import in_words, is_by_signal
+from voz.robot.user_code import import_target
+from voz.robot.user_errors import describe_error, is_by_signal
 from voz.speech.builtin_sounds import BuiltinSound
 
 MAX_PROGRAMS = 8
@@ -151,7 +151,7 @@ class Programs:
         try:
             self._functions[event.function](*event.arguments)
         except BaseException as error:  # `sys.exit` too
-            return in_words(error)
+            return describe_error(error)
         finally:
             late.cancel()
         return ""
@@ -175,11 +175,13 @@ def _functions(table: CommandTable) -> dict[str, Callable[..., Any]]:
 
 def _imported(target: str, error_at: Callable[[str], ConfigError]) -> Callable[..., Any]:
     try:
-        found = imported(target)
+        found = import_target(target)
     except (Exception, SystemExit) as error:
         if is_by_signal(error):
             raise
-        raise error_at(f"calls {target}, which cannot be imported ({in_words(error)})") from error
+        raise error_at(
+            f"calls {target}, which cannot be imported ({describe_error(error)})"
+        ) from error
     if not callable(found):
         raise error_at(f"calls {target}, which is no function")
     return found  # type: ignore[no-any-return]

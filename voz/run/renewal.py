@@ -10,7 +10,7 @@ from typing import TypeAlias
 from voz.control.table import CommandTable
 from voz.language.generated.language_files import LanguageFiles, list_name
 from voz.recognition.recognizer import Recognizer
-from voz.robot.user_errors import reason
+from voz.robot.user_errors import error_line
 from voz.run.command_check import check_list
 
 RELOAD_CHECK_INTERVAL = 1.0
@@ -57,7 +57,7 @@ def _renew(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, boo
     try:
         recognizer.reload(lambda commands: check_list(commands, table, list_name(files)))
     except Exception as error:  # whatever it is, the next list may be taken
-        warn(f"the new commands are not taken: {reason(error)}", False)
+        warn(f"the new commands are not taken: {error_line(error)}", False)
     else:
         warn(f"there are new commands: {len(recognizer.commands):,} sentences", True)
 

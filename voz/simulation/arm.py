@@ -14,7 +14,7 @@ from voz.simulation.kinematics import Pose2D, wrapped
 SHOULDER_HEIGHT = 0.35
 """Of the shoulder above the floor, m."""
 
-LINK = 0.22
+LINK_LENGTH = 0.22
 """Length of the upper arm and of the forearm, m: short enough to be folded above a small base."""
 
 Point: TypeAlias = tuple[float, float, float]
@@ -34,24 +34,13 @@ FOLDED = Joints(0.0, 2.3, -2.8)
 
 
 def pointing(pose: Pose2D, target: Point) -> Joints:
-    """Stretch the arm towards a place.
-
-    Args:
-        pose: where the robot is.
-        target: where to point, in the room.
-    """
+    """Return the joints of an arm that is stretched towards a point of the room."""
     dx, dy, dz = target[0] - pose.x, target[1] - pose.y, target[2] - SHOULDER_HEIGHT
     return Joints(wrapped(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
 
 
 def turned(joints: Joints, wanted: Joints, most: float) -> Joints:
-    """Turn each joint towards the angle wanted, by no more than so many rad; the pan the short way.
-
-    Args:
-        joints: the angles now.
-        wanted: where they shall be.
-        most: how far a joint turns at most, rad.
-    """
+    """Turn each joint towards its wanted angle by at most `most` rad; the pan the short way."""
 
     def turned(angle: float, wanted: float, by: float) -> float:
         return wanted if abs(by) <= most else angle + copysign(most, by)
@@ -64,20 +53,15 @@ def turned(joints: Joints, wanted: Joints, most: float) -> Joints:
 
 
 def points(pose: Pose2D, joints: Joints) -> tuple[Point, Point, Point]:
-    """Where shoulder, elbow and hand are in the room.
-
-    Args:
-        pose: where the robot is.
-        joints: the angles of its arm.
-    """
+    """Return where shoulder, elbow and hand are in the room."""
     direction = pose.heading + joints.pan
 
     def link(start: Point, elevation: float) -> Point:
-        flat = LINK * cos(elevation)
+        flat = LINK_LENGTH * cos(elevation)
         return (
             start[0] + flat * cos(direction),
             start[1] + flat * sin(direction),
-            start[2] + LINK * sin(elevation),
+            start[2] + LINK_LENGTH * sin(elevation),
         )
 
     shoulder = (pose.x, pose.y, SHOULDER_HEIGHT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, expm1, pi, sin
 from typing import NamedTuple
 
-SETTLED = 0.001
+SETTLED_DIFFERENCE = 0.001
 """A velocity this near (m/s, rad/s) to the one asked for takes it: an exponential never arrives."""
 
 
@@ -24,33 +24,19 @@ class Pose2D(NamedTuple):
 def respond(
     velocity: float, wanted: float, time_constant: float, acceleration: float, dt: float
 ) -> float:
-    """Let a velocity follow the one asked for, as a first-order lag with a limit.
+    """Return a velocity (m/s or rad/s) that follows `wanted` for `dt` s.
 
-    Args:
-        velocity: what it is, m/s or rad/s.
-        wanted: what is asked for.
-        time_constant: after which 63 % of a small difference is made up, s.
-        acceleration: the most that it changes in a second.
-        dt: how much time passes, s.
-
-    Returns:
-        What it is then.
+    It is a first-order lag with a time constant (s) and a maximum acceleration.
     """
     difference, most = wanted - velocity, acceleration * dt
-    if abs(difference) <= min(SETTLED, most):
+    if abs(difference) <= min(SETTLED_DIFFERENCE, most):
         return wanted
     change = -expm1(-dt / time_constant) * difference
     return velocity + max(-most, min(change, most))
 
 
 def along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
-    """Drive along an arc, or along a line if it turns by 0, exactly.
-
-    Args:
-        pose: where it starts.
-        distance: length of the arc, m; below 0 backward.
-        turn: how far it turns to the left on it, rad.
-    """
+    """Move a pose along an arc of a length (m, below 0 backward) that turns left by `turn`, rad."""
     # The chord of the arc, by which it is as exact for a tiny turn as for a large one.
     half = turn / 2
     chord = distance * (sin(half) / half if half else 1.0)
@@ -63,5 +49,5 @@ def along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
 
 
 def wrapped(angle: float) -> float:
-    """Give the same direction as an angle between -pi and pi, rad."""
+    """Return the same angle between -pi and pi, rad."""
     return (angle + pi) % (2 * pi) - pi

@@ -1,4 +1,4 @@
-"""How far a round robot is from what it may not drive into: four walls and a table."""
+"""Distances of a round robot from four walls and a table."""
 
 from __future__ import annotations
 
@@ -20,19 +20,12 @@ class Tabletop(NamedTuple):
 
 
 def gap_to_walls(x: float, y: float, radius: float, room: tuple[float, float]) -> float:
-    """Free way from a circle to the nearest wall, m; below 0 it is in the wall.
-
-    Args:
-        x: center of the circle, m.
-        y: the same.
-        radius: of the circle, m.
-        room: where the far corner is, m; the near one is the origin.
-    """
+    """Distance from a circle to the nearest wall, m; below 0 it is in the wall."""
     return min(x, room[0] - x, y, room[1] - y) - radius
 
 
 def gap_to_table(x: float, y: float, radius: float, table: Tabletop) -> float:
-    """Free way from a circle to the table, m; below 0 it is in the table."""
+    """Distance from a circle to the table, m; below 0 it is in the table."""
     beside_x = max(table.x - x, 0.0, x - table.x - table.width)
     beside_y = max(table.y - y, 0.0, y - table.y - table.depth)
     return hypot(beside_x, beside_y) - radius

@@ -17,36 +17,31 @@ from voz.simulation.kinematics import Pose2D, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 from voz.simulation.simulator_settings import Simulator
 
-OBJECTS = {"beer": 1, "cocacola": 2}
-"""What `selected_object` has for the things on the table."""
+OBJECT_IDS = {"beer": 1, "cocacola": 2}
+"""Their numbers on `selected_object`."""
 
-FOLD = 100
-"""The selected object that means none."""
+FOLD_ARM = 100
+"""The number that folds the arm."""
 
-TOUCH = 0.0001
-"""Nearer than this to a wall or the table, m, the base does not drive towards it."""
+TOUCH_DISTANCE = 0.0001
+"""Nearer than this to a wall or the table, m, the base cannot move towards it."""
 
-AWAY = 0.01
+CLEAR_DISTANCE = 0.01
 """Farther than this from them, m, the next touch is another collision."""
 
-ROUNDING = 1e-9
+ROUNDING_ERROR = 1e-9
 """Driving along a wall changes the distance to it by less than this, m."""
 
-HALVINGS = 30
-"""How often a step is halved to find where it touches: a billionth of it remains."""
+MAX_HALVINGS = 30
+"""Halvings of a step to find where it touches: to a billionth."""
 
 
 class WorldState(msgspec.Struct, frozen=True):
-    """All of the robot at a moment.
+    """The robot at a time `t`, s: forward velocity in m/s, turning to the left in rad/s.
 
     Attributes:
-        t: when it is, s.
-        pose: where the base is.
-        linear: its velocity forward, m/s.
-        angular: its velocity of turning to the left, rad/s.
-        arm: the angles of its joints.
         selected: the object that the arm points at or is turning to; 100 folds it.
-        collided: whether it has touched something and is not away from it yet.
+        collided: whether the base touched something and is not away from it yet.
     """
 
     t: float
@@ -54,7 +49,7 @@ class WorldState(msgspec.Struct, frozen=True):
     linear: float = 0.0
     angular: float = 0.0
     arm: Joints = FOLDED
-    selected: int = FOLD
+    selected: int = FOLD_ARM
     collided: bool = False
 
 
@@ -66,22 +61,12 @@ class Gap(NamedTuple):
 
 
 def start(settings: Simulator) -> WorldState:
-    """Where everything begins: the base at rest, the arm folded."""
+    """Return the state at the start: the base at rest, the arm folded."""
     return WorldState(0.0, Pose2D(*settings.start))
 
 
 def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> WorldState:
-    """Let time pass.
-
-    Args:
-        state: how everything is now.
-        twist: the last velocity that came; when it is too old, the base stops.
-        dt: how much time passes, s; small against the sizes of the room over the velocity.
-        settings: the room and the limits.
-
-    Returns:
-        How everything is then.
-    """
+    """Return the state after `dt` s; a `twist` that is too old stops the base."""
     state = _driven(state, *_obeyed(twist, state.t, settings), dt, settings)
     target = place_of(state.selected, settings)
     wanted = pointing(state.pose, target) if target else FOLDED
@@ -91,20 +76,20 @@ def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> Wor
 def place_of(selected: int, settings: Simulator) -> Point | None:
     """Where a selected object is; None for one that is not in the room, as 100."""
     for name, place in (("beer", settings.beer), ("cocacola", settings.cocacola)):
-        if selected == OBJECTS[name]:
+        if selected == OBJECT_IDS[name]:
             return (*place, settings.table_height)
     return None
 
 
 def gap(pose: Pose2D, settings: Simulator) -> Gap:
-    """How far the base is from a wall or the table, whichever is nearer."""
+    """Return the distance from the base to a wall or the table, whichever is nearer."""
     to_walls = gap_to_walls(pose.x, pose.y, settings.radius, settings.room)
     to_table = gap_to_table(pose.x, pose.y, settings.radius, Tabletop(*settings.table))
     return min(Gap(to_walls, "a wall"), Gap(to_table, "the table"))
 
 
 def _obeyed(twist: Twist, now: float, settings: Simulator) -> tuple[float, float]:
-    """The velocity that the base follows: within its limits, and 0 when nothing came for long."""
+    """The velocity that the base follows: within its limits, and 0 after the timeout."""
     too_old = now - twist.t >= settings.cmd_vel_timeout
     if too_old or not (isfinite(twist.linear) and isfinite(twist.angular)):
         return 0.0, 0.0
@@ -126,20 +111,20 @@ def _driven(
     distance, turn = (state.linear + linear) / 2 * dt, (state.angular + angular) / 2 * dt
     pose = along_arc(state.pose, distance, turn)
     before, after = gap(state.pose, settings).size, gap(pose, settings).size
-    if after < 0 or (after < TOUCH and after < before - ROUNDING):
+    if after < 0 or (after < TOUCH_DISTANCE and after < before - ROUNDING_ERROR):
         pose = _up_to_touch(state.pose, distance, turn, settings)
         return replace(state, pose=pose, linear=0.0, angular=0.0, collided=True)
-    collided = state.collided and after < AWAY
+    collided = state.collided and after < CLEAR_DISTANCE
     return replace(state, pose=pose, linear=linear, angular=angular, collided=collided)
 
 
 def _up_to_touch(pose: Pose2D, distance: float, turn: float, settings: Simulator) -> Pose2D:
     """Where along an arc the base first touches something; it begins where it is free."""
     free, blocked = 0.0, 1.0
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         middle = (free + blocked) / 2
         there = along_arc(pose, distance * middle, turn * middle)
-        if gap(there, settings).size < TOUCH / 2:
+        if gap(there, settings).size < TOUCH_DISTANCE / 2:
             blocked = middle
         else:
             free = middle

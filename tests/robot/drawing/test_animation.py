@@ -12,7 +12,7 @@ from PIL import Image
 
 from voz.errors import ConfigError
 from voz.robot.drawing import check_animation, save_animation
-from voz.robot.drawing.animation import LAST, MOST_IN_GIF, _interval, frames
+from voz.robot.drawing.animation import FINAL_PAUSE, MAX_GIF_FRAMES, _interval, frames
 from voz.robot.simulator import Trip
 
 
@@ -28,7 +28,7 @@ def test_a_gif_is_as_long_as_the_trip_and_ends_with_its_end(short: Trip, tmp_pat
             image.seek(number)
             total += image.info["duration"]
             pictures.append(np.asarray(image.convert("RGB"), int))
-    assert total / 1000 == pytest.approx(short.states[-1].t + LAST, abs=0.11)
+    assert total / 1000 == pytest.approx(short.states[-1].t + FINAL_PAUSE, abs=0.11)
     assert len(pictures) > 15
     assert (pictures[0] != pictures[-1]).any()
 
@@ -41,7 +41,7 @@ def test_an_mp4_is_as_long_as_the_trip(short: Trip, tmp_path: Path) -> None:
     (video,) = json.loads(subprocess.check_output(command))["streams"]
     assert video["pix_fmt"] == "yuv420p"
     assert video["width"] % 2 == video["height"] % 2 == 0
-    assert float(video["duration"]) == pytest.approx(short.states[-1].t + LAST, abs=0.11)
+    assert float(video["duration"]) == pytest.approx(short.states[-1].t + FINAL_PAUSE, abs=0.11)
 
 
 @pytest.mark.slow
@@ -54,14 +54,14 @@ def test_frames_move_while_the_robot_does_and_stand_when_it_stands(short: Trip) 
 
 def test_a_long_trip_has_fewer_frames_and_the_same_speed(short: Trip) -> None:
     hour = replace(short, states=(*short.states, replace(short.states[-1], t=3600.0)))
-    assert _interval(short, MOST_IN_GIF) == 0.1
-    interval = _interval(hour, MOST_IN_GIF)
-    assert (3600 + LAST) / interval <= MOST_IN_GIF
+    assert _interval(short, MAX_GIF_FRAMES) == 0.1
+    interval = _interval(hour, MAX_GIF_FRAMES)
+    assert (3600 + FINAL_PAUSE) / interval <= MAX_GIF_FRAMES
     assert round(interval * 100) == pytest.approx(interval * 100)
 
 
 def test_a_name_that_cannot_be_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ConfigError, match=r"a\.avi: is no name for .* with \.gif or \.mp4$"):
+    with pytest.raises(ConfigError, match=r"a\.avi: not a file name for .* with \.gif or \.mp4$"):
         check_animation(tmp_path / "a.avi")
     check_animation(tmp_path / "a.mp4")
     monkeypatch.setenv("PATH", str(tmp_path))

@@ -7,13 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from voz.robot.drawing.label_placement import NEAR_DISTANCES, Points, Rectangle, Wish, place
+from voz.robot.drawing.label_placement import (
+    NEAR_DISTANCES,
+    LabelRequest,
+    Points,
+    Rectangle,
+    place_labels,
+)
 
 AREA = Rectangle(0, 0, 500, 300)
 NOTHING: Points = np.empty((0, 2))
 
 wishes = st.builds(
-    Wish,
+    LabelRequest,
     st.tuples(st.floats(0, 500), st.floats(0, 300)),
     st.tuples(st.floats(10, 120), st.floats(8, 90)),
     st.booleans(),
@@ -23,10 +29,10 @@ wishes = st.builds(
 @given(st.lists(wishes, max_size=12), st.lists(st.tuples(st.floats(0, 500), st.floats(0, 300))))
 @settings(max_examples=40)
 def test_labels_never_cover_each_other_or_what_is_taken(
-    wishes: list[Wish], points: list[tuple[float, float]]
+    wishes: list[LabelRequest], points: list[tuple[float, float]]
 ) -> None:
     taken, avoid = Rectangle(200, 100, 260, 140), np.reshape(points, (-1, 2))
-    boxes = place(wishes, avoid, [taken], AREA)
+    boxes = place_labels(wishes, avoid, [taken], AREA)
     assert len(boxes) == len(wishes)
     placed = [(wish, box) for wish, box in zip(wishes, boxes, strict=True) if box]
     for wish, box in placed:
@@ -42,25 +48,25 @@ def test_labels_never_cover_each_other_or_what_is_taken(
 
 
 def test_a_label_alone_is_near_what_it_names() -> None:
-    (box,) = place([Wish((250, 150), (80, 20), False)], NOTHING, [], AREA)
+    (box,) = place_labels([LabelRequest((250, 150), (80, 20), False)], NOTHING, [], AREA)
     assert box
     assert box.grown(max(NEAR_DISTANCES)).holds(np.array([[250, 150]])).all()
 
 
 def test_a_label_goes_where_it_covers_nothing() -> None:
     above = np.array([(x, y) for x in range(150, 350, 5) for y in range(155, 300, 5)])
-    (box,) = place([Wish((250, 150), (80, 20), True)], above, [], AREA)
+    (box,) = place_labels([LabelRequest((250, 150), (80, 20), True)], above, [], AREA)
     assert box
     assert box.top < 155
 
 
 def test_a_label_without_a_leader_is_left_out_rather_than_far_away() -> None:
     everywhere = np.array([(x, y) for x in range(0, 500, 5) for y in range(0, 300, 5)])
-    wish = Wish((250, 150), (80, 20), False)
-    assert place([wish], everywhere, [], AREA) == [None]
-    assert place([wish._replace(leader=True)], everywhere, [], AREA) != [None]
+    wish = LabelRequest((250, 150), (80, 20), False)
+    assert place_labels([wish], everywhere, [], AREA) == [None]
+    assert place_labels([wish._replace(leader=True)], everywhere, [], AREA) != [None]
 
 
 def test_what_is_larger_than_the_area_has_no_place() -> None:
-    assert place([Wish((250, 150), (501, 20), True)], NOTHING, [], AREA) == [None]
-    assert place([], NOTHING, [], AREA) == []
+    assert place_labels([LabelRequest((250, 150), (501, 20), True)], NOTHING, [], AREA) == [None]
+    assert place_labels([], NOTHING, [], AREA) == []

@@ -121,7 +121,9 @@ def test_every_room_and_nothing_said_can_be_drawn(
 def test_a_name_that_cannot_be_is_one_line_before_the_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(ConfigError, match=r"a\.jpg: is no name .*; end it with \.png or \.svg$"):
+    with pytest.raises(
+        ConfigError, match=r"a\.jpg: not a file name .*; end it with \.png or \.svg$"
+    ):
         check_picture(tmp_path / "a.jpg")
     (tmp_path / "folder.png").mkdir()
     for path in (tmp_path / "none" / "a.png", tmp_path / "folder.png"):

@@ -23,10 +23,10 @@ def shown(what: RenderableType, width: int, height: int) -> list[str]:
 
 def test_a_trip_fits_the_terminal_and_takes_no_more_lines_than_it_needs(tour: Trip) -> None:
     large = shown(TripView(tour), 200, 100)
-    assert max(map(len, large)) <= room_view.WIDEST
-    assert len(large) == round(room_view.WIDEST * 2 * 1.8 / 2.6 / 4) + 1
+    assert max(map(len, large)) <= room_view.MAX_VIEW_WIDTH
+    assert len(large) == round(room_view.MAX_VIEW_WIDTH * 2 * 1.8 / 2.6 / 4) + 1
     small = shown(TripView(tour), 80, 24)
-    assert len(small) == 24 - room_view.LEFT_FREE
+    assert len(small) == 24 - room_view.FREE_LINES
     assert "B" in "".join(small)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from voz.robot.drawing.trip_marks import (
-    MOST_NUMBERS,
+    MAX_NUMBERED_MARKS,
     distance,
     pointings,
     same_place,
@@ -35,7 +35,7 @@ def test_there_is_a_mark_each_second_while_it_drives(driven: Any) -> None:
 def test_a_long_way_has_fewer_marks(driven: Any) -> None:
     trip = driven(["turn left", *["-"] * 3000, "go forward", "turn left", *["-"] * 3000])
     numbers = [mark for mark in time_marks(trip.states) if mark.text]
-    assert 2 <= len(numbers) <= MOST_NUMBERS + 1
+    assert 2 <= len(numbers) <= MAX_NUMBERED_MARKS + 1
 
 
 def test_what_stands_still_has_no_marks(driven: Any) -> None:

@@ -13,7 +13,7 @@ from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.node import Ros2Node
 from voz.ros2.odometry import Ros2OdometryListener
-from voz.ros2.subscribers import Endpoints, Listeners
+from voz.ros2.subscribers import Endpoints, MatchedReaders
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 
@@ -33,7 +33,7 @@ def find_subscribers(settings: Ros2) -> Subscribers:
     node = Ros2Node(settings)
     velocities = VelocityTopic(node, settings)
     velocities.wait_for_listener(settings.wait)
-    there = Listeners(Endpoints(node), velocities.writer)
+    there = MatchedReaders(Endpoints(node), velocities.writer)
     topic = node.name(settings.cmd_vel)
     names = sorted(there.name(handle) for handle in there.handles())
     obstacle = None if names else there.obstacle(topic)

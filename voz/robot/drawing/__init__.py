@@ -82,7 +82,7 @@ def save_animation(trip: Trip, path: Path) -> None:
 
 def _check(path: Path, endings: tuple[str, str], what: str) -> None:
     if path.suffix.lower() not in endings:
-        raise ConfigError(f"{path}: is no name for {what}; end it with {' or '.join(endings)}")
+        raise ConfigError(f"{path}: not a file name for {what}; end it with {' or '.join(endings)}")
     if find_spec("matplotlib") is None:
         raise ConfigError(f"matplotlib is not installed; {how_to_install('report')}")
     check_writable(path)

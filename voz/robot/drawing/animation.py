@@ -22,16 +22,16 @@ from voz.robot.simulator import Trip
 Frame: TypeAlias = npt.NDArray[np.uint8]
 """Red, green, blue and opacity of each pixel."""
 
-DPI = 90
+ANIMATION_DPI = 90
 """Pixels in an inch: text is legible, and 20 s are not much more than a megabyte."""
 
-LAST = 2.0
+FINAL_PAUSE = 2.0
 """How long the end is shown, s."""
 
-INTERVAL = 0.1
+FRAME_INTERVAL = 0.1
 """From frame to frame, s: so often comes a velocity."""
 
-MOST_IN_GIF, MOST_IN_MP4 = 1200, 12_000
+MAX_GIF_FRAMES, MAX_MP4_FRAMES = 1200, 12_000
 """Frames. Pillow keeps those of a GIF in memory. A longer trip has fewer in a second."""
 
 
@@ -53,13 +53,13 @@ def save(trip: Trip, path: Path) -> None:
 
 def frames(trip: Trip, interval: float) -> Iterator[Frame]:
     """Draw a trip at times that are so many seconds apart, and its end for a while."""
-    scene = Scene(trip, DPI)
+    scene = Scene(trip, ANIMATION_DPI)
     for artist in scene.show(0.0):
         artist.set_animated(True)
     scene.canvas.draw()
     background = scene.canvas.copy_from_bbox(scene.figure.bbox)
     end = trip.states[-1].t
-    for number in range(ceil((end + LAST) / interval)):
+    for number in range(ceil((end + FINAL_PAUSE) / interval)):
         scene.canvas.restore_region(background)
         for artist in scene.show(min(number * interval, end)):
             artist.draw(scene.canvas.get_renderer())
@@ -68,12 +68,12 @@ def frames(trip: Trip, interval: float) -> Iterator[Frame]:
 
 def _interval(trip: Trip, most: int) -> float:
     """Time from frame to frame, s, in hundredths as a GIF counts it."""
-    return max(INTERVAL, ceil((trip.states[-1].t + LAST) / most * 100) / 100)
+    return max(FRAME_INTERVAL, ceil((trip.states[-1].t + FINAL_PAUSE) / most * 100) / 100)
 
 
 def _save_gif(trip: Trip, path: Path) -> None:
-    interval = _interval(trip, MOST_IN_GIF)
-    whole = Scene(trip, DPI)
+    interval = _interval(trip, MAX_GIF_FRAMES)
+    whole = Scene(trip, ANIMATION_DPI)
     whole.show(trip.states[-1].t)
     whole.canvas.draw()
     # All frames have the colours of the last: it shows all that there is.
@@ -93,7 +93,7 @@ def _image(frame: Frame) -> Image.Image:
 
 
 def _save_mp4(trip: Trip, path: Path) -> None:
-    interval = _interval(trip, MOST_IN_MP4)
+    interval = _interval(trip, MAX_MP4_FRAMES)
     pictures = frames(trip, interval)
     first = next(pictures)
     command = [

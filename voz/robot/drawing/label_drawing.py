@@ -13,28 +13,28 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from voz.robot.drawing import shapes
-from voz.robot.drawing.label_placement import Points, Rectangle, Wish, place
+from voz.robot.drawing.label_placement import LabelRequest, Points, Rectangle, place_labels
 from voz.robot.drawing.trip_marks import TimeMark, pointings, same_place
 from voz.robot.simulator import Trip, TripMark
 from voz.simulation.world import place_of
 
-MOST_LINES = 10
+MAX_LABEL_LINES = 10
 """In a label; of more commands in a place it says how many they are."""
 
-MOST_LABELS = 60
+MAX_LABELS = 60
 """So many of the last places have labels at most: far more than there is room for."""
 
 FIGURE_SPACE = "\u2007"
 """As wide as a digit: numbers below each other stand right."""
 
-AIR, FRAME = 1.0, 5.0
+LABEL_PADDING, FRAME_PADDING = 1.0, 5.0
 """Context a label without and with a frame, 1/72 inch."""
 
 
-WALL = 4.0
+WALL_MARGIN = 4.0
 """From the middle of a wall to the nearest label, 1/72 inch."""
 
-BESIDE = 20.0
+UNUSED_MARGIN = 20.0
 """Of the margin on the right, 1/72 inch, nothing is used."""
 
 _SAID: Any = {"color": shapes.SAID, "zorder": 7, "clip_on": False}
@@ -62,7 +62,7 @@ class Label:
         text = "\n".join(line.text for line in lines)
         self._text = axes.text(*self.place, text, va="top", zorder=8, **look)
         self.commands = commands
-        self.air = FRAME if commands else AIR
+        self.air = FRAME_PADDING if commands else LABEL_PADDING
         self.artists: list[Artist] = [self._text]
 
     def size(self, canvas: Any) -> tuple[float, float]:
@@ -115,19 +115,23 @@ def write_along(
     """
     groups = [[TripMark(*dot)] for dot in dots if dot.text]
     labels = [Label(axes, group) for group in groups]
-    said = same_place(trip.said)[-MOST_LABELS:]
+    said = same_place(trip.said)[-MAX_LABELS:]
     labels += [Label(axes, _lines(group), len(group)) for group in said]
     point = canvas.figure.dpi / 72
     on_paper, in_room = partial(_on_paper, axes, point), partial(_in_room, axes, point)
     (left, bottom), (right, top) = on_paper([(0, 0), trip.settings.room])
-    right = max(right, canvas.figure.bbox.width / point - BESIDE)  # beside a narrow room is space
+    right = max(
+        right, canvas.figure.bbox.width / point - UNUSED_MARGIN
+    )  # beside a narrow room is space
     boxes = [Rectangle(*artist.get_window_extent().extents / point) for artist in taken]
     wishes = [
-        Wish(tuple(on_paper(label.place)), label.size(canvas), label.commands > 0)
+        LabelRequest(tuple(on_paper(label.place)), label.size(canvas), label.commands > 0)
         for label in labels
     ]
-    area = Rectangle(left + WALL, bottom + WALL, right - WALL, top - WALL)
-    places = place(wishes, on_paper(_busy(trip)), boxes, area)
+    area = Rectangle(
+        left + WALL_MARGIN, bottom + WALL_MARGIN, right - WALL_MARGIN, top - WALL_MARGIN
+    )
+    places = place_labels(wishes, on_paper(_busy(trip)), boxes, area)
     for label, box in zip(labels, places, strict=True):
         if box is None:
             label.remove()
@@ -155,10 +159,10 @@ def _lines(group: Sequence[TripMark]) -> list[TripMark]:
         mark._replace(text=f"{f'{mark.t:.1f}'.rjust(width, FIGURE_SPACE)} s  {mark.text}")
         for mark in group
     ]
-    if len(lines) <= MOST_LINES:
+    if len(lines) <= MAX_LABEL_LINES:
         return lines
-    first = lines[: MOST_LINES - 1]
-    more = lines[MOST_LINES - 1]
+    first = lines[: MAX_LABEL_LINES - 1]
+    more = lines[MAX_LABEL_LINES - 1]
     return [*first, more._replace(text=f"and {len(lines) - len(first)} more")]
 
 

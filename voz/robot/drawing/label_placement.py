@@ -24,16 +24,16 @@ NEAR_DISTANCES = (4, 6)
 DIRECTIONS = 24
 """In so many directions from it."""
 
-COVERED, CROSSED, MISSING = 12, 60, 10_000
+COVERED_COST, CROSSED_COST, MISSING_COST = 12, 60, 10_000
 """As bad as so much more distance: a point covered, a leader or an anchor crossed, no label."""
 
-NEAR, OWN = 4, 10
+COVER_MARGIN, ANCHOR_MARGIN = 4, 10
 """What is nearer to a label or its leader than this is covered, but for what is at its anchor."""
 
-ROUNDS = 3
+LAYOUT_ROUNDS = 3
 """So often each label looks for a better place, now that the others have theirs."""
 
-HOOK = 20
+MAX_HOOK_OFFSET = 20
 """How far from its corner a leader meets a label at most."""
 
 
@@ -78,10 +78,12 @@ class Rectangle(NamedTuple):
     def hook(self) -> Position:
         """Where its leader ends: at the first line, near the beginning."""
         width, height = self.right - self.left, self.top - self.bottom
-        return self.left + min(width / 2, HOOK), self.top - min(height / 2, HOOK / 2)
+        return self.left + min(width / 2, MAX_HOOK_OFFSET), self.top - min(
+            height / 2, MAX_HOOK_OFFSET / 2
+        )
 
 
-class Wish(NamedTuple):
+class LabelRequest(NamedTuple):
     """A label that looks for its place.
 
     Attributes:
@@ -95,7 +97,7 @@ class Wish(NamedTuple):
     leader: bool
 
 
-class Option(NamedTuple):
+class LabelOption(NamedTuple):
     """A place that a label may have.
 
     Attributes:
@@ -110,7 +112,7 @@ class Option(NamedTuple):
     leader: Points
     around: Rectangle
 
-    def excludes(self, other: Option) -> bool:
+    def excludes(self, other: LabelOption) -> bool:
         """Whether one of them would cover the other, or the line that leads to it."""
         return self.around.meets(other.around) and (
             self.box.meets(other.box)
@@ -119,8 +121,8 @@ class Option(NamedTuple):
         )
 
 
-def place(
-    wishes: Sequence[Wish], avoid: Points, taken: Sequence[Rectangle], area: Rectangle
+def place_labels(
+    wishes: Sequence[LabelRequest], avoid: Points, taken: Sequence[Rectangle], area: Rectangle
 ) -> list[Rectangle | None]:
     """Find a place for each label near what it names.
 
@@ -150,29 +152,31 @@ def place(
     return [option and option.box for option in min(layouts, key=_total)]
 
 
-def _options(wish: Wish, anchors: Points, avoid: Points, area: Rectangle) -> list[Option]:
+def _options(
+    wish: LabelRequest, anchors: Points, avoid: Points, area: Rectangle
+) -> list[LabelOption]:
     """The places that a label may have while there are no others, the best first."""
-    strange = anchors[np.abs(anchors - wish.anchor).max(axis=1) > OWN]
+    strange = anchors[np.abs(anchors - wish.anchor).max(axis=1) > ANCHOR_MARGIN]
     options = [
         _option(wish, box, distance + _harm(wish, box, strange, avoid))
         for distance, box in _around(wish)
         if box.is_within(area)
     ]
-    allowed = inf if wish.leader else COVERED
+    allowed = inf if wish.leader else COVERED_COST
     return sorted((o for o in options if o.cost < allowed), key=lambda option: option.cost)
 
 
-def _option(wish: Wish, box: Rectangle, cost: float) -> Option:
+def _option(wish: LabelRequest, box: Rectangle, cost: float) -> LabelOption:
     """A place and its cost, with what both the label and its leader take up."""
     leader = _leader(wish, box)
     (left, bottom), (right, top) = leader.min(axis=0, initial=inf), leader.max(axis=0, initial=-inf)
     around = Rectangle(
         min(left, box.left), min(bottom, box.bottom), max(right, box.right), max(top, box.top)
     )
-    return Option(cost, box, leader, around)
+    return LabelOption(cost, box, leader, around)
 
 
-def _around(wish: Wish) -> Iterator[tuple[float, Rectangle]]:
+def _around(wish: LabelRequest) -> Iterator[tuple[float, Rectangle]]:
     """Boxes around an anchor, with their distances from it."""
     (x, y), (width, height) = wish.anchor, wish.size
     for distance in DISTANCES if wish.leader else NEAR_DISTANCES:
@@ -182,16 +186,16 @@ def _around(wish: Wish) -> Iterator[tuple[float, Rectangle]]:
             yield distance, Rectangle(left, bottom, left + width, bottom + height)
 
 
-def _harm(wish: Wish, box: Rectangle, strange: Points, avoid: Points) -> float:
+def _harm(wish: LabelRequest, box: Rectangle, strange: Points, avoid: Points) -> float:
     """How bad it is what a label and its leader would cover: anchors of others, and points."""
-    with_air, leader = box.grown(NEAR if wish.leader else 0), _leader(wish, box)
-    near = np.abs(leader - wish.anchor).max(axis=1, initial=0) < OWN
+    with_air, leader = box.grown(COVER_MARGIN if wish.leader else 0), _leader(wish, box)
+    near = np.abs(leader - wish.anchor).max(axis=1, initial=0) < ANCHOR_MARGIN
     covered = int(with_air.holds(avoid).sum()) + _touched(leader[~near], avoid)
     crossed = int(with_air.holds(strange).sum()) + _touched(leader, strange)
-    return COVERED * covered + CROSSED * crossed
+    return COVERED_COST * covered + CROSSED_COST * crossed
 
 
-def _leader(wish: Wish, box: Rectangle) -> Points:
+def _leader(wish: LabelRequest, box: Rectangle) -> Points:
     """Points on the line from an anchor to its label, if there is one."""
     if not wish.leader:
         return np.empty((0, 2))
@@ -203,41 +207,43 @@ def _touched(leader: Points, places: Points) -> int:
     if not (len(leader) and len(places)):
         return 0
     low, high = leader.min(axis=0), leader.max(axis=0)
-    near = places[Rectangle(*low, *high).grown(NEAR).holds(places)]
+    near = places[Rectangle(*low, *high).grown(COVER_MARGIN).holds(places)]
     away = np.abs(leader[:, np.newaxis] - near).max(axis=2)
-    return int((away < NEAR).any(axis=1).sum())
+    return int((away < COVER_MARGIN).any(axis=1).sum())
 
 
-def _layout(options: Sequence[Sequence[Option]], order: Sequence[int]) -> list[Option | None]:
+def _layout(
+    options: Sequence[Sequence[LabelOption]], order: Sequence[int]
+) -> list[LabelOption | None]:
     """Let the labels choose one after the other, and choose again when the others have."""
-    chosen: list[Option | None] = [None] * len(options)
-    for _ in range(ROUNDS):
+    chosen: list[LabelOption | None] = [None] * len(options)
+    for _ in range(LAYOUT_ROUNDS):
         for index in order:
             others = [o for n, o in enumerate(chosen) if o and n != index]
             chosen[index] = _best(options[index], others)
     return chosen
 
 
-def _best(options: Sequence[Option], others: Sequence[Option]) -> Option | None:
+def _best(options: Sequence[LabelOption], others: Sequence[LabelOption]) -> LabelOption | None:
     least, best = inf, None
     for option in options:
         if option.cost >= least:
             break
         if not any(option.excludes(other) for other in others):
-            cost = option.cost + CROSSED * sum(_cross(option, o) for o in others)
+            cost = option.cost + CROSSED_COST * sum(_cross(option, o) for o in others)
             if cost < least:
                 least, best = cost, option
     return best
 
 
-def _total(layout: Sequence[Option | None]) -> float:
+def _total(layout: Sequence[LabelOption | None]) -> float:
     placed = [option for option in layout if option]
     crossed = sum(_cross(a, b) for a, b in combinations(placed, 2))
     missing = len(layout) - len(placed)
-    return sum(o.cost for o in placed) + CROSSED * crossed + MISSING * missing
+    return sum(o.cost for o in placed) + CROSSED_COST * crossed + MISSING_COST * missing
 
 
-def _cross(option: Option, another: Option) -> bool:
+def _cross(option: LabelOption, another: LabelOption) -> bool:
     """Whether their leaders cross."""
     one, other = option.leader, another.leader
     if not (len(one) and len(other) and option.around.meets(another.around)):

@@ -10,15 +10,15 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
 from voz.events import Event, Twist
-from voz.robot.drawing.text_drawing import COLUMNS, MOST_PLACES, ROWS, draw_in_text
+from voz.robot.drawing.text_drawing import DOT_COLUMNS, DOT_ROWS, MAX_DRAWN_STATES, draw_in_text
 from voz.robot.simulator import SimulatedRobot, Trip
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
-WIDEST = 76
+MAX_VIEW_WIDTH = 76
 """Characters; more shows no more of a room."""
 
-LEFT_FREE = 2
+FREE_LINES = 2
 """Lines of the terminal that stay free, for the cursor and what was typed last."""
 
 
@@ -34,7 +34,7 @@ class RoomView:
         self.settings = settings
         self._robot = robot
         self._behind = 0.0  # from the events' time to the clock's, s
-        self._way: deque[WorldState] = deque(maxlen=MOST_PLACES)
+        self._way: deque[WorldState] = deque(maxlen=MAX_DRAWN_STATES)
 
     def receive(self, event: Event) -> None:
         """Learn from the velocities, which come at their time, what time it is."""
@@ -68,7 +68,7 @@ def _fitted(
 ) -> Text:
     """The room as large as the terminal takes it, with no more lines than it needs."""
     along_x, along_y = settings.room
-    width = min(options.max_width, WIDEST)
-    needed = width * COLUMNS * along_y / along_x / ROWS
-    height = min(round(needed) + 1, options.height or options.size.height - LEFT_FREE)
+    width = min(options.max_width, MAX_VIEW_WIDTH)
+    needed = width * DOT_COLUMNS * along_y / along_x / DOT_ROWS
+    height = min(round(needed) + 1, options.height or options.size.height - FREE_LINES)
     return draw_in_text(settings, state, list(way), width, max(1, height))

@@ -22,19 +22,19 @@ from voz.robot.simulator import Trip
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
-WIDEST, HIGHEST = 7.8, 6.4
+MAX_ROOM_WIDTH, MAX_ROOM_HEIGHT = 7.8, 6.4
 """Of the room in the picture, inches; the smaller scale counts."""
 
 LEFT, RIGHT, BOTTOM, TOP = 0.5, 0.2, 0.65, 0.4
 """Margins around the room, inches."""
 
-DPI = 150
+PICTURE_DPI = 150
 """Pixels in an inch of a PNG."""
 
-NARROWEST = 7.5
+MIN_PICTURE_WIDTH = 7.5
 """Of the picture, inches: the legend needs it."""
 
-STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
+PLOT_STYLE: Any = {  # its type would be a literal of all names that matplotlib knows
     "font.size": 9,
     "svg.hashsalt": "voz",  # the same trip gives the same file
     "text.parse_math": False,  # a command with $ in it is no formula
@@ -57,7 +57,7 @@ class Scene:
         self._dots = time_marks(trip.states)
         self._pointings = pointings(trip)
         self._moment: list[Artist] = []
-        with rc_context(STYLE):
+        with rc_context(PLOT_STYLE):
             self.figure, self._axes = _empty(trip.settings, dpi)
             self.canvas: Any = FigureCanvasAgg(self.figure)  # its methods have no types
             things = shapes.draw_room(self._axes, trip.settings)
@@ -88,7 +88,7 @@ class Scene:
         for since, cross in self._collisions:
             cross.set_visible(since <= t)
         self._title.set_text(self._summary(self._trip.states[count - 1], t))
-        with rc_context(STYLE):
+        with rc_context(PLOT_STYLE):
             self._moment = self._draw(count, t)
         lasting = [artist for label in self._labels for artist in label.artists]
         lasting += [self._title, *(cross for _, cross in self._collisions)]
@@ -143,9 +143,9 @@ class Scene:
 
 def _empty(settings: Simulator, dpi: int) -> tuple[Figure, Axes]:
     """A figure with nothing on it, as large as the room asks for."""
-    scale = min(WIDEST / settings.room[0], HIGHEST / settings.room[1])
+    scale = min(MAX_ROOM_WIDTH / settings.room[0], MAX_ROOM_HEIGHT / settings.room[1])
     width, height = settings.room[0] * scale, settings.room[1] * scale
-    total = max(LEFT + width + RIGHT, NARROWEST), BOTTOM + height + TOP
+    total = max(LEFT + width + RIGHT, MIN_PICTURE_WIDTH), BOTTOM + height + TOP
     figure = Figure(figsize=total, dpi=dpi)
     place = (LEFT / total[0], BOTTOM / total[1], width / total[0], height / total[1])
     return figure, figure.add_axes(place)
@@ -161,10 +161,10 @@ def save(trip: Trip, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    scene = Scene(trip, DPI)
+    scene = Scene(trip, PICTURE_DPI)
     scene.show(trip.states[-1].t)
     kind = path.suffix[1:].lower()
     # Without the time of writing, so that the same trip gives the same file.
     about = {"Title": scene.title, ("Date" if kind == "svg" else "Software"): None}
-    with rc_context(STYLE), atomic_write(path, "wb") as file:
+    with rc_context(PLOT_STYLE), atomic_write(path, "wb") as file:
         scene.figure.savefig(file, format=kind, metadata=about)

@@ -20,7 +20,7 @@ from voz.simulation.world import WorldState, place_of
 WAY, BODY, ARM, SAID, HIT = "#1f4e79", "#cfe0f3", "#c4560a", "#1d7044", "#b3001b"
 WALL, FAINT = "#3c3c3c", "#888888"
 WOOD: Any = {"facecolor": "#f1e6d3", "edgecolor": "#8a6d3b"}
-OBJECTS = {"beer": "#f0b000", "cocacola": "#b3001b"}
+OBJECT_COLORS = {"beer": "#f0b000", "cocacola": "#b3001b"}
 
 DOT: Any = {"marker": "o", "ms": 4.5, "mfc": "white", "mec": WAY, "mew": 1.2}
 """A time mark."""
@@ -53,7 +53,7 @@ def draw_room(axes: Axes, settings: Simulator) -> list[Artist]:
     things: list[Artist] = []
     axes.annotate("table", corner, (20, -5), va="top", color=WOOD["edgecolor"], **look)
     for name, place in (("beer", settings.beer), ("cocacola", settings.cocacola)):
-        can = Circle(place, OBJECT_RADIUS, fc=OBJECTS[name], ec=WALL, lw=1.2, zorder=2)
+        can = Circle(place, OBJECT_RADIUS, fc=OBJECT_COLORS[name], ec=WALL, lw=1.2, zorder=2)
         above = (place[0], place[1] + OBJECT_RADIUS)
         things.append(axes.annotate(name, above, (0, 3), va="bottom", zorder=2, **look))
         things.append(axes.add_patch(can))

@@ -11,26 +11,26 @@ from voz.simulation.arm import points
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, place_of
 
-COLUMNS, ROWS = 2, 4
+DOT_COLUMNS, DOT_ROWS = 2, 4
 """Dots in a character; they are about as far apart across as down."""
 
 BRAILLE = 0x2800
 """The character without a dot."""
 
-BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+BRAILLE_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 """What each dot adds to it, by row and column."""
 
 WALL, TABLE, WAY, BODY = "dim", "yellow", "blue", "bold cyan"
 ARM, RAY = "bold magenta", "magenta"
-OBJECTS = (("B", "bold yellow"), ("C", "bold red"))
+OBJECT_LETTERS = (("B", "bold yellow"), ("C", "bold red"))
 
 RAY_EVERY = 3.0
 """From dot to dot of the line to what the arm points at, in dots."""
 
-CIRCLE = 90
+CIRCLE_DOTS = 90
 """Dots around the base."""
 
-MOST_PLACES = 2000
+MAX_DRAWN_STATES = 2000
 """So many places of a way are drawn; more are not to be told apart."""
 
 
@@ -46,7 +46,7 @@ class Dots:
             room: sizes along x and y, m.
         """
         self._size = width, height
-        across, down = width * COLUMNS - 1, height * ROWS - 1
+        across, down = width * DOT_COLUMNS - 1, height * DOT_ROWS - 1
         self._per_metre = min(across / room[0], down / room[1])
         self._top = round(room[1] * self._per_metre)
         self._bits: dict[tuple[int, int], int] = {}
@@ -56,7 +56,7 @@ class Dots:
     def dot(self, x: float, y: float, style: str) -> None:
         """Draw a dot at a place, m; one outside is not seen."""
         cell, row, column = self._cell(x, y)
-        self._bits[cell] = self._bits.get(cell, 0) | BITS[row][column]
+        self._bits[cell] = self._bits.get(cell, 0) | BRAILLE_BITS[row][column]
         self._styles[cell] = style
 
     def line(
@@ -95,7 +95,7 @@ class Dots:
     def _cell(self, x: float, y: float) -> tuple[tuple[int, int], int, int]:
         """The character of a place, and the row and column of its dot there."""
         across, down = round(x * self._per_metre), self._top - round(y * self._per_metre)
-        return (across // COLUMNS, down // ROWS), down % ROWS, across % COLUMNS
+        return (across // DOT_COLUMNS, down // DOT_ROWS), down % DOT_ROWS, across % DOT_COLUMNS
 
     def _character(self, cell: tuple[int, int]) -> tuple[str, str]:
         dots = chr(BRAILLE + self._bits[cell]) if cell in self._bits else " "
@@ -120,10 +120,12 @@ def draw_in_text(
     dots = Dots(width, height, settings.room)
     dots.rectangle(0, 0, *settings.room, WALL)
     dots.rectangle(*settings.table, TABLE)
-    for past in way[:: len(way) // MOST_PLACES + 1]:
+    for past in way[:: len(way) // MAX_DRAWN_STATES + 1]:
         dots.dot(past.pose.x, past.pose.y, WAY)
     _draw_robot(dots, state, settings)
-    for (letter, style), place in zip(OBJECTS, (settings.beer, settings.cocacola), strict=True):
+    for (letter, style), place in zip(
+        OBJECT_LETTERS, (settings.beer, settings.cocacola), strict=True
+    ):
         dots.letter(*place, letter, style)
     return dots.text()
 
@@ -132,8 +134,8 @@ def _draw_robot(dots: Dots, state: WorldState, settings: Simulator) -> None:
     """Draw the base, a line to where it looks, and the arm with a thin line to its object."""
     x, y, heading = state.pose
     radius = settings.radius
-    for number in range(CIRCLE):
-        turn = 2 * pi * number / CIRCLE
+    for number in range(CIRCLE_DOTS):
+        turn = 2 * pi * number / CIRCLE_DOTS
         dots.dot(x + radius * cos(turn), y + radius * sin(turn), BODY)
     dots.line((x, y), (x + radius * cos(heading), y + radius * sin(heading)), BODY)
     shoulder, elbow, hand = points(state.pose, state.arm)

@@ -15,12 +15,12 @@ from voz.simulation.world import WorldState, place_of
 INTERVALS = ((1, 2), (1, 5), (2, 10), (5, 30), (10, 60), (60, 300), (300, 1800), (1800, 7200))
 """From a time mark to the next, and from one with a number to the next, s."""
 
-MOST_NUMBERS = 8
+MAX_NUMBERED_MARKS = 8
 
 SAME_PLACE = 0.04
 """Commands said within this distance, m, one after the other, share a label."""
 
-POINTED = 0.05
+POINTING_TOLERANCE = 0.05
 """An arm this near to the angles it shall have, rad, points."""
 
 
@@ -44,7 +44,7 @@ def time_marks(states: Sequence[WorldState]) -> list[TimeMark]:
     if not moving:
         return []
     span = moving[-1] - moving[0]
-    fits = ((mark, number) for mark, number in INTERVALS if span / number <= MOST_NUMBERS)
+    fits = ((mark, number) for mark, number in INTERVALS if span / number <= MAX_NUMBERED_MARKS)
     every, numbered = next(fits, INTERVALS[-1])
     times = [state.t for state in states]
     marks = [TimeMark(0.0, *states[0].pose[:2], "")]
@@ -87,4 +87,4 @@ def _points(state: WorldState, trip: Trip) -> bool:
     if target is None:
         return False
     wanted = pointing(state.pose, target)
-    return all(abs(a - b) < POINTED for a, b in zip(state.arm, wanted, strict=True))
+    return all(abs(a - b) < POINTING_TOLERANCE for a, b in zip(state.arm, wanted, strict=True))

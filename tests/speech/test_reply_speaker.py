@@ -162,8 +162,8 @@ def test_a_computer_without_sound_gives_one_warning(tmp_path: Path) -> None:
     alsa = tmp_path / "alsa.conf"
     alsa.write_text("pcm.default { type hw card 99 }")
     script = (
-        "from voz.speech.reply_speaker import Speaker\n"
-        "with Speaker('kal_diphone', warn=print) as speaker:\n"
+        "from voz.speech.reply_speaker import ReplySpeaker\n"
+        "with ReplySpeaker('kal_diphone', warn=print) as speaker:\n"
         "    speaker.say('one'); speaker.say('two')\n"
     )
     done = subprocess.run(

@@ -82,8 +82,7 @@ def quiet_libraries() -> Iterator[None]:
 def unblocked_output() -> Iterator[None]:
     """Let no write to standard output or error wait for its reader in a `with` block.
 
-    A terminal may be stopped by Ctrl-S. If what was written is not taken at the end of the block,
-    nothing more is shown.
+    A terminal may be stopped by Ctrl-S; what it has not taken at the end is dropped.
     """
     before = {
         name: stream

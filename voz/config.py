@@ -71,18 +71,18 @@ class Config(Section, frozen=True, kw_only=True, dict=True):
 
     @property
     def places(self) -> Places:
-        """Where the file defines the commands that it does; none where there is no file."""
+        """File and line of each command that the file defines."""
         places: Places = self.__dict__.get("places_in_file", {})
         return places
 
 
 DEFAULT_COMMANDS_FILE = Path(__file__).parent / "control" / "commands.toml"
-"""What the commands do that voz brings, as a user would write it."""
+"""What voz's own commands do, as a user would write it."""
 
 
 @cache
 def default_commands() -> CommandTable:
-    """What the commands do that voz brings."""
+    """Return what voz's own commands do."""
     return Config().table
 
 
@@ -92,7 +92,7 @@ def _builtin() -> dict[str, CommandDefinition]:
 
 
 def never_missing_a_stop(config: Config) -> Config:
-    """Let the commands that stop the robot be among those that are not missed.
+    """Return a configuration whose `never_missed` has all commands that stop the robot.
 
     Raises:
         ConfigError: the table of commands cannot be used.
@@ -121,7 +121,7 @@ def load_config(path: Path) -> Config:
 
 
 def _read(path: Path) -> Config:
-    """Read a file, without a look at how its commands fit together."""
+    """Read a file; whether its commands fit together is not checked."""
     text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", MAX_SETTINGS_BYTES)
     try:
         settings = tomllib.loads(text)
@@ -142,13 +142,11 @@ def _read(path: Path) -> Config:
 
 
 def _from_the_same_file(config: Config, other: Config) -> Config:
-    """Let a configuration know the places that another one knows."""
     config.__dict__.update(other.__dict__)
     return config
 
 
 def _advice(error: msgspec.ValidationError) -> str:
-    """Say where a setting belongs; a table of no known name may be that of a user's own robot."""
     lists = "docs/settings.md lists the settings"
     at = re.search(r" - at `\$\.(\w+)", str(error))
     if at is None:
@@ -157,7 +155,7 @@ def _advice(error: msgspec.ValidationError) -> str:
 
 
 def _meant(error: msgspec.ValidationError, kind: type) -> str:
-    """Ask whether a field that a record lacks is another one, misspelt."""
+    """Suggest the field that an unknown one may be a misspelling of."""
     unknown = re.search("unknown field `(.+?)`", str(error))
     fields = getattr(kind, "__struct_fields__", ())
     near = get_close_matches(unknown[1], fields, 1) if unknown else []
@@ -165,11 +163,7 @@ def _meant(error: msgspec.ValidationError, kind: type) -> str:
 
 
 def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
-    """Refuse a command that is wrong in itself; msgspec would leave out its name and line.
-
-    Returns:
-        Where each command stands.
-    """
+    """Refuse a wrong command, with its name and line; returns where each command stands."""
     states = settings.get("states", {})
     tables = {
         DEFAULT_STATE: settings.get("commands", {}),
@@ -195,16 +189,16 @@ def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
 def overridden(
     config: Config, options: dict[str, Any], kind: str = "an option", advice: str = "see --help"
 ) -> Config:
-    """Put what was said on the command line in place of what the configuration has.
+    """Return a configuration with options in place of its settings.
 
     Args:
-        config: what holds otherwise.
+        config: the settings that are not among the options.
         options: settings, and tables of settings, by their names; None changes nothing.
-        kind: what messages call one of them.
-        advice: what they say is to be done.
+        kind: what messages call an option.
+        advice: what messages say is to be done.
 
     Raises:
-        ConfigError: a value cannot be.
+        ConfigError: a value is not allowed.
     """
     settings = msgspec.to_builtins(config)
     for name, value in options.items():

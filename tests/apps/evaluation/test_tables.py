@@ -35,6 +35,13 @@ def test_alarms_are_shown_with_the_hours_they_come_from() -> None:
     assert alarm_rate_text(alarm_rate(3, hours=123.4)) == "3 in 123 h (0.005 to 0.071 per hour)"
 
 
+def test_alarms_are_shown_with_the_commands_that_were_obeyed(result: Any) -> None:
+    heard = [["stop"], ["go back", "stop"], ["stop?"]]
+    talk = [result("hi", *texts, kind="talk", seconds=1800.0, speaker="ann") for texts in heard]
+    (table,) = main_tables(score(talk), [])
+    assert table.rows[0][2] == "stop 2, go back 1"
+
+
 def test_noises_are_told_apart_if_there_are_several(result: Any) -> None:
     tap, motor = (result("stop", "stop", snr=5.0, noise=name) for name in ("tap", "motor"))
     (one,) = main_tables(score([tap]), [])
@@ -48,8 +55,8 @@ def test_what_is_obeyed_out_of_nothing_is_named_with_its_noise(result: Any) -> N
     rows = [result("", **kind), result("", "stop", snr=5.0, noise="tap", **kind)]
     (table,) = main_tables(score(rows), [])
     assert list(table.rows) == [
-        ("mine, out-of-nothing", "0 in 0.1 h (0 to 37 per hour)"),
-        ("mine, out-of-nothing, 5 dB", "1 in 0.1 h (0.25 to 56 per hour)"),
+        ("mine, out-of-nothing", "0 in 0.1 h (0 to 37 per hour)", ""),
+        ("mine, out-of-nothing, 5 dB", "1 in 0.1 h (0.25 to 56 per hour)", "stop 1"),
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, get_args
 
@@ -54,6 +55,7 @@ class AlarmScores(msgspec.Struct, frozen=True):
 
     group: Group
     rate: AlarmRate
+    commands: dict[str, int] = {}  # what was obeyed and how often, the most frequent first
 
 
 class Scores(msgspec.Struct, frozen=True):
@@ -74,7 +76,9 @@ def score(results: Iterable[Result]) -> Scores:
         elif group.kind == "near-miss":
             scores.near_misses.append(score_near_misses(group, members))
         else:
-            scores.alarms.append(AlarmScores(group, alarms_in(members)))
+            obeyed = Counter(text for result in members for text in result.obeyed)
+            commands = dict(obeyed.most_common())
+            scores.alarms.append(AlarmScores(group, alarms_in(members), commands))
     return scores
 
 

@@ -92,8 +92,15 @@ def near_miss_table(scores: Sequence[NearMissScores]) -> Table:
 
 def alarm_table(scores: Sequence[AlarmScores]) -> Table:
     """Show running speech, noise, and what is between commands."""
-    rows = [(_alarm_label(s.group), alarm_rate_text(s.rate)) for s in scores]
-    return Table(("talk and noise", "false alarms"), rows)
+    rows = [
+        (
+            _alarm_label(s.group),
+            alarm_rate_text(s.rate),
+            ", ".join(f"{command} {number}" for command, number in s.commands.items()),
+        )
+        for s in scores
+    ]
+    return Table(("talk and noise", "false alarms", "obeyed"), rows)
 
 
 def operating_point_table(operating_points: Sequence[OperatingPoint]) -> Table:

@@ -186,10 +186,10 @@ def test_an_output_without_what_its_recordings_were_like_says_that_all_are_taken
     result = decode(out, folder, "--resume")
     assert f"{out}: has no .recordings file of its own" in result.err
     assert "24 recordings (24 were known)" in result.err
-    assert "is not kept" not in decode(out, folder, "--resume").err
+    assert "has no .recordings file" not in decode(out, folder, "--resume").err
     # Of another output it says nothing.
     out.write_bytes(b"".join(known[".jsonl"].splitlines(keepends=True)[:-1]))
-    assert "is not kept" in decode(out, folder, "--resume").err
+    assert "has no .recordings file" in decode(out, folder, "--resume").err
     assert out.read_bytes() == known[".jsonl"]
     (tmp_path / "heard.jsonl.recordings").write_text(before[:-20])
     assert "heard.jsonl.recordings: is damaged" in decode(out, folder, "--resume").complaint
@@ -247,7 +247,7 @@ def test_what_changed_since_its_shard_was_made_is_decoded_again(
     assert "24 recordings (23 were known)" in result.err
     made[1].with_name(f"{made[1].name}.recordings").unlink()
     assert in_process("merge", *made, "--out", out, "--overwrite").code == 0
-    assert "is not kept" in decode(out, some, "--resume").err
+    assert "has no .recordings file" in decode(out, some, "--resume").err
 
 
 def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path) -> None:

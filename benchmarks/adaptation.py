@@ -32,7 +32,7 @@ from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import StartVector
-from voz.recognition.speaker.calibration import FEWEST, Said, Score, calibrate, score
+from voz.recognition.speaker.calibration import MIN_SENTENCES, Said, Score, calibrate, score
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
@@ -125,7 +125,7 @@ def calibrated(clips: list[Clip], language: LanguageFiles) -> None:
         after: list[Score] = []
         for own in by(spoken, "speaker").values():
             texts = sorted({clip.text for clip in own})
-            if len(texts) <= FEWEST:
+            if len(texts) <= MIN_SENTENCES:
                 continue
             before += hear(language, own, NOTHING)
             for part in range(PARTS):

@@ -33,7 +33,7 @@ SENTENCE = {"t": 0.0, "text": "stop", "confidence": 1.0}
 MODEL = {"fitted_on": [], "intercept": 0.0, "weights": {}, "alarms": 1.0, "alarms_fall": 1.0}
 NEEDED: dict[str, dict[str, Any]] = {
     "Call": {"t": 0.0, "function": "arm:wave"},
-    "Cost": {"alarms": 1.0, "missed": 0.1},
+    "MissRate": {"alarms": 1.0, "missed": 0.1},
     "Ended": {"t": 0.0, "name": "arm:wave"},
     "Model": MODEL,
     "Models": {"two_ears": MODEL, "one_ear": MODEL},

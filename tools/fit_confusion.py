@@ -31,7 +31,7 @@ from voz.language.acoustics.phone_distances import DISTANCES_FILE
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
 from voz.recognition.decoder import mean_start
 from voz.recognition.evidence import UNPRUNED
-from voz.recognition.phone_loop import fillers
+from voz.recognition.phone_loop import filler_dictionary
 from voz.recognition.search_graph import SILENCE, SILENCE_WEIGHT
 
 PHONES = PHONE_NAMES.split()
@@ -183,7 +183,7 @@ def variations(phones: Sequence[str]) -> Search:
 
 def measure(chosen: Sequence[Clip]) -> Losses:
     """Search all clips and add up what the variations lose."""
-    with fillers(PHONES) as words:
+    with filler_dictionary(PHONES) as words:
         decoder = pocketsphinx.Decoder(
             hmm=pocketsphinx.get_model_path(ENGLISH_MODEL),
             dict=None,

@@ -90,12 +90,12 @@ def test_threads_that_feed_one_stream_take_turns(recognizer: Recognizer) -> None
 def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
     recognizer: Recognizer, sounds: list[Samples], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cleaned = network_finder.cleaned
+    denoise = network_finder.denoise_if_noisy
     refused: list[str] = []
 
     def interrupted(samples: Samples) -> Samples:
         signal.raise_signal(signal.SIGUSR1)
-        return cleaned(samples)
+        return denoise(samples)
 
     def handler(*_: object) -> None:
         with pytest.raises(RecognizerBusyError) as raised:
@@ -103,7 +103,7 @@ def test_a_signal_handler_gets_an_error_and_does_not_wait_for_ever(
         refused.append(str(raised.value))
 
     before = signal.signal(signal.SIGUSR1, handler)
-    monkeypatch.setattr(network_finder, "cleaned", interrupted)
+    monkeypatch.setattr(network_finder, "denoise_if_noisy", interrupted)
     try:
         heard = recognizer.decode(sounds[0], 16000)
     finally:

@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 
 from voz.language.acoustics.phone_distances import read_distances
 from voz.recognition.confidence import (
-    A_BREATH,
-    HURRIED,
-    KNOWN,
-    NO_SPEECH,
-    SOFT_SPEECH,
-    SURE_SPEECH,
+    HURRY_TOLERANCE,
+    IGNORED_FRAMES_AFTER,
+    NOISE_VOICE,
+    SOFT_SPEECH_VOICE,
+    SPEECH_VOICE,
+    SURE_PROBABILITY,
     Context,
     discount_for_context,
     features,
+    multiply_odds,
     probability,
     trust_in_speech,
     voices_around,
-    with_odds,
 )
 from voz.recognition.confidence_model import (
     POCKETSPHINX_FEATURES,
@@ -64,22 +64,22 @@ def test_the_features_are_what_they_say() -> None:
             "phones": (-30 + 25) / 45,
             # go: -8 against 5 frames of _G at -1 and 5 of _B at -0.5; back: 25 frames of _B
             "worst word": min((-8 + 7.5) / 10, (-20 + 12.5) / 30),
-            "hurried": -pace - HURRIED,
+            "hurried": -pace - HURRY_TOLERANCE,
             "not covered": 10 / 45,
-            "sound after": math.log1p(10 - A_BREATH),
+            "sound after": math.log1p(10 - IGNORED_FRAMES_AFTER),
         }
     )
 
 
 def test_what_is_surely_no_speech_is_not_trusted_at_all() -> None:
-    assert [trust_in_speech(voice) for voice in (0, NO_SPEECH, SURE_SPEECH, 1)] == [0, 0, 1, 1]
-    assert 0 < trust_in_speech((NO_SPEECH + SURE_SPEECH) / 2) < 1
+    assert [trust_in_speech(voice) for voice in (0, NOISE_VOICE, SPEECH_VOICE, 1)] == [0, 0, 1, 1]
+    assert 0 < trust_in_speech((NOISE_VOICE + SPEECH_VOICE) / 2) < 1
 
 
 def test_what_the_network_knows_needs_little_voice_and_some() -> None:
-    assert trust_in_speech(SOFT_SPEECH, KNOWN) == 1
-    assert trust_in_speech(SOFT_SPEECH - 0.01, 1.0) == 0
-    assert trust_in_speech(SOFT_SPEECH, KNOWN - 0.01) == 0
+    assert trust_in_speech(SOFT_SPEECH_VOICE, SURE_PROBABILITY) == 1
+    assert trust_in_speech(SOFT_SPEECH_VOICE - 0.01, 1.0) == 0
+    assert trust_in_speech(SOFT_SPEECH_VOICE, SURE_PROBABILITY - 0.01) == 0
 
 
 MADE_UP = Model(fitted_on=[], intercept=1.0, weights={"phones": 2.0}, alarms=2.0, alarms_fall=0.5)
@@ -118,7 +118,7 @@ def test_the_models_of_the_package_trust_a_better_match_more() -> None:
 
 @given(st.floats(0, 1), st.floats(0.01, 100))
 def test_odds_keep_a_probability_between_0_and_1(share: float, factor: float) -> None:
-    changed = with_odds(share, factor)
+    changed = multiply_odds(share, factor)
     assert 0 <= changed <= 1
     assert (changed >= share) == (factor >= 1) or changed == pytest.approx(share)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from pathlib import Path
@@ -14,15 +15,15 @@ from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.decoder import mean_start
-from voz.recognition.evidence import IN_DOUBT, MOST_RIVALS, Comparison, Evidence
+from voz.recognition.evidence import MAX_RIVALS, NEVER_MISSED_TOLERANCE, CommandSearch, Evidence
 from voz.recognition.language import Language, load_language
 
 START = "45,3,-1"
 
 
 @pytest.fixture(scope="module")
-def comparison(loaded: Language) -> Comparison:
-    return Comparison(loaded)
+def search(loaded: Language) -> CommandSearch:
+    return CommandSearch(loaded)
 
 
 @pytest.fixture(scope="module")
@@ -30,23 +31,23 @@ def commands(recordings: list[Recording]) -> list[Recording]:
     return [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
 
 
-def evidence_of(comparison: Comparison, recording: Recording, text: str = "") -> Evidence:
-    evidence = comparison.compare(recording.samples(), text, mean_start(recording.samples()))
+def evidence_of(search: CommandSearch, recording: Recording, text: str = "") -> Evidence:
+    evidence = search.compare(recording.samples(), text, mean_start(recording.samples()))
     assert evidence is not None
     return evidence
 
 
 def test_without_a_sentence_the_command_that_fits_best_is_taken(
-    comparison: Comparison, commands: list[Recording]
+    search: CommandSearch, commands: list[Recording]
 ) -> None:
-    assert [evidence_of(comparison, r).text for r in commands] == [r.text for r in commands]
+    assert [evidence_of(search, r).text for r in commands] == [r.text for r in commands]
 
 
 def test_what_was_said_beats_its_rivals_and_comes_close_to_any_phones(
-    comparison: Comparison, commands: list[Recording]
+    search: CommandSearch, commands: list[Recording]
 ) -> None:
     for recording in commands:
-        evidence = evidence_of(comparison, recording, recording.text)
+        evidence = evidence_of(search, recording, recording.text)
         assert evidence.text not in evidence.rivals
         assert evidence.rivals  # not all: what is hopelessly far behind drops out
         assert evidence.command.score > max(evidence.rivals.values())
@@ -54,24 +55,24 @@ def test_what_was_said_beats_its_rivals_and_comes_close_to_any_phones(
 
 
 def test_the_words_of_a_command_follow_each_other_in_the_sound(
-    comparison: Comparison, commands: list[Recording]
+    search: CommandSearch, commands: list[Recording]
 ) -> None:
     for recording in commands:
-        spans = evidence_of(comparison, recording, recording.text).command.spans
+        spans = evidence_of(search, recording, recording.text).command.spans
         assert [span.name.partition("(")[0] for span in spans] == recording.text.split()
         assert all(a.start <= a.end < b.start for a, b in itertools.pairwise(spans))
         assert all(span.score < 0 for span in spans)
 
 
-def test_no_sound_is_no_evidence(comparison: Comparison) -> None:
-    assert comparison.compare(np.zeros(0, np.int16), "stop", START) is None
+def test_no_sound_is_no_evidence(search: CommandSearch) -> None:
+    assert search.compare(np.zeros(0, np.int16), "stop", START) is None
 
 
 def test_the_same_audio_gives_the_same_evidence_whatever_came_before(
     loaded: Language, recordings: list[Recording]
 ) -> None:
     clips = [r.samples() for r in recordings if r.kind in ("command", "near-miss")][::9]
-    there, back = Comparison(loaded), Comparison(loaded)
+    there, back = CommandSearch(loaded), CommandSearch(loaded)
     forward = [there.compare(clip, "stop", START) for clip in clips]
     assert forward == [back.compare(clip, "stop", START) for clip in clips[::-1]][::-1]
 
@@ -79,12 +80,12 @@ def test_the_same_audio_gives_the_same_evidence_whatever_came_before(
 def test_in_doubt_a_command_that_must_not_be_missed_is_taken(
     loaded: Language, commands: list[Recording]
 ) -> None:
-    plain, careful = Comparison(loaded), Comparison(loaded, ["stop"])
+    plain, careful = CommandSearch(loaded), CommandSearch(loaded, ["stop"])
     for recording in commands:
         evidence = evidence_of(plain, recording)
         taken = evidence_of(careful, recording).text
         behind = evidence.command.score - evidence.rivals.get("stop", -math.inf)
-        if behind >= IN_DOUBT * evidence.phones.frames:
+        if behind >= NEVER_MISSED_TOLERANCE * evidence.phones.frames:
             assert taken == evidence.text
         assert taken == recording.text  # these are clear
 
@@ -92,19 +93,19 @@ def test_in_doubt_a_command_that_must_not_be_missed_is_taken(
 def test_a_command_that_is_hardly_better_gives_way_to_stop(
     loaded: Language, commands: list[Recording]
 ) -> None:
-    both = loaded._replace(commands=plain_commands(["stop speech", "stop"]))
+    both = dataclasses.replace(loaded, commands=plain_commands(["stop speech", "stop"]))
     said = next(r for r in commands if r.text == "stop")
-    plain = evidence_of(Comparison(both), said, "stop speech")
+    plain = evidence_of(CommandSearch(both), said, "stop speech")
     assert plain.text == "stop speech"
-    assert evidence_of(Comparison(both, ["stop"]), said, "stop speech").text == "stop"
+    assert evidence_of(CommandSearch(both, ["stop"]), said, "stop speech").text == "stop"
 
 
 def test_stop_does_not_take_what_it_leaves_unexplained(
     loaded: Language, commands: list[Recording], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("voz.recognition.evidence.IN_DOUBT", 100.0)
-    both = loaded._replace(commands=plain_commands(["stop speech", "stop"]))
-    careful = Comparison(both, ["stop"])
+    monkeypatch.setattr("voz.recognition.evidence.NEVER_MISSED_TOLERANCE", 100.0)
+    both = dataclasses.replace(loaded, commands=plain_commands(["stop speech", "stop"]))
+    careful = CommandSearch(both, ["stop"])
     for text in both.commands:
         said = next(r for r in commands if r.text == text)
         assert evidence_of(careful, said, "stop speech").text == text
@@ -117,10 +118,10 @@ def test_of_a_long_list_those_that_sound_most_like_it_are_rivals(
     sentences = [f"{a} {b}" for a in words for b in words] + ["go back", "go forward", "stop"]
     (tmp_path / "comandos_voz.txt").write_text("\n".join(sentences))
     build(tmp_path / "comandos_voz.txt", tmp_path)
-    comparison = Comparison(load_language(LanguageFiles(tmp_path)))
-    assert len(sentences) > MOST_RIVALS
+    search = CommandSearch(load_language(LanguageFiles(tmp_path)))
+    assert len(sentences) > MAX_RIVALS
     go_back = next(r for r in commands if r.text == "go back")
-    evidence = evidence_of(comparison, go_back, "go back")
+    evidence = evidence_of(search, go_back, "go back")
     assert evidence.text == "go back"
     assert {"go forward", "gold black"} <= set(evidence.rivals)
-    assert len(evidence.rivals) < MOST_RIVALS
+    assert len(evidence.rivals) < MAX_RIVALS

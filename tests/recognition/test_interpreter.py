@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -22,7 +23,7 @@ from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 BAD_START = StartVector((25.0, -12.0, 9.0, *[6.0] * 10), 600)
-"""What was learnt of a microphone that is quite another one."""
+"""What was learned of a microphone that is quite another one."""
 
 ALONE = Recognition(second_ear=False)
 
@@ -103,8 +104,8 @@ def test_a_list_of_longer_commands_may_take_longer(
     interpreter: Interpreter, loaded: Language
 ) -> None:
     words = max(len(sentence.split()) for sentence in loaded.commands)
-    longer = loaded._replace(
-        commands=plain_commands([*loaded.commands, " ".join(["stop"] * (words + 1))])
+    longer = dataclasses.replace(
+        loaded, commands=plain_commands([*loaded.commands, " ".join(["stop"] * (words + 1))])
     )
     patient = Interpreter(longer, ALONE, Profile(), learning=False)
     assert patient.longest > interpreter.longest
@@ -194,7 +195,7 @@ def test_what_pocketsphinx_finds_alone_has_no_score(
 
 
 def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) -> None:
-    two = loaded._replace(commands=plain_commands(["stop", "stop speech"]))
+    two = dataclasses.replace(loaded, commands=plain_commands(["stop", "stop speech"]))
     interpreter = Interpreter(two, ALONE, Profile(), learning=False)
     assert interpreter.has_continuation("stop")
     assert not interpreter.has_continuation("stop speech")
@@ -204,9 +205,9 @@ def test_a_command_may_go_on_if_another_begins_with_its_words(loaded: Language) 
 def test_nothing_is_learnt_unless_it_was_made_to(
     interpreter: Interpreter, recordings: list[Recording]
 ) -> None:
-    before = interpreter.learnt
+    before = interpreter.learned
     interpreter.learn(interpreter.understand(of(recordings, "go forward")))
-    assert interpreter.learnt is before
+    assert interpreter.learned is before
 
 
 def test_what_is_learnt_of_a_microphone_is_for_pocketsphinx_alone(
@@ -215,7 +216,7 @@ def test_what_is_learnt_of_a_microphone_is_for_pocketsphinx_alone(
     """The network needs none of it."""
     learning = Interpreter(loaded, Recognition(), Profile(), learning=True)
     learning.learn(learning.understand(of(recordings, "go forward", "festival_kal")))
-    assert learning.learnt == StartVector()
+    assert learning.learned == StartVector()
 
 
 def test_a_command_that_fits_closely_teaches_and_what_is_none_does_not(
@@ -224,10 +225,10 @@ def test_a_command_that_fits_closely_teaches_and_what_is_none_does_not(
     learning = Interpreter(loaded, ALONE, Profile(), learning=True)
     miss = next(segment_of(r) for r in recordings if r.kind == "near-miss")
     learning.learn(learning.understand(miss))
-    assert learning.learnt.frames == 0
-    assert learning.learnt.share < StartVector().share
+    assert learning.learned.frames == 0
+    assert learning.learned.share < StartVector().share
     learning.learn(learning.understand(of(recordings, "go forward", "festival_kal")))
-    assert learning.learnt.frames > 0
+    assert learning.learned.frames > 0
 
 
 def test_what_is_understood_only_without_what_was_learnt_is_doubted(
@@ -237,8 +238,8 @@ def test_what_is_understood_only_without_what_was_learnt_is_doubted(
     wrong = StartVector((60.0, *[-40.0] * 12), 1000)
     learning = Interpreter(loaded, ALONE, Profile(wrong), learning=True)
     learning.learn(learning.understand(segment))
-    assert learning.learnt.doubts == 1
-    assert learning.learnt.frames == wrong.frames
+    assert learning.learned.doubts == 1
+    assert learning.learned.frames == wrong.frames
 
 
 def test_a_stop_is_spotted_before_it_is_over_and_other_commands_are_not(

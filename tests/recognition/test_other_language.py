@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.other_languages import find_sources, read_language
-from voz.recognition.evidence import Comparison
+from voz.recognition.evidence import CommandSearch
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.phoneme_scorer import scorer_for, why_missing
@@ -80,7 +81,7 @@ def test_a_speaker_of_spanish_can_be_learnt(in_spanish: Language, tmp_path: Path
 
 
 def test_the_phone_loop_has_the_phones_of_the_model(in_spanish: Language) -> None:
-    assert Comparison(in_spanish)._phones == sorted(set(LIKE) - {"SIL"})
+    assert CommandSearch(in_spanish)._phones == sorted(set(LIKE) - {"SIL"})
 
 
 def test_nothing_of_english_is_added(in_spanish: Language) -> None:
@@ -94,7 +95,7 @@ def test_the_second_ear_steps_aside_by_the_language_and_not_by_the_names_of_phon
     spoken = loaded.spoken
     same_phones = type(spoken)("es", spoken.acoustic_model, "", spoken.frames, spoken.apart)
     with pytest.raises(UnknownNetworkError, match="English alone, and this is es"):
-        scorer_for(loaded._replace(spoken=same_phones))
+        scorer_for(dataclasses.replace(loaded, spoken=same_phones))
     assert why_missing(files) == "it knows English alone, and this is es"
 
 

@@ -15,7 +15,12 @@ from voz.recognition.network_file import (
     read_network,
     write_network,
 )
-from voz.recognition.phoneme_network import BESIDES, SHORTEST, PhonemeNetwork, spectrum_kernels
+from voz.recognition.phoneme_network import (
+    BLANK_SYMBOLS,
+    SHORTEST,
+    PhonemeNetwork,
+    spectrum_kernels,
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +34,7 @@ def test_it_hears_the_phonemes_of_a_word(
     said = next(r for r in recordings if r.text == "stop" and r.voice == "festival_slt")
     best = network.log_probabilities(said.samples()).argmax(axis=1)
     heard = [network.symbols[number] for number, _ in groupby(best)]
-    sounds = "".join(symbol for symbol in heard if symbol not in BESIDES)
+    sounds = "".join(symbol for symbol in heard if symbol not in BLANK_SYMBOLS)
     assert ascii(sounds) == ascii("st\N{LATIN SMALL LETTER ALPHA}p")
 
 

@@ -384,5 +384,5 @@ def test_a_whispered_command_that_the_network_knows_is_speech(
         return sum((u.text, u.accepted) == (text, True) for text, us in heard.items() for u in us)
 
     with_less_voice = accepted()
-    monkeypatch.setattr("voz.recognition.confidence.SOFT_SPEECH", 1.1)
+    monkeypatch.setattr("voz.recognition.confidence.SOFT_SPEECH_VOICE", 1.1)
     assert with_less_voice > accepted() + 1

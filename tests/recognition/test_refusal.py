@@ -9,11 +9,11 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.recognition.evidence import Alignment, Evidence, Span
 from voz.recognition.phoneme_scorer import Match, Ranking
 from voz.recognition.refusal import (
-    ALIKE,
-    CLOSE,
-    NOT_SAID,
-    SAID,
-    SHORT,
+    MIN_DURATION,
+    SAID_SCORE,
+    TIE_RATIO,
+    TIE_SCORE,
+    UNSAID_SCORE,
     refusal_by_network,
     refusal_by_pocketsphinx,
     unusable_sound,
@@ -37,7 +37,7 @@ def evidence(*word_scores: float, behind: float = 5.0) -> Evidence:
     [
         (evidence(-4.0, -5.0), "not_a_command"),
         (evidence(-1.0, -5.0), "part_of_a_command"),
-        (evidence(-2.5, -2.5, behind=2 * ALIKE), "not_a_command"),
+        (evidence(-2.5, -2.5, behind=2 * TIE_RATIO), "not_a_command"),
     ],
 )
 def test_the_reason_follows_from_the_evidence(found: Evidence, reason: str) -> None:
@@ -45,7 +45,7 @@ def test_the_reason_follows_from_the_evidence(found: Evidence, reason: str) -> N
 
 
 def test_two_commands_that_fit_as_well_are_both_named() -> None:
-    for behind in (0.5 * ALIKE, -0.5 * ALIKE):
+    for behind in (0.5 * TIE_RATIO, -0.5 * TIE_RATIO):
         found = evidence(-2.5, -2.5, behind=behind)
         assert refusal_by_pocketsphinx(found) == ("unsure_between", ("go go", "turn left"))
 
@@ -60,7 +60,7 @@ def scores(best: float, behind: float = 1e3) -> Ranking:
     return Ranking({text: Match(score, 0.0, 1.0) for text, score in scores.items()})
 
 
-WELL, BADLY = SAID + 0.5, NOT_SAID - 0.5
+WELL, BADLY = SAID_SCORE + 0.5, UNSAID_SCORE - 0.5
 
 
 @pytest.mark.parametrize(
@@ -68,10 +68,10 @@ WELL, BADLY = SAID + 0.5, NOT_SAID - 0.5
     [
         (scores(BADLY), (BADLY, BADLY), "not_a_command"),
         (scores(BADLY), (WELL, BADLY), "part_of_a_command"),
-        (scores(BADLY, behind=CLOSE / 2), (WELL, BADLY), "part_of_a_command"),
+        (scores(BADLY, behind=TIE_SCORE / 2), (WELL, BADLY), "part_of_a_command"),
         (scores(WELL), (WELL, WELL), "not_a_command"),
-        (scores(WELL, behind=2 * CLOSE), (WELL, WELL), "not_a_command"),
-        (scores(BADLY, behind=CLOSE / 2), (BADLY, BADLY), "not_a_command"),
+        (scores(WELL, behind=2 * TIE_SCORE), (WELL, WELL), "not_a_command"),
+        (scores(BADLY, behind=TIE_SCORE / 2), (BADLY, BADLY), "not_a_command"),
     ],
 )
 def test_the_reason_follows_from_what_the_network_makes_of_the_words(
@@ -82,7 +82,7 @@ def test_the_reason_follows_from_what_the_network_makes_of_the_words(
 
 def test_two_commands_that_the_network_hears_as_well_are_both_named() -> None:
     between = ("unsure_between", ("turn right", "turn left"))
-    assert refusal_by_network(scores(WELL, behind=CLOSE / 2), PHONES, (WELL, WELL)) == between
+    assert refusal_by_network(scores(WELL, behind=TIE_SCORE / 2), PHONES, (WELL, WELL)) == between
 
 
 def test_a_list_of_one_command_leaves_nothing_to_be_unsure_between() -> None:
@@ -93,5 +93,5 @@ def test_a_list_of_one_command_leaves_nothing_to_be_unsure_between() -> None:
 def test_what_is_no_speech_or_hardly_heard_is_said_first() -> None:
     assert unusable_sound(SPEECH, 0.0) == "no_speech"
     assert unusable_sound(SPEECH // 200, 0.0) == "too_quiet"
-    assert unusable_sound(SPEECH[: int(SHORT * SAMPLE_RATE) - 1], 0.0) == "too_short"
+    assert unusable_sound(SPEECH[: int(MIN_DURATION * SAMPLE_RATE) - 1], 0.0) == "too_short"
     assert unusable_sound(SPEECH, 0.1) is None

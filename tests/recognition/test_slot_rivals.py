@@ -19,7 +19,13 @@ from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import Parse
 from voz.recognition.phoneme_scorer import Match, Ranking
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.slot_rivals import ENOUGH, SCALE, find_rival, highest_confidence, is_too_close
+from voz.recognition.slot_rivals import (
+    MIN_SHARE,
+    RIVAL_SCALE,
+    find_rival,
+    highest_confidence,
+    is_too_close,
+)
 from voz.settings import Recognition
 from voz.speech.festival import render
 
@@ -38,24 +44,25 @@ def heard(scores: Mapping[str, float]) -> Ranking:
 
 def test_another_value_that_fits_as_well_takes_half_of_it() -> None:
     found = find_rival(heard({"bring a cup": 9.0, "bring a cap": 9.0}), MEANT.get)
-    assert found == ("bring a cap", pytest.approx(0.5))
+    assert found
+    assert (found.text, found.share) == ("bring a cap", pytest.approx(0.5))
     alike = dict.fromkeys(("bring a cup", "bring a cap", "bring a map"), 9.0)
     both = find_rival(heard(alike), MEANT.get)
     assert both
-    assert both.left == pytest.approx(1 / 3)
+    assert both.share == pytest.approx(1 / 3)
     assert is_too_close(both)
-    assert highest_confidence(both) == both.left
+    assert highest_confidence(both) == both.share
 
 
 def test_the_further_it_is_ahead_the_more_is_left_of_it() -> None:
-    ahead = [0.0, 1.0, SCALE, 3 * SCALE, math.inf]
+    ahead = [0.0, 1.0, RIVAL_SCALE, 3 * RIVAL_SCALE, math.inf]
     found = [
         find_rival(heard({"bring a cup": 20.0, "bring a cap": 20 - a}), MEANT.get) for a in ahead
     ]
-    left = [each.left for each in found if each]
+    left = [each.share for each in found if each]
     assert left == sorted(left)
     assert left[-2:] == [pytest.approx(1 / (1 + math.exp(-3))), 1]
-    assert [is_too_close(each) for each in found] == [share < ENOUGH for share in left]
+    assert [is_too_close(each) for each in found] == [share < MIN_SHARE for share in left]
     assert [highest_confidence(each) for each in found[-2:]] == [1, 1]
 
 
@@ -68,10 +75,10 @@ def test_it_is_a_share_and_only_what_is_between_the_scores_counts(
 ) -> None:
     found = find_rival(heard(scores), MEANT.get)
     if found:
-        assert 0 < found.left <= 1
+        assert 0 < found.share <= 1
         again = find_rival(heard({text: score + more for text, score in scores.items()}), MEANT.get)
         assert again
-        assert again.left == pytest.approx(found.left, abs=1e-6)
+        assert again.share == pytest.approx(found.share, abs=1e-6)
 
 
 def test_other_words_for_the_same_are_no_rival() -> None:
@@ -82,7 +89,7 @@ def test_other_words_for_the_same_are_no_rival() -> None:
     )
     assert other
     assert other.text == "go back"
-    assert other.left > 0.99
+    assert other.share > 0.99
 
 
 def test_without_slots_there_is_none() -> None:
@@ -127,4 +134,4 @@ def test_where_noise_covers_what_tells_two_apart_neither_is_obeyed(
         assert heard.reason == "unsure_between"
         assert heard.between
         assert heard.between[0] == heard.text != heard.between[1]
-        assert heard.confidence < ENOUGH
+        assert heard.confidence < MIN_SHARE

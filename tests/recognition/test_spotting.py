@@ -10,7 +10,7 @@ from voz.events import Partial
 from voz.recognition.language import Language
 from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.spotting import FITS, Spotter
+from voz.recognition.spotting import MIN_SPOTTING_SCORE, KeywordSpotter
 
 
 def clips(recordings: list[Recording]) -> list[Recording]:
@@ -21,7 +21,7 @@ def clips(recordings: list[Recording]) -> list[Recording]:
 def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
     ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = Spotter(ear, ["stop"], loaded.commands.listed)
+    spotter = KeywordSpotter(ear, ["stop"], loaded.commands.listed)
     hiss = np.random.default_rng(0).normal(0, 60, SAMPLE_RATE).astype(np.int16)
     found = {True: 0, False: 0}
     for clip in clips(recordings):
@@ -37,13 +37,13 @@ def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
 def test_the_best_of_several_commands_is_given(
     ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = Spotter(ear, ["stop", "turn left"], loaded.commands.listed)
+    spotter = KeywordSpotter(ear, ["stop", "turn left"], loaded.commands.listed)
     for text in ("stop", "turn left"):
         clip = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", text))
         spotted = spotter.spot(clip.samples())
         assert spotted
         assert spotted.text == text
-        assert spotted.score > FITS
+        assert spotted.score > MIN_SPOTTING_SCORE
 
 
 def in_machines(samples: Samples) -> Samples:

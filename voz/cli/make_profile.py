@@ -23,7 +23,14 @@ from voz.cli.text_io import show, warn
 from voz.errors import ConfigError
 from voz.language.generated.language_files import LanguageFiles, read_sentences
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.calibration import FEWEST, STEPS, Calibration, Said, Score, calibrate
+from voz.recognition.speaker.calibration import (
+    CALIBRATION_STEPS,
+    MIN_SENTENCES,
+    Calibration,
+    Said,
+    Score,
+    calibrate,
+)
 from voz.recognition.speaker.profiles import Profile, profile_folder, save_profile
 from voz.settings import Recognition
 
@@ -106,10 +113,10 @@ def _record(
 ) -> None:
     """Ask for what has no recording yet."""
     asked = choose_prompts(commands, name)
-    if len(set(asked)) < FEWEST:
+    if len(set(asked)) < MIN_SENTENCES:
         raise ConfigError(
             f"the language has {len(set(asked))} commands; to calibrate, add some to its list "
-            f"until there are {FEWEST}"
+            f"until there are {MIN_SENTENCES}"
         )
     left = missing_prompts(asked, read_saved_recordings(folder, commands))
     if not left:
@@ -141,7 +148,7 @@ def _calibrate(
         tempfile.TemporaryDirectory(prefix="voz-") as folder,
         Progress(console=console, transient=True, disable=not console.is_terminal) as bar,
     ):
-        task = bar.add_task("Trying what helps", total=STEPS)
+        task = bar.add_task("Trying what helps", total=CALIBRATION_STEPS)
         found = calibrate(said, language, settings, Path(folder), lambda: bar.advance(task))
         save_profile(name, found.profile)
     return found

@@ -271,33 +271,33 @@ def _recognizer(
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,
-        learnt_file,
+        learned_file,
         load_profile,
-        save_learnt,
+        save_learned,
     )
 
     known = load_profile(options.profile) if options.profile else None
     if not options.adapt:
         yield Recognizer(language, settings.recognition, known)
         return
-    # What was learnt with another acoustic model is of no use; English has no digest.
+    # What was learned with another acoustic model is of no use; English has no digest.
     where = f"{place} {read_language_info(language).model}".strip()
-    learnt = learnt_file(options.profile or USUAL_PROFILE, where)
-    known = _with_learnt(known, learnt)
+    learned = learned_file(options.profile or USUAL_PROFILE, where)
+    known = _with_learned(known, learned)
     recognizer = Recognizer(language, settings.recognition, known, learning=True)
     try:
         yield recognizer
     finally:
-        warn(save_learnt(learnt, recognizer.learnt))
+        warn(save_learned(learned, recognizer.learnt))
 
 
-def _with_learnt(known: Profile | None, path: Path) -> Profile:
-    """Put what was learnt in earlier runs in place of what the profile starts from."""
+def _with_learned(known: Profile | None, path: Path) -> Profile:
+    """Put what was learned in earlier runs in place of what the profile starts from."""
     from msgspec.structs import replace
 
-    from voz.recognition.speaker.profiles import Profile, load_learnt
+    from voz.recognition.speaker.profiles import Profile, load_learned
 
-    learnt, problem = load_learnt(path)
+    learned, problem = load_learned(path)
     warn(problem)
     known = known or Profile()
-    return replace(known, start=learnt) if learnt.frames else known
+    return replace(known, start=learned) if learned.frames else known

@@ -1,4 +1,4 @@
-"""Pronunciations that the acoustic model lacks for speakers who are no Americans: pure."""
+"""Pronunciations of speakers who are not American."""
 
 from __future__ import annotations
 
@@ -8,12 +8,9 @@ Phones = tuple[str, ...]
 
 
 def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
-    """Add to a dictionary how its words are said in other accents.
+    """Add the pronunciations of other accents to a dictionary.
 
-    Only the rounded vowel of `stop`, `pot` and `rock`, which most of the world says in place of
-    the American open one, pays: `stop` by people on phones is then right in .93, not .90 of the
-    recordings. Without r (`start` as `S T AA T`), or with the British `go`, commands are taken for
-    each other.
+    That is the rounded vowel of `stop` and `rock` alone: others make commands alike.
 
     Args:
         dictionary: the phones of each word; variants are words, as `the(2)`.
@@ -37,7 +34,7 @@ def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
 
 
 def spellings(dictionary: Mapping[str, Phones]) -> dict[str, list[Phones]]:
-    """Collect the phones of each word, in all the ways that a dictionary has for it."""
+    """All pronunciations of each word of a dictionary."""
     found: dict[str, list[Phones]] = {}
     for name, phones in dictionary.items():
         found.setdefault(_plain(name), []).append(phones)
@@ -45,13 +42,13 @@ def spellings(dictionary: Mapping[str, Phones]) -> dict[str, list[Phones]]:
 
 
 def added(before: Iterable[str], after: Mapping[str, Phones]) -> dict[str, Phones]:
-    """Tell which entries a dictionary has more than before."""
+    """The entries that a dictionary has more than before."""
     there = set(before)
     return {name: phones for name, phones in after.items() if name not in there}
 
 
 def _rounded(word: str, phones: Phones) -> Phones:
-    """The vowel that is written o and said AA, but not before R (`sorry` keeps it)."""
+    """Replace AA by AO where an o is written, but not before R (`sorry` keeps it)."""
     if "o" not in word:
         return phones
     pairs = zip(phones, (*phones[1:], ""), strict=True)

@@ -1,4 +1,4 @@
-"""Lets the calls of several threads take turns."""
+"""Calls of several threads take turns."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from voz.errors import RecognizerBusyError
 
 
 class NonReentrantLock:
-    """One call at a time, in a `with` block; those of other threads wait for it.
+    """A lock that raises in a thread that holds it already.
 
-    A call of the same thread would wait for ever: a signal handler has interrupted the first one.
+    That is a signal handler which interrupted the first call, and would wait for ever.
     """
 
     def __init__(self) -> None:
@@ -18,7 +18,7 @@ class NonReentrantLock:
         self._taken = False
 
     def __enter__(self) -> None:
-        """Wait for the other threads; raises RecognizerBusyError instead of waiting for itself."""
+        """Wait for other threads; raises RecognizerBusyError in the same one."""
         self._lock.acquire()
         if self._taken:
             self._lock.release()

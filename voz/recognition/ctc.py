@@ -1,7 +1,7 @@
-"""Where in a sound each sentence fits best, by a network that gives a symbol or none each moment.
+"""Where in a sound each sentence fits best.
 
-The best path by Viterbi through the lattice of connectionist temporal classification (Graves et
-al. 2006, doi:10.1145/1143844.1143891), with a free beginning and end. Pure.
+Viterbi through the lattice of connectionist temporal classification (Graves et al. 2006,
+doi:10.1145/1143844.1143891), with a free beginning and end.
 """
 
 from __future__ import annotations
@@ -17,16 +17,11 @@ Floats = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
 
 Ways = Sequence[Sequence[int]]
-"""The symbols of a word, by number, in all the ways that it may be pronounced."""
+"""All pronunciations of a word, as numbers of symbols."""
 
 
 class Node(NamedTuple):
-    """A symbol of a sentence, or the blank between two.
-
-    Attributes:
-        symbol: its number.
-        sources: the nodes from which it is reached, itself among them.
-    """
+    """A symbol, and the nodes from which it is reached, itself among them."""
 
     symbol: int
     sources: Sequence[int]
@@ -37,11 +32,10 @@ class Lattice(NamedTuple):
 
     Attributes:
         symbols: of each node.
-        sources: the nodes from which each node is reached: one column for each node, filled up
-            with the number of nodes.
+        sources: nodes from which each node is reached, a column each, padded with their number.
         starts: whether a sentence may begin at each node.
-        ends: the nodes at which one may end, one sentence after the other.
-        firsts: where those of each sentence begin in that.
+        ends: the nodes at which one may end, sentence by sentence.
+        firsts: where those of each sentence begin in `ends`.
     """
 
     symbols: Places
@@ -52,13 +46,7 @@ class Lattice(NamedTuple):
 
 
 class Matches(NamedTuple):
-    """Where each sentence fits best.
-
-    Attributes:
-        scores: relative log-likelihoods, nats.
-        begins: the first moment of each.
-        ends: the last moment of each.
-    """
+    """Relative log-likelihood (nats), first and last moment of each sentence."""
 
     scores: Floats
     begins: Places
@@ -66,10 +54,10 @@ class Matches(NamedTuple):
 
 
 def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
-    """Lay sentences side by side.
+    """Build the lattice of sentences.
 
     Args:
-        sentences: their words, at least one each; no pronunciation of a word is empty.
+        sentences: the pronunciations of their words, none of them empty.
         blank: the number of the blank.
     """
     nodes: list[Node] = []
@@ -102,7 +90,7 @@ def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
 def _append(
     nodes: list[Node], word: Ways, before: Sequence[int], blank: int
 ) -> tuple[list[int], list[int]]:
-    """Add a word behind some nodes; returns its first and its last nodes."""
+    """Add a word after some nodes; returns its first and its last nodes."""
     firsts: list[int] = []
     lasts: list[int] = []
     for way in word:
@@ -123,10 +111,10 @@ def best_matches(relative: Floats, before: Floats, behind: Floats, sentences: La
     """Find where each sentence fits best.
 
     Args:
-        relative: moments x symbols, log-probabilities less that of the likeliest symbol, nats.
-        before: what it costs to begin at each moment, nats.
-        behind: what it costs to end at each moment, nats.
-        sentences: as `lattice` lays them.
+        relative: log-probabilities less that of the likeliest symbol, nats, moments x symbols.
+        before: cost of beginning at each moment, nats.
+        behind: cost of ending at each moment, nats.
+        sentences: their lattice.
     """
     symbols, sources, starts, ends, firsts = sentences
     nodes, columns = len(symbols), np.arange(len(symbols))

@@ -1,4 +1,4 @@
-"""Whether a hypothesis is obeyed: by its probability, its context, and what else it may mean."""
+"""Whether a hypothesis is obeyed, by its probability, its context and its rival."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Decision:
     """What becomes of a hypothesis.
 
     Attributes:
-        confidence: how likely it is that the command was said and meant, 0 to 1.
+        confidence: the probability that the command was said and meant, 0 to 1.
         accepted: whether it is obeyed.
-        waits: whether that holds only if nothing is said right behind it, which is not known yet.
+        waits: whether it is obeyed only if nothing follows, which is not known yet.
     """
 
     confidence: float
@@ -29,15 +29,15 @@ class Decision:
 
 
 class DecisionRule:
-    """Compares confidences with thresholds; any thread may change these."""
+    """Compares confidences with thresholds, which any thread may change."""
 
     def __init__(self, commands: Commands, model: Model, settings: Recognition) -> None:
         """Compute the thresholds.
 
         Args:
-            commands: what may be said.
-            model: tells how many false alarms there are at each threshold.
-            settings: how many there may be, and which commands must not be missed.
+            commands: all commands.
+            model: of the confidence.
+            settings: the false alarms, and which commands must not be missed.
         """
         self._commands = commands
         self._model = model
@@ -45,11 +45,11 @@ class DecisionRule:
         self.accept_by(settings)
 
     def accept_by(self, settings: Recognition) -> None:
-        """Accept by the false alarms, or the threshold, of other settings from now on."""
+        """Use the false alarms, or the threshold, of other settings."""
         self._thresholds = thresholds_of(self._model, settings)
 
     def threshold(self, text: str) -> float | None:
-        """The confidence that a command needs, 0 to 1; None if the text is none."""
+        """The confidence that a command needs, 0 to 1; None if the text is no command."""
         parse = self._commands.parse(text)
         if parse is None:
             return None
@@ -57,12 +57,7 @@ class DecisionRule:
         return self._thresholds.never_missed if is_careful else self._thresholds.usual
 
     def decide(self, heard: Hypothesis, context: Context) -> Decision:
-        """Decide whether a hypothesis is obeyed.
-
-        Args:
-            heard: what was understood.
-            context: what is around it; `QUIET` if nothing was said behind it so far.
-        """
+        """Decide whether a hypothesis is obeyed; `QUIET` if nothing follows it so far."""
         sure = confidence_in_quiet(heard)
         confidence = discount_for_context(sure, context)
         threshold = self.threshold(heard.text)
@@ -75,5 +70,5 @@ class DecisionRule:
 
 
 def confidence_in_quiet(heard: Hypothesis) -> float:
-    """The confidence of a hypothesis if there is no other speech around it, 0 to 1."""
+    """The confidence of a hypothesis without other speech around it, 0 to 1."""
     return min(heard.probability, highest_confidence(heard.rival))

@@ -1,4 +1,4 @@
-"""pocketsphinx, set up well: from the sound of an utterance to its sentence."""
+"""pocketsphinx and its settings: from the samples of an utterance to its sentence."""
 
 from __future__ import annotations
 
@@ -14,33 +14,24 @@ from voz.recognition.accents import added
 from voz.recognition.language import Language
 from voz.settings import Search
 
-CMN_START = (45.0, 3.0, -1.0)
-"""Where the cepstral mean starts for speech of the usual level; further coefficients are 0.
-
-A command is too short to estimate it from. Commands by synthetic foreign accents are right in .905
-from pocketsphinx's own 40, .943 from 45 and .933 from 50; `stop` by people in .843, .867, .867.
-"""
+INITIAL_CEPSTRAL_MEAN = (45.0, 3.0, -1.0)
+"""First cepstral mean at the usual level; a command is too short to estimate it. The rest is 0."""
 
 USUAL_LEVEL = 47.2
-"""The mean energy of a command with its margins, in the recordings that the start is right for."""
+"""Mean level (dB) of a command with its margins that `INITIAL_CEPSTRAL_MEAN` fits."""
 
 LEVEL_WEIGHT = 0.66
-"""How far the mean's first coefficient follows the level, for each dB.
+"""Change of the mean's first coefficient for each dB of level."""
 
-It is 1.1 dB on average, and the words account for a part of the differences. Half of 210 commands
-at 10 dB over kitchen noise are right with the fixed start, four of five with this.
-"""
+GRAMMAR_BEAMS = {"beam": 1e-80, "pbeam": 1e-80, "wbeam": 1e-60}
+"""Wider than pocketsphinx's own, which loses sentences of long lists."""
 
-BEAMS = {"beam": 1e-80, "pbeam": 1e-80, "wbeam": 1e-60}
-"""Of a long list: with pocketsphinx's own, 1e-48, one of 42 long sentences has no result, and
-another is wrong. They take a sixth more time."""
-
-PIECE = 800
-"""Samples that are decoded at a time; no other thread of Python runs for those 3 ms."""
+CHUNK = 800
+"""Samples decoded at a time; Python's other threads wait meanwhile, 3 ms."""
 
 
 class Decoder:
-    """Finds the sentence in a stretch of speech; made once, used for many."""
+    """Finds the sentence of an utterance."""
 
     def __init__(
         self, language: Language, search: Search = "grammar", mllr: str | None = None
@@ -48,15 +39,15 @@ class Decoder:
         """Load the model.
 
         Args:
-            language: whose commands it finds.
+            language: the commands.
             search: "grammar" gives whole commands only, "lm" any sequence of their words.
-            mllr: a file with the transform of the acoustic model for a speaker.
+            mllr: file with a speaker's transform of the acoustic model.
 
         Raises:
             LanguageError: pocketsphinx cannot use the language files.
         """
         # The lattice search that `bestpath` turns on loses a grammar's end, and with it the result.
-        beams = {} if search == "lm" else BEAMS
+        beams = {} if search == "lm" else GRAMMAR_BEAMS
         self._decoder = load_decoder(language, bestpath=search == "lm", mllr=mllr, **beams)
         files = language.files
         source = files.lm if search == "lm" else files.grammar
@@ -78,7 +69,7 @@ class Decoder:
 
         Args:
             samples: one utterance, 16 kHz.
-            start: where the cepstral mean starts, as `mean_start` gives it.
+            start: the first cepstral mean, as `mean_start` gives it.
 
         Returns:
             Its words in lower case; empty if no sentence fits.
@@ -89,10 +80,10 @@ class Decoder:
 
 
 def load_decoder(language: Language, **settings: Any) -> Any:
-    """Load the acoustic model with the dictionary of a language, accents too, and no search yet.
+    """Load the acoustic model and the dictionary with accents, without a search.
 
     Args:
-        language: whose commands it finds.
+        language: the commands.
         settings: what differs from pocketsphinx's defaults.
 
     Raises:
@@ -121,29 +112,21 @@ def _unusable(path: object) -> str:
 
 
 def mean_start(samples: Samples) -> str:
-    """Tell where the cepstral mean starts for an utterance: it hangs on the level, and so on noise.
-
-    Args:
-        samples: the utterance with its margins, 16 kHz.
-
-    Returns:
-        The mean's coefficients as pocketsphinx reads them.
-    """
+    """The first cepstral mean for samples of 16 kHz by their level, as `set_cmn` reads it."""
     found = frame_energies(samples)
     louder = float(found.mean()) - USUAL_LEVEL if len(found) else 0.0
-    first, *others = CMN_START
+    first, *others = INITIAL_CEPSTRAL_MEAN
     return ",".join(f"{value:.2f}" for value in (first + LEVEL_WEIGHT * louder, *others))
 
 
 def process(decoder: Any, samples: Samples, start: str) -> None:
-    """Decode one utterance, with nothing left in the front end of the one before.
+    """Decode one utterance, independently of the ones before.
 
-    `reinit_feat` and `set_cmn` make a used decoder equal to a fresh one. The mean then follows the
-    utterance as it would live: the mean of a whole short utterance (`full_utt`) is worse.
+    The mean follows the utterance, which is better than the mean of all of it (`full_utt`).
     """
     decoder.reinit_feat()
     decoder.set_cmn(start)
     decoder.start_utt()
-    for at in range(0, len(samples), PIECE):
-        decoder.process_raw(samples[at : at + PIECE].tobytes())
+    for at in range(0, len(samples), CHUNK):
+        decoder.process_raw(samples[at : at + CHUNK].tobytes())
     decoder.end_utt()

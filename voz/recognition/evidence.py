@@ -1,54 +1,43 @@
-"""What speaks for a command and against it: its own path, its rivals', and that of any phones."""
+"""The likelihoods of a command, of its rivals and of any phones, by pocketsphinx."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from voz.audio import Samples
 from voz.recognition.decoder import load_decoder, process
 from voz.recognition.language import Language
-from voz.recognition.phone_loop import fillers
+from voz.recognition.phone_loop import filler_dictionary
 from voz.recognition.search_graph import SILENCE, search_graph
 from voz.recognition.shortlist import Shortlist
 
 UNPRUNED = 0.0
-"""A beam without an end.
-
-A sentence of 15 words may be 800 nats better or worse than the phone loop, and the narrowest
-double, 1e-300, stands for 690: then one of the two was lost, and the command with it.
-"""
+"""An infinite beam: long sentences may be 800 nats apart, and a beam of 1e-300 is 690."""
 
 SCORE_UNIT = 1024 * math.log(1.0001)
-"""pocketsphinx counts acoustic scores in 1.0001-logarithms shifted right by 10 bits; this in nats.
+"""Nats of an acoustic score: 1.0001-logarithms (`logmath.h`) shifted by 10 bits (`hmm.h`)."""
 
-`logmath.h` has the base, `SENSCR_SHIFT` in `hmm.h` the shift.
-"""
+MAX_RIVALS = 60
+"""Most commands that are searched; of more, those that sound like the text."""
 
-MOST_RIVALS = 60
-"""Commands searched side by side; of longer lists, those that sound most like what was heard."""
+NEVER_MISSED_TOLERANCE = 1.1
+"""A command that must not be missed wins although it is worse by this, nats per frame."""
 
-IN_DOUBT = 1.1
-"""A command that must not be missed is taken when it is worse by so little, nats for each frame."""
-
-EXPLAINS = 0.75
-"""And when it has a word in so much of the speech that the better command has words in.
-
-Of 18 times that `stop` was said and another command fitted better, 16 are within both, and of 650
-other commands none. Without the second three are, and in kitchen noise nine of 280, most of them
-`stop speech`.
-"""
+MIN_COVERAGE = 0.75
+"""If its words cover this share of the speech that the better command covers."""
 
 
 class Span(NamedTuple):
     """A word or phone of a path.
 
     Attributes:
-        name: the word as the dictionary has it, with its variant: `stop`, `the(2)`.
-        start: its first frame, 10 ms each.
+        name: the word with its variant: `stop`, `the(2)`.
+        start: its first frame of 10 ms.
         end: its last frame.
-        score: its log-likelihood relative to the best state of each frame, nats.
+        score: log-likelihood relative to the best state of each frame, nats.
     """
 
     name: str
@@ -58,30 +47,32 @@ class Span(NamedTuple):
 
     @property
     def frames(self) -> int:
-        """How many frames it takes."""
+        """Its duration in frames."""
         return self.end - self.start + 1
 
 
-class Alignment(NamedTuple):
-    """The best way through one part of the search: its score in nats, and all but its silences."""
+@dataclass(frozen=True)
+class Alignment:
+    """The best path of a part of the search: its score in nats, and its spans without silences."""
 
     score: float
     spans: tuple[Span, ...]
 
     @property
     def frames(self) -> int:
-        """How many frames it takes without its silences."""
+        """Its duration in frames without silences."""
         return sum(span.frames for span in self.spans)
 
 
-class Evidence(NamedTuple):
-    """What is known about one utterance.
+@dataclass(frozen=True)
+class Evidence:
+    """The likelihoods for an utterance.
 
     Attributes:
-        text: the command that it is about.
-        command: the path of that command.
-        rivals: the scores of other commands, nats.
-        phones: the path of any sequence of phones.
+        text: the command.
+        command: its path.
+        rivals: scores of other commands, nats.
+        phones: the path of any phones.
     """
 
     text: str
@@ -90,13 +81,10 @@ class Evidence(NamedTuple):
     phones: Alignment
 
 
-class Comparison:
-    """Searches the commands and a free loop of phones side by side.
+class CommandSearch:
+    """Searches commands and a free loop of phones side by side.
 
-    All are scored against the same best state of each frame, and their results are read one after
-    the other. Separate searches with `compallsen`, which makes separate scores comparable, tell
-    commands from other speech no better and take four times as long. Nothing is pruned, so there
-    is always a result, and a pruned search beforehand finds no more commands.
+    One unpruned search for all makes their scores comparable.
     """
 
     def __init__(
@@ -108,17 +96,17 @@ class Comparison:
         """Load the model.
 
         Args:
-            language: whose commands it compares.
-            never_missed: those that are taken when in doubt.
-            mllr: a file with the transform of the acoustic model for a speaker.
+            language: the commands.
+            never_missed: commands that win when in doubt.
+            mllr: file with a speaker's transform of the acoustic model.
 
         Raises:
             LanguageError: pocketsphinx cannot use the dictionary.
         """
-        # As fillers the phones keep their context-independent models: a third of the time.
+        # Fillers keep their context-independent models, which take a third of the time.
         # The search then must not put them everywhere; the silences are in its arcs.
         self._phones = sorted(language.spoken.phones)
-        with fillers(self._phones) as words:
+        with filler_dictionary(self._phones) as words:
             self._decoder = load_decoder(
                 language,
                 bestpath=False,
@@ -129,13 +117,13 @@ class Comparison:
                 pbeam=UNPRUNED,
                 wbeam=UNPRUNED,
             )
-        self._shortlist = Shortlist(language, never_missed, MOST_RIVALS)
+        self._shortlist = Shortlist(language, never_missed, MAX_RIVALS)
         if self.finds_alone:
             self._search_for(language.commands.listed)
 
     @property
     def finds_alone(self) -> bool:
-        """Whether it can find the command too: the list is short enough to search all of it."""
+        """Whether it searches all commands, and needs no proposal."""
         return self._shortlist.is_whole
 
     def compare(self, samples: Samples, text: str, start: str) -> Evidence | None:
@@ -143,11 +131,11 @@ class Comparison:
 
         Args:
             samples: one utterance, 16 kHz.
-            text: the sentence that was heard; empty takes the command that fits best.
-            start: where the cepstral mean starts, as `mean_start` gives it.
+            text: the proposed sentence; empty for the best command.
+            start: the first cepstral mean, as `mean_start` gives it.
 
         Returns:
-            The evidence; None if the sound is too short for any command.
+            None if the sound is too short for any command.
         """
         if not self.finds_alone:
             self._search_for(self._shortlist.similar_to(text))
@@ -158,19 +146,21 @@ class Comparison:
         if not found or not phones.spans:
             return None
         best = text if text in found else max(found, key=found.__getitem__)
-        best = self._in_doubt(best, found, phones)
+        best = self._prefer_never_missed(best, found, phones)
         del found[best]
         return Evidence(best, self._path(self._graph.ends[best]), found, phones)
 
-    def _in_doubt(self, best: str, scores: Mapping[str, float], phones: Alignment) -> str:
-        """Rather a command that must not be missed than one that is hardly better."""
-        least = scores[best] - IN_DOUBT * phones.frames
+    def _prefer_never_missed(
+        self, best: str, scores: Mapping[str, float], phones: Alignment
+    ) -> str:
+        """A command that must not be missed if it is close to the best one, else that."""
+        least = scores[best] - NEVER_MISSED_TOLERANCE * phones.frames
         close = [c for c in self._shortlist.never_missed if scores.get(c, -math.inf) > least]
         if best in close or not close:
             return best
         careful = max(close, key=scores.__getitem__)
         explained = covered(self._path(self._graph.ends[best]), phones)
-        enough = covered(self._path(self._graph.ends[careful]), phones) >= EXPLAINS * explained
+        enough = covered(self._path(self._graph.ends[careful]), phones) >= MIN_COVERAGE * explained
         return careful if enough else best
 
     def _search_for(self, commands: list[str]) -> None:
@@ -196,15 +186,15 @@ class Comparison:
 
 
 def covered(command: Alignment, phones: Alignment) -> int:
-    """Count the frames of speech, as the phone loop has it, in which a command has a word too."""
+    """The frames of speech, by the phone loop, in which a command has a word."""
     return sum(overlap(word, span) for word in command.spans for span in phones.spans)
 
 
 def overlap(one: Span, other: Span) -> int:
-    """Count the frames that two spans share."""
+    """The frames that two spans share."""
     return max(0, min(one.end, other.end) - max(one.start, other.start) + 1)
 
 
 def _nats(score: float) -> float:
-    """Back from `logmath.exp(score)`, which is how pocketsphinx's Python hands scores out."""
+    """Undo `logmath.exp`, by which pocketsphinx's Python returns scores."""
     return math.log(score) / math.log(1.0001) * SCORE_UNIT

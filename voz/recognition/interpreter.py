@@ -1,4 +1,4 @@
-"""From a stretch of speech to its sentence, and whether it is obeyed."""
+"""From a segment to a command, and whether it is obeyed."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
-from voz.recognition.shortlist import MOST_NEVER_MISSED
+from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
-from voz.recognition.spotting import Spotted, Spotter
+from voz.recognition.spotting import KeywordSpotter, SpottedCommand
 from voz.settings import Recognition
 
-PAUSES = 2.0
-"""Seconds that a command takes besides its words: silence, hesitation, noise before and after."""
+PAUSE_ALLOWANCE = 2.0
+"""Seconds that a command may take besides its words."""
 
 
 class Interpreter:
-    """Finds what was said in stretches of speech; made once, used for many, on any thread.
+    """Finds and judges commands in segments, on any thread.
 
     Attributes:
-        learnt: what is known of the microphone and the speaker; it changes only while learning.
-        longest: how long a command may take, s.
-        commands: what may be said.
-        model: what the confidence is computed by.
+        learned: of the microphone and the speaker; it changes only while learning.
+        longest: duration of the longest command, s.
+        commands: all commands.
+        model: of the confidence.
         rule: decides what is obeyed.
     """
 
@@ -50,13 +50,13 @@ class Interpreter:
     ) -> None:
         """Load the models; arguments and errors are those of `Recognizer`."""
         profile.check_model(language.spoken.model)
-        self.learnt = profile.start
+        self.learned = profile.start
         self.commands = language.commands
         network = _network(language, settings.network) if settings.second_ear else None
         models = load_models(settings.confidence)
         model = models.two_ears if network else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
-        self._ears: CommandFinder = (
+        self._finder: CommandFinder = (
             NetworkFinder(language, settings, profile, self.model, network)
             if network
             else PocketsphinxFinder(language, settings, profile, self.model)
@@ -64,77 +64,76 @@ class Interpreter:
         # The network needs none of what pocketsphinx learns of a microphone.
         self._aligner = Aligner(language) if learning and not network else None
         self._spotter = _spotter(network, self.commands, settings.never_missed)
-        self.longest = PAUSES + MAX_WORD_SECONDS * self.commands.longest
+        self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * self.commands.longest
         self.rule = DecisionRule(self.commands, self.model, settings)
-        self._turns = NonReentrantLock()  # pocketsphinx decodes one utterance at a time
+        self._lock = NonReentrantLock()  # pocketsphinx decodes one utterance at a time
 
     def understand(self, segment: Segment) -> Hypothesis:
-        """Find the sentence of a segment, and how likely it is that it was said."""
-        with self._turns:
-            return self._understand(segment, self.learnt)
+        """Find the command of a segment; see `CommandFinder`."""
+        with self._lock:
+            return self._understand(segment, self.learned)
 
-    def _understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
+    def _understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
         if segment.end - segment.start > self.longest:
             # No command, and it would take long to find that out.
             return Hypothesis(segment, "", segment.end)
-        return self._ears.understand(segment, learnt)
+        return self._finder.understand(segment, learned)
 
-    def spot(self, so_far: Samples) -> Spotted | None:
-        """Tell which command that must not be missed may have been said just now, if any.
+    def spot(self, so_far: Samples) -> SpottedCommand | None:
+        """Find a command that must not be missed in the latest sound.
 
         Args:
-            so_far: what stands out of the room, up to now, 16 kHz.
+            so_far: the sound since it stands out of the background, 16 kHz.
         """
         if self._spotter is None:
             return None
-        with self._turns:
+        with self._lock:
             return self._spotter.spot(so_far)
 
     def learn(self, heard: Hypothesis) -> None:
-        """Learn from an utterance, or doubt what was learnt if it is understood only without.
+        """Learn from an utterance, or doubt what was learned if it is understood only without.
 
-        Nothing happens unless it was made to learn.
+        Does nothing unless learning was asked for.
         """
         if self._aligner:
-            with self._turns:
+            with self._lock:
                 self._learn(heard, self._aligner)
 
     def _learn(self, heard: Hypothesis, aligner: Aligner) -> None:
         if teaches(heard.values, heard.trust):
             sound = denoise_if_noisy(heard.segment.samples)
             start = mean_start(sound)
-            observed = aligner.observe(sound, heard.text, start, self.learnt)
+            observed = aligner.observe(sound, heard.text, start, self.learned)
             if observed:
-                self.learnt = self.learnt.updated(observed)
-        elif self.learnt.frames and self._teaches_without(heard.segment):
-            self.learnt = self.learnt.doubted()
+                self.learned = self.learned.updated(observed)
+        elif self.learned.frames and self._teaches_without(heard.segment):
+            self.learned = self.learned.doubted()
         else:
-            self.learnt = self.learnt.passed()
+            self.learned = self.learned.passed()
 
     def _teaches_without(self, segment: Segment) -> bool:
-        """Tell whether it could be learnt from, had nothing been learnt yet."""
         heard = self._understand(segment, StartVector())
         return teaches(heard.values, heard.trust)
 
     def has_continuation(self, text: str) -> bool:
-        """Tell whether a longer command begins with this one."""
+        """Whether a longer command begins with this one."""
         return bool(text) and self.commands.has_continuation(text)
 
-    def another_name(self, text: str) -> str | None:
-        """Give the name of a sentence's command, where it is not the sentence itself."""
+    def command_name(self, text: str) -> str | None:
+        """The name of a sentence's command, if it is not the sentence itself."""
         parse = self.commands.parse(text)
         return parse.command if parse and parse.command != text else None
 
     def utterance(
         self, heard: Hypothesis, context: Context, decided: float, source: str
     ) -> Utterance:
-        """Decide, and make the event that says so.
+        """Decide, and make the event.
 
         Args:
-            heard: what was understood.
+            heard: the hypothesis.
             context: what is around it.
-            decided: the time of the decision, s.
-            source: where it comes from.
+            decided: time of the decision, s.
+            source: name of the stream.
         """
         segment, text = heard.segment, heard.text
         decision = self.rule.decide(heard, context)
@@ -161,7 +160,7 @@ class Interpreter:
 
 
 def _network(language: Language, file: str | None) -> PhonemeScorer | None:
-    """Load the network, where it knows the language."""
+    """The network, if it knows the language."""
     try:
         return scorer_for(language, file)
     except UnknownNetworkError:
@@ -170,8 +169,7 @@ def _network(language: Language, file: str | None) -> PhonemeScorer | None:
 
 def _spotter(
     network: PhonemeScorer | None, commands: Commands, never_missed: Collection[str]
-) -> Spotter | None:
-    """Look for the commands that must not be missed, where there is a network."""
-    watched = commands.named(never_missed, MOST_NEVER_MISSED)
+) -> KeywordSpotter | None:
+    watched = commands.named(never_missed, MAX_NEVER_MISSED)
     others = commands if len(commands) <= MAX_COMPARED else ()
-    return Spotter(network, watched, others) if network and watched else None
+    return KeywordSpotter(network, watched, others) if network and watched else None

@@ -1,11 +1,11 @@
-"""A language as recognition needs it: checked, read and given its accents once, then passed on."""
+"""A language as recognition needs it, read once."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import dataclass
 
-from voz.language.acoustics.language_info import LanguageInfo, english
+from voz.language.acoustics.language_info import LanguageInfo
 from voz.language.generated.file_checks import check_files
 from voz.language.generated.language_files import (
     LanguageFiles,
@@ -17,14 +17,15 @@ from voz.language.sentences.command_set import Commands
 from voz.recognition.accents import Phones, with_accents
 
 
-class Language(NamedTuple):
-    """The commands of a language and how their words are said.
+@dataclass(frozen=True)
+class Language:
+    """Commands and pronunciations.
 
     Attributes:
-        files: where it is from; pocketsphinx reads them itself.
-        commands: all sentences and what they mean.
-        dictionary: the phones of each word, as the files have them; variants are words.
-        pronunciations: the same, and how its words are said in other accents.
+        files: the language files, which pocketsphinx reads too.
+        commands: all commands.
+        dictionary: the phones of each word; variants, as `the(2)`, are words.
+        pronunciations: the same, with those of other accents.
         spoken: which language it is, and its acoustic model.
     """
 
@@ -32,15 +33,11 @@ class Language(NamedTuple):
     commands: Commands
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
-    spoken: LanguageInfo = english()
+    spoken: LanguageInfo
 
 
 def load_language(files: LanguageFiles) -> Language:
-    """Read a language.
-
-    Raises:
-        LanguageError: a file is missing or damaged, or they do not belong together.
-    """
+    """Read a language; raises LanguageError if a file is missing, damaged or does not match."""
     check_files(files)
     dictionary = read_pronunciations(files)
     spoken = read_language_info(files)

@@ -1,4 +1,4 @@
-"""Follows a stream of arrays of one's own."""
+"""Utterances in a stream of arrays."""
 
 from __future__ import annotations
 
@@ -11,36 +11,31 @@ from voz.recognition.stream import Stream
 
 
 class Listener:
-    """Hears a stream of sound in arrays; `Recognizer.listen` makes one."""
+    """A stream of arrays; `Recognizer.listen` makes one."""
 
     def __init__(self, stream: Stream, rate: float | None) -> None:
-        """Begin to listen; errors are those of `ArrayConverter`.
-
-        Args:
-            stream: what understands it.
-            rate: of all arrays, Hz.
-        """
+        """Begin a stream of arrays of a rate, Hz; errors are those of `ArrayConverter`."""
         self._stream = stream
         self._converter = ArrayConverter(rate)
-        self._turns = NonReentrantLock()
+        self._lock = NonReentrantLock()
 
     def feed(self, array: npt.ArrayLike) -> list[Utterance | Partial]:
-        """Take the next sound.
+        """Take the next array.
 
         Args:
             array: samples, or samples x channels, of any length: int16, or floats from -1 to 1.
 
         Returns:
-            What is known by it, most often nothing: utterances, and what may be a `stop` at once.
+            New utterances, and a possible `stop` at once; most often nothing.
 
         Raises:
-            AudioError: it is something else, or the stream was ended.
+            AudioError: the array holds something else, or the stream was ended.
         """
-        with self._turns:
+        with self._lock:
             return list(self._stream.feed(self._converter.feed(array)))
 
     def finish(self) -> list[Utterance | Partial]:
         """End the stream; returns what was still open."""
-        with self._turns:
+        with self._lock:
             last = self._stream.feed(self._converter.finish())
             return [*last, *self._stream.finish()]

@@ -1,4 +1,4 @@
-"""The file of the phoneme network: its weights, its symbols, and where it comes from."""
+"""The file of the phoneme network."""
 
 from __future__ import annotations
 
@@ -17,26 +17,25 @@ from voz.files import atomic_write
 Floats = npt.NDArray[np.float32]
 
 DEFAULT_NETWORK = Path(__file__).with_name("phonemes.npz")
-"""The network that comes with voz; `training/` makes such files."""
+"""The network of voz; `training/` makes such files."""
 
 DESCRIPTION = "description"
-"""The entry that describes the others: a `Description` in JSON, as bytes."""
+"""Entry with the `Description` in JSON, as bytes."""
 
 FINGERPRINT_DIGITS = 12
 
 
 class UnknownNetworkError(Exception):
-    """There is no such file, or it holds no network that voz computes."""
+    """There is no such file, or voz cannot compute the network in it."""
 
 
 class Description(msgspec.Struct, forbid_unknown_fields=True):
-    """What a file of weights says about itself.
+    """Origin and symbols of a file of weights.
 
     Attributes:
-        symbols: what the network's outputs stand for, in IPA; the last two are `<wb>`, between
-            two words, and `<blank>`, no new symbol.
-        origin: what it was made from, by whom, on which data, with which seed.
-        licence: of the weights, with the notice that has to go with them.
+        symbols: of the outputs, in IPA; the last two are `<wb>`, between words, and `<blank>`.
+        origin: by whom, from which data and with which seed it was made.
+        licence: of the weights, with its notice.
     """
 
     symbols: list[str]
@@ -45,13 +44,7 @@ class Description(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class NetworkFile(NamedTuple):
-    """The content of a file of weights.
-
-    Attributes:
-        weights: the tensors by name, as `training/network.py` lists them.
-        description: what the file says about itself.
-        fingerprint: tells the file from every other one.
-    """
+    """The tensors of a file by name, as in `training/network.py`, and what identifies the file."""
 
     weights: dict[str, Floats]
     description: Description
@@ -59,14 +52,7 @@ class NetworkFile(NamedTuple):
 
 
 def read_network(path: Path) -> NetworkFile:
-    """Read a file of weights.
-
-    Args:
-        path: of a file in numpy's `.npz` format, with an entry for each tensor.
-
-    Raises:
-        UnknownNetworkError: it cannot be read, or is another kind of file.
-    """
+    """Read a `.npz` file with an entry for each tensor; raises UnknownNetworkError."""
     try:
         content = path.read_bytes()
         with np.load(BytesIO(content), allow_pickle=False) as entries:
@@ -79,7 +65,7 @@ def read_network(path: Path) -> NetworkFile:
 
 
 def write_network(path: Path, weights: dict[str, Floats], description: Description) -> None:
-    """Write a file of weights, in half precision; it reads back as `read_network` gives it."""
+    """Write a file of weights, in half precision."""
     entries: dict[str, Any] = {name: tensor.astype(np.float16) for name, tensor in weights.items()}
     entries[DESCRIPTION] = np.frombuffer(msgspec.json.encode(description), np.uint8)
     with atomic_write(path, "wb") as file:  # who is killed meanwhile keeps the old one
@@ -87,7 +73,7 @@ def write_network(path: Path, weights: dict[str, Floats], description: Descripti
 
 
 def fingerprint_of(file: str | None = None) -> str:
-    """The fingerprint of a file of weights; without one, of those that come with voz."""
+    """The fingerprint of a file of weights, or of the network of voz."""
     return fingerprint(Path(file or DEFAULT_NETWORK).read_bytes())
 
 

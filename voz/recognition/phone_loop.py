@@ -1,7 +1,4 @@
-"""The phones of an acoustic model as words of their own. An edge: pocketsphinx reads a file.
-
-No command has an underscore, so the words cannot be those of a list.
-"""
+"""Phones as pocketsphinx's filler words, whose underscore no command has."""
 
 from __future__ import annotations
 
@@ -15,19 +12,16 @@ from voz.recognition.search_graph import SILENCE, phone_word
 
 
 @contextmanager
-def fillers(phones: Iterable[str]) -> Iterator[Path]:
-    """Write a dictionary of fillers: silences, and each phone.
-
-    Args:
-        phones: those of the acoustic model, in any order.
+def filler_dictionary(phones: Iterable[str]) -> Iterator[Path]:
+    """Write a dictionary of silences and phones.
 
     Yields:
-        The file; it may go as soon as pocketsphinx has read it.
+        The file, which is deleted afterwards; pocketsphinx has read it by then.
     """
     words = [f"{word} {SILENCE_PHONE}" for word in ("<s>", "</s>", SILENCE)]
     words += [f"{phone_word(phone)} {phone}" for phone in phones]
     with tempfile.NamedTemporaryFile(
-        "w", prefix="voz-", suffix=".fillers", encoding="utf-8"
+        "w", prefix="voz-", suffix=".filler_dictionary", encoding="utf-8"
     ) as file:
         file.write("".join(f"{line}\n" for line in words))
         file.flush()

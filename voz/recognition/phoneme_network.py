@@ -1,9 +1,10 @@
-"""A network that recognizes phonemes, computed with numpy: 4 ms for a second of sound."""
+"""The phoneme network, computed with numpy: 4 ms for a second of sound."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,20 +26,20 @@ HOP = 160
 """Samples between spectra, 10 ms; the network halves their number."""
 
 MOMENT = 2 * HOP
-"""Samples between the moments that it tells of, 20 ms."""
+"""Samples between outputs, 20 ms."""
 
 SHORTEST = 6400
-"""Samples, 0.4 s; it was made for no less, so what is shorter is filled up with silence."""
+"""Samples, 0.4 s; shorter sound is padded."""
 
 FULL_SCALE = 32768
 
 QUIETEST = 1e-10
-"""Added up in a band, before the logarithm."""
+"""Floor of the energy in a band."""
 
 BLOCKS = 4
 HEADS = 4
 DEPTHWISE = 31
-"""Moments that the convolution of a block looks at."""
+"""Moments in the convolution of a block."""
 
 TINY = 1e-5
 """Added to a variance."""
@@ -50,44 +51,38 @@ LAYERS = (
     *("ffn1.fc1", "ffn1.fc2", "attn.in_proj", "attn.out_proj"),
     *("conv.pointwise1", "conv.depthwise", "conv.pointwise2", "ffn2.fc1", "ffn2.fc2"),
 )
-"""What a block consists of, by the names in the file of weights."""
+"""Parts of a block, by their names in the file of weights."""
 
-BESIDES = ("<wb>", "<blank>")
-"""The last symbols: between two words, and nothing new."""
+BLANK_SYMBOLS = ("<wb>", "<blank>")
+"""The last symbols: between two words, and no new symbol."""
 
-BLANKS = len(BESIDES)
+BLANKS = len(BLANK_SYMBOLS)
 
 
 class Linear(NamedTuple):
-    """Weights that are multiplied, inputs x outputs, and what is added."""
+    """Weights, inputs x outputs, and bias."""
 
     weight: Floats
     bias: Floats
 
 
-class ConformerBlock(NamedTuple):
-    """A Conformer block: its layers, and the scale and shift of the normalizations before them."""
+@dataclass(frozen=True)
+class ConformerBlock:
+    """Layers, and scale and shift of the normalizations before them."""
 
     norms: Mapping[str, Linear]
     layers: Mapping[str, Linear]
 
 
 class PhonemeNetwork:
-    """The network; made once, used for many.
+    """The network.
 
     Attributes:
-        symbols: what it knows, in IPA, with `<wb>` between words and `<blank>` for no new one.
+        symbols: of its outputs, in IPA, with `BLANK_SYMBOLS` last.
     """
 
     def __init__(self, path: Path = DEFAULT_NETWORK) -> None:
-        """Load the weights.
-
-        Args:
-            path: of a file of weights.
-
-        Raises:
-            UnknownNetworkError: it cannot be read, or holds another kind of network.
-        """
+        """Load a file of weights; raises UnknownNetworkError."""
         weights, description, self.fingerprint = read_network(path)
         self.symbols = tuple(description.symbols)
         self._real, self._imaginary = spectrum_kernels()
@@ -97,18 +92,18 @@ class PhonemeNetwork:
             self._blocks = [_block(weights, number) for number in range(BLOCKS)]
         except KeyError as error:
             raise UnknownNetworkError(f"{path}: holds no tensor {error}") from error
-        if self._last.bias.shape != (len(self.symbols),) or self.symbols[-BLANKS:] != BESIDES:
+        if self._last.bias.shape != (len(self.symbols),) or self.symbols[-BLANKS:] != BLANK_SYMBOLS:
             raise UnknownNetworkError(f"{path}: has symbols that do not fit its weights")
 
     @on_one_thread
     def log_probabilities(self, samples: Samples) -> Floats:
-        """Tell what is heard at each moment.
+        """Compute the probabilities of all symbols.
 
         Args:
             samples: 16 kHz.
 
         Returns:
-            Moments of 20 ms x symbols, natural logarithms.
+            Natural logarithms, moments of 20 ms x symbols.
         """
         missing = max(0, SHORTEST - len(samples))
         bands = self._spectra(np.pad(samples, (0, missing)))
@@ -121,7 +116,7 @@ class PhonemeNetwork:
         return x
 
     def _spectra(self, samples: Samples) -> Floats:
-        """The logarithms of the energy in each band, each 10 ms."""
+        """Logarithms of the energy, spectra x bands."""
         sound = np.pad(samples.astype(np.float32) / FULL_SCALE, WINDOW // 2, mode="reflect")
         windows = np.lib.stride_tricks.sliding_window_view(sound, WINDOW)[::HOP]
         power = (windows @ self._real) ** 2 + (windows @ self._imaginary) ** 2
@@ -145,7 +140,7 @@ def _feed_forward(block: ConformerBlock, name: str, x: Floats) -> Floats:
 
 
 def _attention(block: ConformerBlock, x: Floats) -> Floats:
-    """Every moment asks all the others, in each head; there is no notion of their places."""
+    """Attention over all moments, without their positions."""
     moments, width = x.shape
     size = width // HEADS
     found = _applied(block.layers["attn.in_proj"], _normalized(x, block.norms["attn.norm"]))
@@ -158,7 +153,7 @@ def _attention(block: ConformerBlock, x: Floats) -> Floats:
 
 
 def _convolution(block: ConformerBlock, x: Floats) -> Floats:
-    """Channels one by one over time, between two that mix them; half of the first are gates."""
+    """A gated depthwise convolution between two pointwise ones."""
     moments, width = x.shape
     found = _applied(block.layers["conv.pointwise1"], _normalized(x, block.norms["conv.norm"]))
     gated = found[:, :width] * _sigmoid(found[:, width:])
@@ -199,7 +194,7 @@ def _sigmoid(x: Floats) -> Floats:
 
 
 def _gelu(x: Floats) -> Floats:
-    """By the error function, as Abramowitz and Stegun's 7.1.26 has it to 1.5e-7."""
+    """GELU by Abramowitz and Stegun's error function 7.1.26, exact to 1.5e-7."""
     size = np.abs(x) / np.float32(math.sqrt(2))
     t = 1 / (1 + np.float32(0.3275911) * size)
     error = np.copysign(1 - np.polyval(ERROR_FUNCTION, t) * np.exp(-size * size), x)

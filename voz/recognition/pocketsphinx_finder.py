@@ -1,4 +1,4 @@
-"""The command in a stretch of speech, by pocketsphinx alone: other languages, other machines."""
+"""Finds the command in a segment by pocketsphinx alone, for other languages and small machines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 from voz.recognition.confidence import features, probability, trust_in_speech, voices_around
 from voz.recognition.confidence_model import VOICES_AROUND, Model
 from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import Comparison, Evidence
+from voz.recognition.evidence import CommandSearch, Evidence
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.refusal import refusal_by_pocketsphinx, unusable_sound
@@ -23,12 +23,12 @@ from voz.settings import Recognition
 DECODER_FRAME = 160
 """Samples in a frame of pocketsphinx, 10 ms."""
 
-LONG = 3.0
-"""What is longer, s, and was not compared with any command was too long for it."""
+LONG_SEGMENT = 3.0
+"""A segment without evidence that is longer than this (s) was not too short."""
 
 
 class PocketsphinxFinder:
-    """Finds the command and how sure it is by pocketsphinx; made once, used for many."""
+    """Finds commands and their probability by pocketsphinx."""
 
     def __init__(
         self, language: Language, settings: Recognition, profile: Profile, model: Model
@@ -36,32 +36,32 @@ class PocketsphinxFinder:
         """Load pocketsphinx.
 
         Args:
-            language: whose commands it finds.
+            language: the commands.
             settings: which search, and which commands must not be missed.
-            profile: what is known of the speaker.
-            model: what the confidence is computed by.
+            profile: of the speaker.
+            model: of the confidence.
 
         Raises:
             LanguageError: pocketsphinx cannot use the language files.
         """
         self._commands = language.commands
-        self._comparison = Comparison(language, settings.never_missed, profile.mllr)
-        alone = settings.search == "grammar" and self._comparison.finds_alone
+        self._command_search = CommandSearch(language, settings.never_missed, profile.mllr)
+        alone = settings.search == "grammar" and self._command_search.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
         self._phones_of = language.pronunciations
         self._usual = language.spoken.frames
         self._model = model
         self._voice = shared_voice_detector()
 
-    def understand(self, segment: Segment, learnt: StartVector) -> Hypothesis:
-        """Find the sentence of a segment, and how likely it is that it was said."""
+    def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
+        """Find the command, with the probability that it was said; see `CommandFinder`."""
         spoken_until = segment.end - SEGMENT_MARGIN / SAMPLE_RATE
         sound = denoise_if_noisy(segment.samples)
-        start = learnt.moved(mean_start(sound))
+        start = learned.moved(mean_start(sound))
         text = self._decoder.decode(sound, start) if self._decoder else ""
         if text and text not in self._commands:  # words of the trigram model that are no command
             return Hypothesis(segment, text, spoken_until)
-        evidence = self._comparison.compare(sound, text, start)
+        evidence = self._command_search.compare(sound, text, start)
         if evidence is None:
             why = partial(_why_refused, segment, None, 1.0)
             return Hypothesis(segment, text, spoken_until, why_refused=why)
@@ -81,7 +81,6 @@ class PocketsphinxFinder:
         )
 
     def _voice_in(self, segment: Segment, evidence: Evidence) -> float:
-        """How sure it is that what was taken for the words is speech."""
         words = evidence.command.spans
         begin = max(0, words[0].start * DECODER_FRAME - RUN_UP)
         return self._voice.probability(segment.samples[begin : words[-1].end * DECODER_FRAME])
@@ -91,6 +90,6 @@ def _why_refused(segment: Segment, evidence: Evidence | None, trust: float) -> R
     if reason := unusable_sound(segment.samples, trust):
         return reason, None
     if evidence is None:
-        is_long = segment.end - segment.start > LONG
+        is_long = segment.end - segment.start > LONG_SEGMENT
         return "not_a_command" if is_long else "too_short", None
     return refusal_by_pocketsphinx(evidence)

@@ -1,4 +1,4 @@
-"""Why an utterance is not obeyed, for whoever shows it to the speaker: pure."""
+"""Why an utterance is refused."""
 
 from __future__ import annotations
 
@@ -14,71 +14,62 @@ from voz.recognition.evidence import Evidence
 from voz.recognition.hypothesis import Refusal
 from voz.recognition.phoneme_scorer import Ranking
 
-QUIET = 40.0
-"""Speech below it, in dB over one unit of 16 bits, is 50 dB under full scale: a far microphone."""
+MIN_LEVEL = 40.0
+"""Level of a far microphone, dB over one unit of 16 bits: 50 dB below full scale."""
 
-SHORT = 0.35
-"""Seconds with the margins of a segment: no command is said in less."""
+MIN_DURATION = 0.35
+"""Duration of the shortest command with the margins of its segment, s."""
 
-ALIKE = 0.3
-"""Two commands this close, in nats for each frame, fit about as well."""
+TIE_RATIO = 0.3
+"""Two commands closer than this fit about as well, nats per frame."""
 
-FITS = -2.0
-"""A word above it, in nats for each frame, fits; 9 of 10 words of right commands do."""
+SAID_RATIO = -2.0
+"""A word above this was said, nats per frame; 9 of 10 words of right commands are."""
 
-FITS_NOT = -3.0
-"""A word below it was not said; 1 of 20 words of right commands is."""
+UNSAID_RATIO = -3.0
+"""A word below this was not said, nats per frame; 1 of 20 words of right commands is."""
 
-CLOSE = 3.0
-"""Two commands this close, in nats of the network, fit about as well."""
+TIE_SCORE = 3.0
+"""Two commands closer than this fit about as well by the network, nats."""
 
-SAID, NOT_SAID = 1.0, 0.0
-"""By the network: what has so many nats for each phone was said, or was not; 2 are perfect."""
+SAID_SCORE, UNSAID_SCORE = 1.0, 0.0
+"""Scores per phone, nats, above which a word was said, and below which it was not."""
 
 
 def unusable_sound(samples: Samples, trust: float) -> Reason | None:
-    """Tell whether there is too little to hear.
-
-    Args:
-        samples: the utterance, 16 kHz.
-        trust: how far it is to be trusted to be speech, 0 to 1.
-    """
+    """Why a sound of 16 kHz cannot be judged, if so; `trust` is how surely it is speech, 0 to 1."""
     loudness = frame_energies(samples)
-    if len(loudness) and np.percentile(loudness, 95) < QUIET:
+    if len(loudness) and np.percentile(loudness, 95) < MIN_LEVEL:
         return "too_quiet"
-    if len(samples) < SHORT * SAMPLE_RATE:
+    if len(samples) < MIN_DURATION * SAMPLE_RATE:
         return "too_short"
     return None if trust else "no_speech"
 
 
 def refusal_by_pocketsphinx(evidence: Evidence) -> Refusal:
-    """Tell why an utterance is no command, by pocketsphinx.
-
-    Args:
-        evidence: what was found for the command that fits best.
-    """
+    """The reason by the evidence for the best command."""
     ratios = [word_ratio(word, evidence.phones) for word in evidence.command.spans]
-    if max(ratios) > FITS and min(ratios) < FITS_NOT:
+    if max(ratios) > SAID_RATIO and min(ratios) < UNSAID_RATIO:
         return "part_of_a_command", None
     rival = max(evidence.rivals, key=evidence.rivals.__getitem__, default="")
-    if min(ratios) > FITS_NOT and rival:
+    if min(ratios) > UNSAID_RATIO and rival:
         behind = (evidence.command.score - evidence.rivals[rival]) / evidence.phones.frames
-        if abs(behind) < ALIKE:
+        if abs(behind) < TIE_RATIO:
             return "unsure_between", (evidence.text, rival)
     return "not_a_command", None
 
 
 def refusal_by_network(ranking: Ranking, phones: int, words: Collection[float]) -> Refusal:
-    """Tell why an utterance is no command, by the network.
+    """The reason by the scores of the network.
 
     Args:
-        ranking: what it makes of the commands.
-        phones: of the command that fits best.
-        words: how well each word of that fits, nats for each phone.
+        ranking: the commands by their scores.
+        phones: of the best command.
+        words: score of each of its words, nats per phone.
     """
     best, other = ranking.matches[ranking.text], ranking.matches.get(ranking.next_best)
-    if max(words) > SAID and min(words) < NOT_SAID:
+    if max(words) > SAID_SCORE and min(words) < UNSAID_SCORE:
         return "part_of_a_command", None
-    if other and best.score > SAID * phones and best.score - other.score < CLOSE:
+    if other and best.score > SAID_SCORE * phones and best.score - other.score < TIE_SCORE:
         return "unsure_between", (ranking.text, ranking.next_best)
     return "not_a_command", None

@@ -1,4 +1,4 @@
-"""What is searched: each command, and any phones; pure."""
+"""The search graph of commands and a loop of phones."""
 
 from __future__ import annotations
 
@@ -7,22 +7,16 @@ from itertools import count
 from typing import NamedTuple
 
 Arc = tuple[int, int, float, str] | tuple[int, int, float]
-"""From one state to another with a weight, and a word unless it is passed at no cost."""
+"""From one state to another with a weight, and a word unless it is an empty transition."""
 
 SILENCE = "<sil>"
 
 SILENCE_WEIGHT = 0.005
-"""pocketsphinx's own `silprob`, which it uses for the silences that it adds itself."""
+"""pocketsphinx's `silprob`."""
 
 
 class Graph(NamedTuple):
-    """The arcs of a search from state 0, and where what is to be found ends.
-
-    Attributes:
-        arcs: all of them.
-        ends: the last state of each command.
-        loop: the state of any phones.
-    """
+    """The arcs from state 0, the last state of each command, and the state of the phone loop."""
 
     arcs: list[Arc]
     ends: dict[str, int]
@@ -30,21 +24,16 @@ class Graph(NamedTuple):
 
 
 def phone_word(phone: str) -> str:
-    """Name the word that is a phone alone; no command has an underscore."""
+    """The word of a single phone; no command has an underscore."""
     return f"_{phone}"
 
 
 def search_graph(commands: Sequence[str], loop: Sequence[str]) -> Graph:
-    """Lay commands and a loop of phones side by side.
-
-    Commands that begin alike share that part: the scores are the same with less to search.
+    """Build a prefix tree of commands beside a loop of phones, with optional silence everywhere.
 
     Args:
         commands: the sentences, with one space between their words.
         loop: the phones of the loop.
-
-    Returns:
-        The graph; there may be silence before and after every word, and in the loop.
     """
     arcs: list[Arc] = []
     state = count(1)
@@ -61,7 +50,7 @@ def search_graph(commands: Sequence[str], loop: Sequence[str]) -> Graph:
 
 
 def _steps(commands: Iterable[str]) -> Iterator[tuple[str, str, str]]:
-    """Each word of each command, with what of the command is before it, and that with the word."""
+    """Each word of each command, with the command before it, and with it."""
     for command in commands:
         words = command.split()
         for number, word in enumerate(words):

@@ -1,4 +1,4 @@
-"""Which commands are compared: all of a short list, and of a long one those that sound alike."""
+"""Which commands are compared: all of a short list, similar ones of a long list."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from voz.language.similarity.word_distances import WordDistances
 from voz.recognition.accents import spellings
 from voz.recognition.language import Language
 
-MOST_NEVER_MISSED = 8
-"""Sentences of a template that are searched always, if its command must not be missed."""
+MAX_NEVER_MISSED = 8
+"""Sentences of each template that must not be missed which are always compared."""
 
 
 class Shortlist:
@@ -20,25 +20,25 @@ class Shortlist:
     """
 
     def __init__(self, language: Language, never_missed: Collection[str], most: int) -> None:
-        """Count the commands.
+        """Prepare the distances between words.
 
         Args:
-            language: whose commands they are.
-            never_missed: those that are compared whatever was heard.
-            most: how many are compared; a list of so many is compared whole.
+            language: the commands.
+            never_missed: commands that are always compared.
+            most: how many are compared.
         """
         self._commands = language.commands
         self._most = most
         self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)
-        self.never_missed = self._commands.named(never_missed, MOST_NEVER_MISSED)
+        self.never_missed = self._commands.named(never_missed, MAX_NEVER_MISSED)
 
     @property
     def is_whole(self) -> bool:
-        """Whether all commands are on it, whatever was heard."""
+        """Whether all commands are compared."""
         return len(self._commands) <= self._most
 
     def similar_to(self, text: str) -> list[str]:
-        """The whole list, or a command and what sounds most like it; empty text is no command."""
+        """The whole list, or a command and those that sound like it; empty text is no command."""
         if self.is_whole:
             return self._commands.listed
         if not text:

@@ -1,4 +1,4 @@
-"""Follows one stream of audio, and tells each utterance as early as it can be told."""
+"""Follows a stream of audio, and yields each utterance as early as it can be decided."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ PARTIAL_INTERVAL = 1.0
 class Stream:
     """Follows one stream of audio.
 
-    A stretch of speech is understood when it pauses for a moment. If it is surely a command, and
-    no longer one begins with it, it is told at once; else when it is over; and if it is so unsure
-    that it hangs on what follows, when that is known. What may be a `stop` is told in its midst.
+    A segment is understood at each pause. An accepted command is reported at once unless a longer
+    one begins with it; else at the end of the segment, or, if it depends on what follows, when that
+    is known. A possible `stop` is reported before a pause.
     """
 
     def __init__(
@@ -50,11 +50,11 @@ class Stream:
 
     @property
     def background(self) -> float:
-        """The level of the room, dB over one unit of the 16 bits."""
+        """Level of the room, dB over one unit of 16 bits."""
         return self._segmenter.background
 
     def feed(self, block: Samples) -> Iterator[Utterance | Partial]:
-        """Take the next samples, 16 kHz; yields what is known by them."""
+        """Take the next samples, 16 kHz; yields the events that they decide."""
         for sound in self._segmenter.feed(block):
             yield from self._take(sound)
 
@@ -63,7 +63,7 @@ class Stream:
         self._segmenter.warm_up(at, before)
 
     def resting_state(self) -> bytes | None:
-        """Tell all that what follows hangs on; None while something is said, or just after it."""
+        """All state that what follows depends on; None while or just after something is said."""
         return self._segmenter.resting_state() if self._waiting is None else None
 
     def finish(self) -> Iterator[Utterance | Partial]:
@@ -85,16 +85,14 @@ class Stream:
             yield from follow(sound, context)
 
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:
-        """Tell of a command that must not be missed before the sound around it pauses."""
         if spotted := self._interpreter.spot(sound.samples):
             sure = probability(self._interpreter.model, {SCORE: spotted.score})
             yield from self._partial(spotted.text, sure, sound.decided)
 
     def _partial(self, text: str, sure: float, decided: float) -> Iterator[Partial]:
-        """Tell what may have been said, unless that was told just now."""
         if text != self._partial_text or decided >= self._partial_until:
             self._partial_text, self._partial_until = text, decided + PARTIAL_INTERVAL
-            command = self._interpreter.another_name(text)
+            command = self._interpreter.command_name(text)
             yield Partial(round(decided, 3), text, round(sure, 3), command)
 
     def _pause(self, segment: Segment, context: Context) -> Iterator[Utterance | Partial]:
@@ -132,6 +130,5 @@ class Stream:
 
 
 def _between(one: Segment | None, other: Sound) -> Context:
-    """Tell what each of two sounds has near it: the other, or nothing."""
     near = one is not None and isinstance(other, Segment) and belong_together(one, other)
     return Context.SPEECH if near else Context.QUIET

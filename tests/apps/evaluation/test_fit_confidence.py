@@ -26,8 +26,8 @@ from voz.apps.recordings.manifest import read_manifest
 from voz.errors import ConfigError
 from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import (
-    ONE_EAR,
-    TWO_EARS,
+    NETWORK_FEATURES,
+    POCKETSPHINX_FEATURES,
     VOICES_AROUND,
     load_models,
     save_models,
@@ -54,9 +54,9 @@ def example(
     values: dict[str, float],
     right: bool,
     trust: float = 1.0,
-    around: Context = Context.QUIET,
+    context: Context = Context.QUIET,
 ) -> Example:
-    return Example(clip, "go back", values, trust, around, right)
+    return Example(clip, "go back", values, trust, context, right)
 
 
 def examples(count: int = 600) -> list[Example]:
@@ -130,8 +130,8 @@ def test_too_little_talk_is_one_clear_line() -> None:
 
 def test_other_speech_around_it_makes_an_utterance_unlikely() -> None:
     some = examples()
-    around = [dataclasses.replace(e, around=Context.SPEECH) for e in some]
-    pairs = zip(cross_validated(some, NAMES), cross_validated(around, NAMES), strict=True)
+    amid = [dataclasses.replace(e, context=Context.SPEECH) for e in some]
+    pairs = zip(cross_validated(some, NAMES), cross_validated(amid, NAMES), strict=True)
     assert all(other < one for one, other in pairs)
 
 
@@ -179,11 +179,11 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     found = [e for c in collected for e in c.examples]
     assert any(e.right for e in found)
     assert any(not e.right for e in found)
-    assert all(set(e.values) == {*TWO_EARS} for e in found)
+    assert all(set(e.values) == {*NETWORK_FEATURES} for e in found)
     alone = [e for c in collected for e in c.alone]
     assert any(e.right for e in alone)
     assert any(not e.right for e in alone)
-    assert all(set(e.values) == {*ONE_EAR, VOICES_AROUND} for e in alone)
+    assert all(set(e.values) == {*POCKETSPHINX_FEATURES, VOICES_AROUND} for e in alone)
     commands = [clip for c in collected for clip in c.commands]
     assert len(commands) == sum(clip.kind == "command" for clip in clips)
     fitted_on = [describe_set(clips, "audio_fixtures")]
@@ -191,8 +191,8 @@ def test_the_fixtures_give_a_model_that_can_be_saved_and_read(tmp_path: Path) ->
     models, likely = fit_models(found, alone, fitted_on, 1.0, commands)
     assert "command" in models.two_ears.fitted_on[0]
     assert len(models.two_ears.costs) == len(models.one_ear.costs) == 6
-    assert set(models.two_ears.weights) == {*TWO_EARS}
-    assert set(models.one_ear.weights) == {*ONE_EAR, VOICES_AROUND}
+    assert set(models.two_ears.weights) == {*NETWORK_FEATURES}
+    assert set(models.one_ear.weights) == {*POCKETSPHINX_FEATURES, VOICES_AROUND}
     assert models.two_ears.weights["score"] > 0
     assert len(likely) == len(found)
     save_models(models, tmp_path / "models.json")

@@ -8,11 +8,11 @@ from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.clips import Kind
 from voz.config import Recognition
 from voz.recognition.confidence_model import Model
-from voz.recognition.costs import rates_around
+from voz.recognition.miss_rates import alarm_rates_near
 
 MODEL = Model(fitted_on=[], intercept=0.0, weights={}, alarms=1.0, alarms_fall=1.0)
 COMMANDS = ["go back", "stop"]
-RATES = rates_around(MODEL.usual_alarms)
+RATES = alarm_rates_near(MODEL.usual_alarms)
 
 
 def result(

@@ -1,4 +1,4 @@
-"""What is learnt of a microphone and a speaker, and what must not be."""
+"""What is learned of a microphone and a speaker, and what must not be."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import (
-    DOUBTS,
-    LIMITS,
-    MEMORY,
+    MAX_DOUBTS,
+    MAX_FRAMES,
+    MAX_SHIFT,
     Aligner,
     Observation,
     StartVector,
@@ -36,7 +36,7 @@ BRIGHT = (3.0, -20.0, -10.0, *[5.0] * 10)
 """A microphone that is not the usual one."""
 
 
-def learnt(shift: Sequence[float] = BRIGHT, utterances: int = 20) -> StartVector:
+def learned(shift: Sequence[float] = BRIGHT, utterances: int = 20) -> StartVector:
     vector = StartVector()
     for _ in range(utterances):
         vector = vector.updated(Observation(tuple(shift), 60))
@@ -44,7 +44,7 @@ def learnt(shift: Sequence[float] = BRIGHT, utterances: int = 20) -> StartVector
 
 
 def moved(vector: StartVector) -> npt.NDArray[np.float64]:
-    """How far what was learnt moves the start, shape (13,)."""
+    """How far what was learned moves the start, shape (13,)."""
     return np.array([float(number) for number in vector.moved("0").split(",")])
 
 
@@ -69,8 +69,8 @@ def test_nothing_learnt_is_the_usual_start() -> None:
 
 
 def test_what_is_heard_again_and_again_moves_the_start() -> None:
-    assert np.allclose(moved(learnt()), BRIGHT, atol=2)
-    first, second, *_ = learnt().moved("40,3,-1").split(",")
+    assert np.allclose(moved(learned()), BRIGHT, atol=2)
+    first, second, *_ = learned().moved("40,3,-1").split(",")
     assert (float(first), float(second)) == (pytest.approx(43, abs=1), pytest.approx(-17, abs=2))
 
 
@@ -80,18 +80,18 @@ def test_one_utterance_moves_the_start_by_half_of_the_way_at_most() -> None:
 
 
 def test_one_wrong_utterance_moves_what_was_learnt_little() -> None:
-    after = learnt().updated(Observation((-10.0,) * 13, 10_000))
-    assert np.abs(moved(after) - moved(learnt())).max() < 2
+    after = learned().updated(Observation((-10.0,) * 13, 10_000))
+    assert np.abs(moved(after) - moved(learned())).max() < 2
 
 
 def test_however_wrong_the_utterances_are_the_start_keeps_within_its_limits() -> None:
     for wild in (900.0, -900.0):
-        assert np.all(np.abs(moved(learnt([wild] * 13, 1000))) <= LIMITS)
+        assert np.all(np.abs(moved(learned([wild] * 13, 1000))) <= MAX_SHIFT)
 
 
 def test_another_microphone_is_learnt_however_long_the_first_was_used() -> None:
-    vector = learnt(utterances=5000)
-    assert vector.frames <= MEMORY
+    vector = learned(utterances=5000)
+    assert vector.frames <= MAX_FRAMES
     for _ in range(60):
         vector = vector.updated(Observation((-5.0,) * 13, 60))
     assert np.allclose(moved(vector), -5, atol=3)
@@ -115,15 +115,15 @@ def test_after_an_hour_of_talk_ten_commands_are_learnt_from_again() -> None:
 
 
 def test_it_is_forgotten_when_the_usual_start_understands_more() -> None:
-    vector = learnt()
-    for _ in range(DOUBTS - 1):
+    vector = learned()
+    for _ in range(MAX_DOUBTS - 1):
         vector = vector.doubted()
-        assert vector.frames == learnt().frames
+        assert vector.frames == learned().frames
     assert vector.doubted() == StartVector()
 
 
 def test_a_doubt_now_and_then_is_no_reason_to_forget() -> None:
-    vector = learnt()
+    vector = learned()
     for _ in range(100):
         vector = vector.doubted().updated(Observation(BRIGHT, 60))
     assert np.allclose(moved(vector), BRIGHT, atol=2)

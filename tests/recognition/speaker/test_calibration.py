@@ -18,7 +18,14 @@ from voz.recognition.decoder import mean_start
 from voz.recognition.language import Language
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.speaker.adaptation import Aligner
-from voz.recognition.speaker.calibration import STEPS, Said, Score, calibrate, fit, score
+from voz.recognition.speaker.calibration import (
+    CALIBRATION_STEPS,
+    Said,
+    Score,
+    calibrate,
+    fit,
+    score,
+)
 from voz.recognition.speaker.mllr import is_transforms
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -105,7 +112,7 @@ def test_a_microphone_is_found_and_its_transform_is_written(
     usual = fit(plain, aligner, tmp_path / "plain.txt")
     found = np.subtract(profile.start.shift, usual.start.shift)
     real = mean_cepstra(aligner, said[:6]) - mean_cepstra(aligner, plain)
-    # The first is the level, which is known before anything is learnt.
+    # The first is the level, which is known before anything is learned.
     assert np.corrcoef(found[1:], real[1:])[0, 1] > 0.9
 
 
@@ -138,7 +145,7 @@ def test_a_profile_is_worth_what_it_is_said_to_be(
 ) -> None:
     steps: list[None] = []
     found = calibrate(said[:6], language, ALONE, tmp_path, lambda: steps.append(None))
-    assert len(steps) == STEPS
+    assert len(steps) == CALIBRATION_STEPS
     # Each sentence is heard as if alone, so that in parts they come to the same.
     before = scored(language, said[:6])
     assert found.before[:4] == before[:4]

@@ -12,11 +12,11 @@ from voz.errors import ConfigError
 from voz.recognition.speaker.adaptation import Observation, StartVector
 from voz.recognition.speaker.profiles import (
     Profile,
-    learnt_file,
-    load_learnt,
+    learned_file,
+    load_learned,
     load_profile,
     profile_folder,
-    save_learnt,
+    save_learned,
     save_profile,
 )
 
@@ -25,8 +25,8 @@ VECTOR = StartVector().updated(Observation((1.23456,) * 13, 60))
 
 def test_what_was_learnt_outlives_the_program(tmp_path: Path) -> None:
     path = tmp_path / "not" / "yet" / "there.json"
-    assert save_learnt(path, VECTOR.doubted()) is None
-    vector, warning = load_learnt(path)
+    assert save_learned(path, VECTOR.doubted()) is None
+    vector, warning = load_learned(path)
     assert warning is None
     assert vector.doubts == 1
     assert np.allclose(vector.shift, VECTOR.shift, atol=0.001)
@@ -34,7 +34,7 @@ def test_what_was_learnt_outlives_the_program(tmp_path: Path) -> None:
 
 
 def test_no_file_is_nothing_learnt(tmp_path: Path) -> None:
-    assert load_learnt(tmp_path / "none.json") == (StartVector(), None)
+    assert load_learned(tmp_path / "none.json") == (StartVector(), None)
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_no_file_is_nothing_learnt(tmp_path: Path) -> None:
 def test_a_spoilt_file_is_ignored_with_one_line(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "spoilt.json"
     path.write_bytes(content)
-    vector, warning = load_learnt(path)
+    vector, warning = load_learned(path)
     assert vector == StartVector()
     assert warning is not None
     assert str(path) in warning
@@ -64,7 +64,7 @@ def test_a_spoilt_file_is_ignored_with_one_line(tmp_path: Path, content: bytes) 
 def test_a_folder_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     path = tmp_path / "file" / "state.json"
-    for warning in (save_learnt(path, VECTOR), load_learnt(path)[1]):
+    for warning in (save_learned(path, VECTOR), load_learned(path)[1]):
         assert warning is not None
         assert str(path) in warning
 
@@ -74,11 +74,11 @@ def test_each_microphone_and_each_speaker_has_a_file(
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     pairs = [("ana", "hw:1,0"), ("ana", "hw:1.0"), ("juan", "hw:1,0"), ("josé", "é" * 500)]
-    paths = [learnt_file(name, device) for name, device in pairs]
+    paths = [learned_file(name, device) for name, device in pairs]
     assert len(set(paths)) == len(pairs)
     for path in paths:
         assert path.is_relative_to(tmp_path / "voz" / "profiles")
-        assert save_learnt(path, VECTOR) is None
+        assert save_learned(path, VECTOR) is None
     assert paths[0].name.startswith("hw-1-0-")
 
 

@@ -14,7 +14,7 @@ from voz import __version__
 from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.generated.language_files import LanguageFiles
-from voz.recognition.confidence_model import MODEL, load_models
+from voz.recognition.confidence_model import DEFAULT_MODELS, load_models
 from voz.recognition.network_file import DEFAULT_NETWORK
 from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
@@ -48,7 +48,7 @@ def header_for(language: LanguageFiles, settings: Recognition, profile: Profile 
     load_models(settings.confidence)  # raises if the user's own model is damaged
     models = [
         read_bytes(Path(file), ConfigError, "name another model")
-        for file in (settings.confidence or MODEL, settings.network or DEFAULT_NETWORK)
+        for file in (settings.confidence or DEFAULT_MODELS, settings.network or DEFAULT_NETWORK)
     ]
     known = msgspec.json.encode(profile)
     of_models = _digest(*models, known, *(_version(package).encode() for package in MODEL_PACKAGES))

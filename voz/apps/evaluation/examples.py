@@ -44,7 +44,7 @@ class Example:
     text: str  # the command that was heard
     values: dict[str, float]  # its features
     trust: float  # in its being speech, 0 to 1
-    around: Context
+    context: Context
     right: bool  # whether it is what was said
 
 
@@ -90,14 +90,14 @@ def _examples(task: Task, lm: str | None) -> RecordingExamples:
         return RecordingExamples([], [], 0.0, [])
     seconds = sum(map(len, blocks)) / SAMPLE_RATE
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
-    around = replace(first, kind="noise", speaker=first.file, condition="all")
+    surroundings = replace(first, kind="noise", speaker=first.file, condition="all")
 
     def heard(second_ear: bool) -> list[Example]:
         found = list(_recognizer(lm, second_ear).candidates(blocks))
         parts, rest = assign_to_stretches(found, stretches)
         return [
-            Example(clip, o.text, o.values, o.trust, o.around, _is_said(clip, o.text))
-            for clip, part in zip((*task.clips, around), (*parts, rest), strict=True)
+            Example(clip, o.text, o.values, o.trust, o.context, _is_said(clip, o.text))
+            for clip, part in zip((*task.clips, surroundings), (*parts, rest), strict=True)
             for o in part
         ]
 

@@ -21,7 +21,7 @@ from voz.recognition.confidence_model import (
     Models,
     load_models,
 )
-from voz.recognition.costs import Cost, rates_around
+from voz.recognition.miss_rates import MissRate, alarm_rates_near
 from voz.recognition.thresholds import thresholds
 from voz.settings import Recognition
 
@@ -162,7 +162,7 @@ def with_costs(
     `with_alarms`.
     """
     costs = []
-    for alarms in rates_around(model.usual_alarms):
+    for alarms in alarm_rates_near(model.usual_alarms):
         settings = Recognition(false_alarms_per_hour=alarms)
         least = thresholds(model, settings, {example.text for example in examples})
         pairs = zip(examples, probabilities, strict=True)
@@ -170,7 +170,7 @@ def with_costs(
         right = {example.clip for example in obeyed if example.right}
         right -= {example.clip for example in obeyed if not example.right}
         missed = len(set(commands) - right) / len(set(commands))
-        costs.append(Cost(alarms, round(missed, 4)))
+        costs.append(MissRate(alarms, round(missed, 4)))
     return replace(model, costs=tuple(costs))
 
 
@@ -240,7 +240,7 @@ def _mean_odds(shares: Sequence[float]) -> float:
 
 def _likely(model: Model, example: Example) -> float:
     sure = example.trust * probability(model, example.values)
-    return discount_for_context(sure, example.around)
+    return discount_for_context(sure, example.context)
 
 
 def _is_in(command: str, talk: Clip) -> bool:

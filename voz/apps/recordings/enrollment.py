@@ -21,9 +21,9 @@ from voz.audio.endpointing.segmenter import Segmenter
 from voz.audio.endpointing.voice_detector import VoiceDetector
 from voz.errors import ConfigError
 from voz.files import os_errors_as_config_error
-from voz.recognition.confidence import NO_SPEECH
+from voz.recognition.confidence import NOISE_VOICE
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.calibration import FEWEST, Said, sentences_in
+from voz.recognition.speaker.calibration import MIN_SENTENCES, Said, sentences_in
 from voz.terminal.level_bar import level_bar
 
 PROMPT_COUNT = 24
@@ -137,10 +137,10 @@ def read_recordings(manifest: Path, commands: Collection[str]) -> list[Said]:
             f"{manifest}: has {len(speakers)} speakers ({', '.join(speakers)}); "
             "a profile is of one, so leave the others out"
         )
-    if len({clip.text for clip in clips}) < FEWEST:
+    if len({clip.text for clip in clips}) < MIN_SENTENCES:
         raise ConfigError(
             f"{manifest}: has {len({clip.text for clip in clips})} different commands of this "
-            f"language; record at least {FEWEST}"
+            f"language; record at least {MIN_SENTENCES}"
         )
     return _read(clips)
 
@@ -179,6 +179,6 @@ def _next_speech(blocks: Iterator[Samples]) -> Samples:
 def _complaint(samples: Samples, voice: VoiceDetector) -> str | None:
     if np.abs(samples.astype(np.int32)).max() >= CLIPPING_LEVEL:
         return "that was too loud for the microphone"
-    if voice.probability(samples[SPEECH_MARGIN:]) < NO_SPEECH:
+    if voice.probability(samples[SPEECH_MARGIN:]) < NOISE_VOICE:
         return "that was no speech"
     return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from voz.apps.web.event_history import Record
 from voz.errors import ConfigError
-from voz.recognition.costs import Cost, missed_at
+from voz.recognition.miss_rates import MissRate, miss_rate_at
 from voz.recognition.recognizer import Recognizer
 from voz.run.session import Warn
 from voz.settings import Recognition
@@ -36,7 +36,7 @@ class FalseAlarmSetting:
     def choices(self) -> Record:
         """The values that it may have, each with the share of commands that is missed."""
         costs = {cost.alarms: cost.missed for cost in self._costs}
-        known = missed_at(self._costs, self._first)
+        known = miss_rate_at(self._costs, self._first)
         stops = {**costs, **({} if known is None else {self._first: round(known, 4)})}
         return {"stops": sorted(stops.items()), "problem": self.problem}
 
@@ -48,7 +48,7 @@ class FalseAlarmSetting:
         """
         if self.problem:
             raise ConfigError(self.problem)
-        if missed_at(self._costs, alarms) is None:
+        if miss_rate_at(self._costs, alarms) is None:
             lowest, highest = self._costs[0].alarms, self._costs[-1].alarms
             raise ConfigError(f"choose false alarms per hour from {lowest:g} to {highest:g}")
         if alarms != self.alarms:
@@ -57,5 +57,5 @@ class FalseAlarmSetting:
             self._warn(f"false_alarms_per_hour is {alarms:g} from now on, for this run", good=True)
 
     @property
-    def _costs(self) -> tuple[Cost, ...]:
+    def _costs(self) -> tuple[MissRate, ...]:
         return self._recognizer.model.costs

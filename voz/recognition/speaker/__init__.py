@@ -1,1 +1,1 @@
-"""What is learnt of a voice and a microphone."""
+"""Adaptation to a speaker and a microphone."""

@@ -1,9 +1,10 @@
-"""Finds what pays for a speaker: judged on sentences that it was not fitted on."""
+"""Fits a profile to a speaker, by cross-validation."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,29 +24,24 @@ from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 FOLDS = 7
-"""Parts that the sentences are dealt out to: each is judged by what the others gave."""
+"""Parts of the cross-validation."""
 
-FEWEST = 5
-"""Different sentences below which nothing can be said about others."""
+MIN_SENTENCES = 5
+"""Different sentences that a calibration needs."""
 
 DOUBLINGS = (0, 1, 2)
-"""How often the odds of a confidence may be doubled: twice, and twice as much else gets through."""
+"""How often the odds may be doubled; each lets twice as much else through."""
 
-PRICE = 0.05
+MIN_GAIN = 0.05
 """Share of the sentences that each doubling of the odds must gain."""
 
-ALIGNED_AGAIN = 2
-"""Times that the start is fitted: from a better start, the phones are found better."""
+ALIGNMENT_ROUNDS = 2
+"""How often the start is fitted; a better start gives a better alignment."""
 
 
-class Said(NamedTuple):
-    """A recording of one sentence by the speaker.
-
-    Attributes:
-        text: the sentence.
-        samples: the sound, 16 kHz.
-        file: where it is, if it is in a file.
-    """
+@dataclass(frozen=True)
+class Said:
+    """A recording (16 kHz) of one sentence by the speaker, and its file if it has one."""
 
     text: str
     samples: Samples
@@ -53,14 +49,14 @@ class Said(NamedTuple):
 
 
 class Score(NamedTuple):
-    """How a speaker is understood.
+    """How well a speaker is understood.
 
     Attributes:
         sentences: how many were said.
-        right: those that were heard right.
-        obeyed: those that were heard right and accepted.
-        wrong: those in which something else was accepted.
-        confidence: the sum of the confidences of those heard right.
+        right: understood, accepted or not.
+        obeyed: understood and accepted.
+        wrong: something else was accepted.
+        confidence: sum of the confidences of those understood.
     """
 
     sentences: int = 0
@@ -71,17 +67,18 @@ class Score(NamedTuple):
 
     @property
     def worth(self) -> tuple[float, ...]:
-        """Ranks scores: first by what the robot would do, then by how sure it is."""
+        """Sorts scores: by what the robot would do, then by the confidence."""
         return self.obeyed - self.wrong, self.right, self.confidence
 
 
-class Calibration(NamedTuple):
-    """What was found.
+@dataclass(frozen=True)
+class Calibration:
+    """The result of a calibration.
 
     Attributes:
-        profile: the best one; an empty one if nothing pays.
-        before: how the speaker is understood without it.
-        after: how sentences are understood that were not used to make it.
+        profile: the best one; empty if nothing helps.
+        before: the score without it.
+        after: the cross-validated score with it.
     """
 
     profile: Profile
@@ -89,15 +86,15 @@ class Calibration(NamedTuple):
     after: Score
 
 
-WAYS: tuple[Callable[[Profile], Profile], ...] = (
+PROFILE_PARTS: tuple[Callable[[Profile], Profile], ...] = (
     lambda fitted: Profile(),
     lambda fitted: Profile(fitted.start),
     lambda fitted: fitted,
 )
-"""What may be kept of what was fitted; of what is equally good, the first."""
+"""Parts of a fitted profile that may be kept; of equal ones the first."""
 
-STEPS = len(WAYS) + len(DOUBLINGS) - 1
-"""How many ways are tried."""
+CALIBRATION_STEPS = len(PROFILE_PARTS) + len(DOUBLINGS) - 1
+"""Number of profiles that are scored."""
 
 
 def calibrate(
@@ -107,17 +104,14 @@ def calibrate(
     folder: Path,
     advance: Callable[[], None] = lambda: None,
 ) -> Calibration:
-    """Find the profile of a speaker.
+    """Find the best profile of a speaker.
 
     Args:
-        said: recordings of sentences of the language, at least `FEWEST` different ones.
+        said: recordings of at least `MIN_SENTENCES` different sentences.
         language: the language files.
-        settings: how they are recognized.
-        folder: an existing one, where the profile finds the file of its transform.
-        advance: called after each of `STEPS`.
-
-    Returns:
-        The profile, and what it is worth.
+        settings: of the recognition.
+        folder: an existing one, for the transform.
+        advance: called after each of `CALIBRATION_STEPS`.
 
     Raises:
         LanguageError: the language files cannot be used.
@@ -139,11 +133,11 @@ def calibrate(
         advance()
         return total
 
-    scores = [judge(way) for way in WAYS]
-    best = max(range(len(WAYS)), key=lambda number: scores[number].worth)
-    way = WAYS[best]
+    scores = [judge(way) for way in PROFILE_PARTS]
+    best = max(range(len(PROFILE_PARTS)), key=lambda number: scores[number].worth)
+    way = PROFILE_PARTS[best]
     trusted = {0: scores[best]} | {d: judge(way, d * math.log(2)) for d in DOUBLINGS[1:]}
-    price = PRICE * len(said)
+    price = MIN_GAIN * len(said)
     doublings = max(trusted, key=lambda d: trusted[d].worth[0] - d * price)
     profile = replace(way(final), log_odds=doublings * math.log(2))
     if profile != Profile():
@@ -152,41 +146,41 @@ def calibrate(
 
 
 def fit(said: Iterable[Said], aligner: Aligner, mllr: Path) -> Profile:
-    """Fit all that can be fitted to sentences that are known.
+    """Fit a whole profile.
 
     Args:
-        said: the sentences; those in which there are pauses are left out.
+        said: the sentences; those with pauses are left out.
         aligner: finds their phones.
         mllr: where to write the transform.
 
     Returns:
-        The profile; an empty one if nothing could be aligned.
+        An empty profile if nothing could be aligned.
     """
     found = [(sentence.text, list(segments([sentence.samples]))) for sentence in said]
     heard = [(text, denoise_if_noisy(alone[0].samples)) for text, alone in found if len(alone) == 1]
     speech = [(text, samples, mean_start(samples)) for text, samples in heard]
-    learnt = StartVector()
-    for _ in range(ALIGNED_AGAIN):
-        seen = [aligner.observe(samples, text, start, learnt) for text, samples, start in speech]
-        learnt = StartVector()
+    learned = StartVector()
+    for _ in range(ALIGNMENT_ROUNDS):
+        seen = [aligner.observe(samples, text, start, learned) for text, samples, start in speech]
+        learned = StartVector()
         for observation in filter(None, seen):
-            learnt = learnt.updated(observation)
-    moved = [(text, samples, learnt.moved(start)) for text, samples, start in speech]
+            learned = learned.updated(observation)
+    moved = [(text, samples, learned.moved(start)) for text, samples, start in speech]
     aligned = [(aligner.align(samples, text, start), start) for text, samples, start in moved]
     spoken = [(phones, start) for phones, start in aligned if phones]
     if not spoken:
         return Profile()
     mllr.write_text(as_text(fit_transforms(spoken, aligner.model)), encoding="ascii")
-    return Profile(learnt, str(mllr))
+    return Profile(learned, str(mllr))
 
 
 def sentences_in(samples: Samples, recognizer: Recognizer) -> list[Utterance]:
-    """Recognize all that may be a sentence in a recording, accepted or not."""
+    """The sentences in a recording, accepted or not."""
     return [u for u in recognizer.utterances([samples], "") if u.text]
 
 
 def score(said: Iterable[Said], recognizer: Recognizer) -> Score:
-    """Count how many sentences are understood."""
+    """Score a recognizer by known sentences."""
     total = Score()
     for sentence in said:
         text, heard = sentence.text, sentences_in(sentence.samples, recognizer)
@@ -199,7 +193,7 @@ def score(said: Iterable[Said], recognizer: Recognizer) -> Score:
 
 
 def _parts(said: Sequence[Said]) -> list[list[Said]]:
-    """Deal the sentences out; whoever says one twice does not help to judge it."""
+    """Divide the sentences for cross-validation, equal ones together."""
     texts = list(dict.fromkeys(sentence.text for sentence in said))
     number = min(FOLDS, len(texts))
     return [[s for s in said if texts.index(s.text) % number == part] for part in range(number)]

@@ -1,8 +1,8 @@
-"""Fits the acoustic model to a speaker by a linear transform of its means (MLLR). Pure.
+"""Fits the acoustic model to a speaker by a linear transform of its means (MLLR).
 
 C. J. Leggetter, P. C. Woodland: Maximum likelihood linear regression for speaker adaptation of
 continuous density hidden Markov models, Computer Speech & Language 9 (1995). One transform serves
-all phones, so that sentences gain too which were not said.
+all phones.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ import numpy as np
 from voz.language.acoustics.acoustic_model import CEPSTRA, FEATURE_STREAMS, AcousticModel, Floats
 from voz.recognition.speaker.adaptation import Aligned, start_numbers
 
-PRIOR = 50
-"""Frames that no transform at all counts for; with 20 or 100 it is hardly worse."""
+MLLR_PRIOR_FRAMES = 50
+"""Weight of the unchanged means, frames."""
 
-LEAST_SHARE = 1e-3
-"""A Gaussian that has less of a frame is left out of it."""
+MIN_OCCUPANCY = 1e-3
+"""Gaussians with a smaller share of a frame are left out."""
 
 _NUMBER = re.compile(r"-?[0-9]{1,9}\.[0-9]{6}", re.ASCII)
 
 
 class MeanTransform(NamedTuple):
-    """What is done to the means of a stream: times `matrix` (13, 13), plus `bias` (13,)."""
+    """Transforms the means of a stream: times `matrix` (13, 13), plus `bias` (13,)."""
 
     matrix: Floats
     bias: Floats
@@ -38,7 +38,7 @@ def fit_transforms(
     """Find the transforms under which known speech is most likely.
 
     Args:
-        spoken: aligned sentences, and where the cepstral mean starts in each.
+        spoken: aligned sentences, and the first cepstral mean of each.
         model: the acoustic model.
 
     Returns:
@@ -48,7 +48,7 @@ def fit_transforms(
     for stream in range(FEATURE_STREAMS):
         means, variances = model.means[:, stream], model.variances[:, stream]
         usual = _extended(means.reshape(-1, CEPSTRA))
-        spread = PRIOR * usual.T @ usual / len(usual)
+        spread = MLLR_PRIOR_FRAMES * usual.T @ usual / len(usual)
         # Not the mean: some variances are next to 0, and one of them would outweigh all the rest.
         precision = 1 / np.median(variances, axis=(0, 1))
         squares = precision[:, None, None] * spread
@@ -63,7 +63,7 @@ def fit_transforms(
 
 
 def as_text(transforms: Sequence[MeanTransform]) -> str:
-    """Write transforms as pocketsphinx reads them: `ps_mllr.c`. Variances stay as they are."""
+    """Write transforms as pocketsphinx reads them (`ps_mllr.c`), with unchanged variances."""
     lines = ["1", str(len(transforms))]  # of one class
     for matrix, bias in transforms:
         numbers = [*matrix, bias, np.ones(CEPSTRA)]
@@ -72,7 +72,7 @@ def as_text(transforms: Sequence[MeanTransform]) -> str:
 
 
 def is_transforms(text: str) -> bool:
-    """Tell whether a text is what `as_text` writes."""
+    """Whether a text is what `as_text` writes."""
     found = text.split()
     one = 1 + CEPSTRA * (CEPSTRA + 2)
     if found[:2] != ["1", str(FEATURE_STREAMS)] or len(found) != 2 + FEATURE_STREAMS * one:
@@ -84,7 +84,7 @@ def is_transforms(text: str) -> bool:
 def _statistics(
     aligned: Aligned, start: str, model: AcousticModel, stream: int
 ) -> tuple[Floats, Floats]:
-    """Sum up what a sentence says about a stream: shapes (13, 14, 14) and (13, 14)."""
+    """The sums of a sentence for a stream, shapes (13, 14, 14) and (13, 14)."""
     heard = _streams(aligned.cepstra - start_numbers(start))[stream][aligned.at]
     means = model.means[aligned.phones, stream]
     variances = model.variances[aligned.phones, stream]
@@ -93,7 +93,7 @@ def _statistics(
     likely = weights - distances / 2
     shares = np.exp(likely - likely.max(axis=1, keepdims=True))
     shares /= shares.sum(axis=1, keepdims=True)
-    frame, gaussian = np.nonzero(shares >= LEAST_SHARE)
+    frame, gaussian = np.nonzero(shares >= MIN_OCCUPANCY)
     precisions = shares[frame, gaussian, None] / variances[frame, gaussian]
     extended = _extended(means[frame, gaussian])
     squares = np.einsum("ni,nj,nk->ijk", precisions, extended, extended, optimize=True)
@@ -102,7 +102,7 @@ def _statistics(
 
 
 def _streams(cepstra: Floats) -> tuple[Floats, Floats, Floats]:
-    """Compute the features as pocketsphinx does (`1s_c_d_dd`), each of shape (n, 13)."""
+    """The features of pocketsphinx (`1s_c_d_dd`), each of shape (n, 13)."""
     frames = np.arange(len(cepstra))
 
     def later(by: int) -> Floats:

@@ -1,4 +1,4 @@
-"""What is kept of a speaker and a microphone from one run to the next. An edge: it keeps files."""
+"""Files with what was learned of speakers and microphones."""
 
 from __future__ import annotations
 
@@ -26,23 +26,22 @@ from voz.recognition.speaker.mllr import is_transforms
 from voz.records import CheckedRecord
 
 USUAL_PROFILE = "default"
-"""Whoever does not say who speaks."""
+"""The profile when none is named."""
 
 PROFILE_FILE = "profile.json"
 MLLR_FILE = "mllr.txt"
-LEARNT_FOLDER = "learnt"
+LEARNED_FOLDER = "learnt"
 
 
 class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
-    """What is known of a speaker and a microphone before they are heard.
+    """What is known of a speaker and a microphone.
 
     Attributes:
         start: where the cepstral mean starts.
-        mllr: a file with the transform of the acoustic model; None leaves it as it is.
-        log_odds: what is added to the log-odds of each confidence: a speaker who is understood,
-            but never for sure, is worth more trust.
-        model: the SHA-256 of the acoustic model that it was made with, empty for pocketsphinx's
-            own; None fits any.
+        mllr: file with the transform of the acoustic model, if any.
+        log_odds: added to the log-odds of each confidence.
+        model: SHA-256 of the acoustic model that it was made with; empty for pocketsphinx's own,
+            None for any.
     """
 
     start: StartVector = StartVector()
@@ -51,11 +50,7 @@ class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     model: str | None = None
 
     def check_model(self, model: str) -> None:
-        """Refuse to be used with another acoustic model than it was made with.
-
-        Raises:
-            ConfigError: it is another one.
-        """
+        """Raise ConfigError if it was made with another acoustic model."""
         if self.model not in (None, model):
             raise ConfigError(
                 "the profile was made with another acoustic model; make it again with "
@@ -64,13 +59,7 @@ class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
 
 
 def profile_folder(name: str) -> Path:
-    """Name the folder of a profile, which need not be there.
-
-    Args:
-        name: what the user calls it.
-
-    Returns:
-        A path under `$XDG_DATA_HOME/voz/profiles`, or `~/.local/share/voz/profiles`.
+    """The folder of a profile, which need not exist.
 
     Raises:
         ConfigError: the name cannot be that of a folder, or there is no home folder.
@@ -83,16 +72,12 @@ def profile_folder(name: str) -> Path:
 
 
 def profile_names() -> list[str]:
-    """List the profiles that there are."""
+    """The names of all profiles."""
     return sorted(path.parent.name for path in profile_folder("_").parent.glob(f"*/{PROFILE_FILE}"))
 
 
 def delete_profile(name: str) -> None:
-    """Delete a profile with its recordings.
-
-    Raises:
-        ConfigError: there is none, or it cannot be deleted.
-    """
+    """Delete a profile with its recordings; raises ConfigError if that fails."""
     folder = profile_folder(name)
     try:
         shutil.rmtree(folder)
@@ -103,11 +88,7 @@ def delete_profile(name: str) -> None:
 
 
 def load_profile(name: str) -> Profile:
-    """Read what `voz calibrate` has kept.
-
-    Raises:
-        ConfigError: there is no such profile, or a file of it cannot be used.
-    """
+    """Read what `voz calibrate` wrote; raises ConfigError if that fails."""
     folder = profile_folder(name)
     path = folder / PROFILE_FILE
     again = f"make it with `voz calibrate {name}`"
@@ -125,14 +106,10 @@ def load_profile(name: str) -> Profile:
 
 
 def save_profile(name: str, profile: Profile) -> Path:
-    """Keep a profile as readable JSON, and forget what was learnt while one before it was used.
-
-    Args:
-        name: what the user calls it.
-        profile: what to keep; the file of its transform is copied.
+    """Write a profile as readable JSON, and delete what was learned with the one before.
 
     Returns:
-        The file.
+        The file; that of the transform is copied beside it.
 
     Raises:
         ConfigError: it cannot be written.
@@ -148,39 +125,24 @@ def save_profile(name: str, profile: Profile) -> Path:
                 _write(folder / MLLR_FILE, Path(profile.mllr).read_bytes())
         if not profile.mllr:
             (folder / MLLR_FILE).unlink(missing_ok=True)
-        for learnt in (folder / LEARNT_FOLDER).glob("*.json"):
-            learnt.unlink(missing_ok=True)
+        for learned in (folder / LEARNED_FOLDER).glob("*.json"):
+            learned.unlink(missing_ok=True)
     return path
 
 
-def learnt_file(profile: str, device: str) -> Path:
-    """Name the file that keeps what was learnt about a speaker and a microphone in use.
-
-    Args:
-        profile: the name of the profile.
-        device: the microphone.
-
-    Returns:
-        A path in the folder of the profile.
-
-    Raises:
-        ConfigError: the name cannot be that of a profile.
-    """
+def learned_file(profile: str, device: str) -> Path:
+    """The file of what was learned of a profile and a microphone; raises ConfigError."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", device)[:60].strip("-")
     # Two devices may differ only in what a file name cannot have.
     digest = hashlib.sha256(device.encode(errors="backslashreplace")).hexdigest()[:8]
-    return profile_folder(profile) / LEARNT_FOLDER / f"{name}-{digest}.json"
+    return profile_folder(profile) / LEARNED_FOLDER / f"{name}-{digest}.json"
 
 
-def load_learnt(path: Path) -> tuple[StartVector, str | None]:
-    """Read what was learnt before.
-
-    Args:
-        path: a `learnt_file`; it need not be there.
+def load_learned(path: Path) -> tuple[StartVector, str | None]:
+    """Read a `learned_file`, which need not exist.
 
     Returns:
-        The vector, and a line for the user if there is a file that cannot be used; then it is
-        as if nothing had been learnt.
+        The vector, and a warning for the user if the file cannot be used.
     """
     try:
         path.stat()
@@ -196,21 +158,13 @@ def load_learnt(path: Path) -> tuple[StartVector, str | None]:
         return StartVector(), str(error)
 
 
-def save_learnt(path: Path, vector: StartVector) -> str | None:
-    """Write what was learnt.
-
-    Args:
-        path: a `learnt_file`; its folder is made if need be.
-        vector: what was learnt.
-
-    Returns:
-        A line for the user if it cannot be written: no reason to stop a robot.
-    """
+def save_learned(path: Path, vector: StartVector) -> str | None:
+    """Write a `learned_file`; returns a warning for the user if that fails, as robots go on."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         _write(path, msgspec.json.encode(_rounded(vector)) + b"\n")
     except OSError as error:
-        return f"{path}: cannot be written ({error.strerror}); what was learnt will be lost"
+        return f"{path}: cannot be written ({error.strerror}); what was learned will be lost"
     return None
 
 

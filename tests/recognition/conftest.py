@@ -7,5 +7,5 @@ from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 
 
 @pytest.fixture(scope="module")
-def ear(loaded: Language) -> PhonemeScorer:
+def scorer(loaded: Language) -> PhonemeScorer:
     return scorer_for(loaded)

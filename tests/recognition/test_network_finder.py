@@ -28,15 +28,15 @@ from voz.settings import Recognition
 def finder(
     language: Language, settings: Recognition | None = None, network: PhonemeScorer | None = None
 ) -> NetworkFinder:
-    ear = network or scorer_for(language)
+    scorer = network or scorer_for(language)
     return NetworkFinder(
-        language, settings or Recognition(), Profile(), load_models().two_ears, ear
+        language, settings or Recognition(), Profile(), load_models().two_ears, scorer
     )
 
 
 @pytest.fixture(scope="module")
-def ears(loaded: Language, ear: PhonemeScorer) -> NetworkFinder:
-    return finder(loaded, network=ear)
+def network_finder(loaded: Language, scorer: PhonemeScorer) -> NetworkFinder:
+    return finder(loaded, network=scorer)
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +46,8 @@ def cut(recordings: list[Recording]) -> dict[str, Segment]:
     return {r.text: segment for r in own for segment in segments([r.samples()])}
 
 
-def understood(ears: NetworkFinder, segment: Segment) -> Hypothesis:
-    return ears.understand(segment, StartVector())
+def understood(network_finder: NetworkFinder, segment: Segment) -> Hypothesis:
+    return network_finder.understand(segment, StartVector())
 
 
 def built(sentences: list[str], folder: Path) -> Language:
@@ -57,12 +57,12 @@ def built(sentences: list[str], folder: Path) -> Language:
 
 
 def test_the_network_decides_whatever_pocketsphinx_proposes(
-    ears: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+    network_finder: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nearly: `stop speech` may be a nat behind `start speech`."""
-    proposed = {text: understood(ears, segment) for text, segment in cut.items()}
-    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "fold arm")
-    others = {text: understood(ears, segment) for text, segment in cut.items()}
+    proposed = {text: understood(network_finder, segment) for text, segment in cut.items()}
+    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "fold arm")
+    others = {text: understood(network_finder, segment) for text, segment in cut.items()}
     right = [text for text, heard in others.items() if heard.text == text]
     assert len(right) >= len(cut) - 1
     for text in {*right} - {"fold arm"}:
@@ -72,15 +72,15 @@ def test_the_network_decides_whatever_pocketsphinx_proposes(
 
 
 def test_where_pocketsphinx_finds_nothing_the_network_still_does(
-    ears: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
+    network_finder: NetworkFinder, cut: dict[str, Segment], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
-    heard = understood(ears, cut["turn left"])
+    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "")
+    heard = understood(network_finder, cut["turn left"])
     assert (heard.text, heard.next_best) == ("turn left", "turn right")
 
 
 def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
-    ears: NetworkFinder, cut: dict[str, Segment]
+    network_finder: NetworkFinder, cut: dict[str, Segment]
 ) -> None:
     """Half of `left` and the t of `turn` are around it, as where noise hides them."""
     whole = cut["turn left"]
@@ -93,34 +93,34 @@ def test_what_the_end_pointer_cut_off_is_heard_in_the_sound_around_it(
         after=whole.samples[-last:],
     )
     bare = inner._replace(before=NO_SAMPLES, after=NO_SAMPLES)
-    score = understood(ears, inner).values[SCORE]
-    assert understood(ears, inner).text == "turn left"
-    assert score > understood(ears, bare).values[SCORE] + 1
+    score = understood(network_finder, inner).values[SCORE]
+    assert understood(network_finder, inner).text == "turn left"
+    assert score > understood(network_finder, bare).values[SCORE] + 1
     # The same sound is the same evidence; only pocketsphinx heard less of it.
     unchanged = whole._replace(before=NO_SAMPLES, after=NO_SAMPLES)
     assert score == pytest.approx(
-        understood(ears, unchanged).values[SCORE], abs=1.5 * PROPOSAL_BONUS
+        understood(network_finder, unchanged).values[SCORE], abs=1.5 * PROPOSAL_BONUS
     )
 
 
 def test_it_ends_where_its_last_word_does_and_not_where_the_sound_does(
-    ears: NetworkFinder, cut: dict[str, Segment]
+    network_finder: NetworkFinder, cut: dict[str, Segment]
 ) -> None:
     for segment in cut.values():
-        heard = understood(ears, segment)
+        heard = understood(network_finder, segment)
         loud = np.flatnonzero(np.abs(segment.samples) > np.abs(segment.samples).max() / 30)
         said_until = segment.start + loud[-1] / SAMPLE_RATE
         assert said_until - 0.3 < heard.spoken_until < said_until + 0.2
 
 
 def test_no_word_ends_later_than_what_was_heard(
-    ears: NetworkFinder, cut: dict[str, Segment]
+    network_finder: NetworkFinder, cut: dict[str, Segment]
 ) -> None:
     """Though the network goes on beyond that, with its last moment and what fills short sound."""
     whole = cut["go back"]
     for length in range(6000, len(whole.samples), 90):
         end = whole.start + length / SAMPLE_RATE
-        heard = understood(ears, Segment(whole.start, end, end, whole.samples[:length]))
+        heard = understood(network_finder, Segment(whole.start, end, end, whole.samples[:length]))
         assert heard.spoken_until <= end
 
 
@@ -140,21 +140,21 @@ def test_what_must_not_be_missed_is_not_doubted_for_another_value_of_it(
         assert (heard.text, heard.rival) == (text, None)
 
 
-def test_a_room_that_only_hums_is_no_speech(ears: NetworkFinder) -> None:
+def test_a_room_that_only_hums_is_no_speech(network_finder: NetworkFinder) -> None:
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     hum = (4000 * np.sin(2 * np.pi * 110 * time)).astype(np.int16)
-    heard = understood(ears, Segment(0, 1, 1, hum))
+    heard = understood(network_finder, Segment(0, 1, 1, hum))
     assert (heard.trust, heard.probability) == (0, 0)
     assert heard.why_refused() == ("no_speech", None)
 
 
 def test_a_part_of_a_command_is_told_from_what_is_none(
-    ears: NetworkFinder, recordings: list[Recording]
+    network_finder: NetworkFinder, recordings: list[Recording]
 ) -> None:
     def why(text: str) -> str:
         clip = next(r for r in recordings if (r.kind, r.text) == ("near-miss", text))
         (segment,) = segments([clip.samples()])
-        return understood(ears, segment).why_refused()[0]
+        return understood(network_finder, segment).why_refused()[0]
 
     assert [why(text) for text in ("turn", "point", "right")] == ["part_of_a_command"] * 3
     assert why("good morning everyone") == "not_a_command"
@@ -183,14 +183,18 @@ def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
 ) -> None:
     """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
     words = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
-    ears = finder(built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path))
+    network_finder = finder(
+        built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path)
+    )
     sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
     (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
-    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "tan tan tan")
-    assert "green white black" not in ears._shortlist.similar_to("tan tan tan")
-    assert understood(ears, segment).text == "green white black"
+    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "tan tan tan")
+    assert "green white black" not in network_finder._shortlist.similar_to("tan tan tan")
+    assert understood(network_finder, segment).text == "green white black"
     monkeypatch.setattr("voz.recognition.network_finder.MAX_REFINEMENTS", 0)
-    assert understood(ears, segment).text in ears._shortlist.similar_to("tan tan tan")
+    assert understood(network_finder, segment).text in network_finder._shortlist.similar_to(
+        "tan tan tan"
+    )
 
 
 def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
@@ -198,16 +202,18 @@ def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
 ) -> None:
     words = [*"abcdefghijklmn"]
     language = built([f"{a} {b}" for a in words for b in words], tmp_path)
-    ears = finder(language, Recognition(never_missed=()))
-    monkeypatch.setattr(ears._decoder, "decode", lambda *_: "")
-    heard = understood(ears, cut["stop"])
+    network_finder = finder(language, Recognition(never_missed=()))
+    monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "")
+    heard = understood(network_finder, cut["stop"])
     assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("not_a_command", None)
 
 
 def test_a_sound_too_short_for_any_command_is_none(cut: dict[str, Segment], tmp_path: Path) -> None:
     """Each of its 80 phones takes 20 ms at least."""
-    ears = finder(built(["bring the " + " ".join(["strawberries"] * 8)], tmp_path))
-    heard = understood(ears, Segment(0, 0.5, 0.5, cut["stop"].samples[: SAMPLE_RATE // 2]))
+    network_finder = finder(built(["bring the " + " ".join(["strawberries"] * 8)], tmp_path))
+    heard = understood(
+        network_finder, Segment(0, 0.5, 0.5, cut["stop"].samples[: SAMPLE_RATE // 2])
+    )
     assert (heard.text, heard.values, heard.probability) == ("", {}, 0)
     assert heard.why_refused() == ("too_short", None)

@@ -30,26 +30,26 @@ COMMANDS = sorted({r.text for r in read_manifest() if r.kind == "command"})
 
 
 @pytest.fixture(scope="module")
-def go_back(ear: PhonemeScorer, recordings: list[Recording]) -> PhoneLikelihoods:
-    return ear.phone_likelihoods(said(recordings, "go back"))
+def go_back(scorer: PhonemeScorer, recordings: list[Recording]) -> PhoneLikelihoods:
+    return scorer.phone_likelihoods(said(recordings, "go back"))
 
 
 def said(recordings: list[Recording], text: str) -> Samples:
     return next(r for r in recordings if (r.text, r.voice) == (text, "festival_slt")).samples()
 
 
-def score(ear: PhonemeScorer, samples: Samples, text: str) -> float:
-    return ear.rank(ear.phone_likelihoods(samples), [text]).matches[text].score
+def score(scorer: PhonemeScorer, samples: Samples, text: str) -> float:
+    return scorer.rank(scorer.phone_likelihoods(samples), [text]).matches[text].score
 
 
 def test_it_knows_which_command_was_said_and_where(
-    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
+    scorer: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
     clips = [r for r in recordings if r.kind == "command"]
     right = []
     for clip in clips:
         samples = clip.samples()
-        ranking = ear.rank(ear.phone_likelihoods(samples), loaded.commands.listed)
+        ranking = scorer.rank(scorer.phone_likelihoods(samples), loaded.commands.listed)
         best = ranking.matches[ranking.text]
         right.append(ranking.text == clip.text)
         loud = np.flatnonzero(np.abs(samples) > np.abs(samples).max() / 30) / SAMPLE_RATE
@@ -58,35 +58,35 @@ def test_it_knows_which_command_was_said_and_where(
 
 
 def test_there_is_more_evidence_for_commands_than_for_what_is_none(
-    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
+    scorer: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
     scores: dict[str, list[float]] = {"command": [], "near-miss": []}
     for recording in recordings:
         if recording.kind in scores:
-            sounds = ear.phone_likelihoods(recording.samples())
-            scores[recording.kind].append(ear.rank(sounds, loaded.commands.listed).score)
+            sounds = scorer.phone_likelihoods(recording.samples())
+            scores[recording.kind].append(scorer.rank(sounds, loaded.commands.listed).score)
     assert np.percentile(scores["near-miss"], 80) < np.percentile(scores["command"], 5)
 
 
 @given(st.data())
 def test_other_commands_and_their_order_change_nothing_for_a_command(
-    ear: PhonemeScorer, go_back: PhoneLikelihoods, data: st.DataObject
+    scorer: PhonemeScorer, go_back: PhoneLikelihoods, data: st.DataObject
 ) -> None:
     some = data.draw(st.lists(st.sampled_from(COMMANDS), min_size=1, unique=True))
     mixed = data.draw(st.permutations(some))
-    among, again = ear.rank(go_back, some), ear.rank(go_back, mixed)
+    among, again = scorer.rank(go_back, some), scorer.rank(go_back, mixed)
     assert (again.text, again.next_best, again.score) == (among.text, among.next_best, among.score)
     for command in some:
-        alone = ear.rank(go_back, [command])
+        alone = scorer.rank(go_back, [command])
         assert among.matches[command] == again.matches[command] == alone.matches[command]
 
 
 @given(st.data())
 def test_one_command_more_is_heard_instead_or_makes_the_best_no_surer(
-    ear: PhonemeScorer, go_back: PhoneLikelihoods, data: st.DataObject
+    scorer: PhonemeScorer, go_back: PhoneLikelihoods, data: st.DataObject
 ) -> None:
     first, *some = data.draw(st.lists(st.sampled_from(COMMANDS), min_size=2, unique=True))
-    fewer, more = ear.rank(go_back, some), ear.rank(go_back, [*some, first])
+    fewer, more = scorer.rank(go_back, some), scorer.rank(go_back, [*some, first])
     if more.text == first:
         assert more.matches[first].score > more.matches[fewer.text].score
         assert more.next_best == fewer.text
@@ -113,9 +113,9 @@ def test_the_score_is_that_of_the_best_and_how_far_it_is_ahead(
 
 
 def test_what_pocketsphinx_proposes_is_worth_a_little_and_to_that_command_alone(
-    ear: PhonemeScorer, go_back: PhoneLikelihoods
+    scorer: PhonemeScorer, go_back: PhoneLikelihoods
 ) -> None:
-    plain, proposed = ear.rank(go_back, COMMANDS), ear.rank(go_back, COMMANDS, "turn left")
+    plain, proposed = scorer.rank(go_back, COMMANDS), scorer.rank(go_back, COMMANDS, "turn left")
     for command in COMMANDS:
         more = proposed.matches[command].score - plain.matches[command].score
         assert more == pytest.approx(PROPOSAL_BONUS if command == "turn left" else 0)
@@ -123,12 +123,12 @@ def test_what_pocketsphinx_proposes_is_worth_a_little_and_to_that_command_alone(
 
 
 def test_a_command_speaks_for_itself_by_the_phone_and_a_short_one_by_some_more(
-    ear: PhonemeScorer, recordings: list[Recording]
+    scorer: PhonemeScorer, recordings: list[Recording]
 ) -> None:
     """However well it is said; each command of these is said about as well as it can be."""
     for text in ("stop", "stop speech", "turn left"):
-        worth = REWARD_PER_PHONE * ear.count_phones(text)
-        assert 0.7 * worth < score(ear, said(recordings, text), text) < 1.1 * worth
+        worth = REWARD_PER_PHONE * scorer.count_phones(text)
+        assert 0.7 * worth < score(scorer, said(recordings, text), text) < 1.1 * worth
     short = PhonemeScorer({"a": [["AH"]], "up": [["AH", "P"]], "stop": [["S", "T", "AA", "P"]]})
     sounds = short.phone_likelihoods(said(recordings, "speed up"))
     nothing = PhoneLikelihoods(*(values * 0 for values in sounds))
@@ -140,24 +140,25 @@ def test_a_command_speaks_for_itself_by_the_phone_and_a_short_one_by_some_more(
 
 
 def test_silence_around_a_command_says_nothing_and_speech_speaks_against_it(
-    ear: PhonemeScorer, recordings: list[Recording]
+    scorer: PhonemeScorer, recordings: list[Recording]
 ) -> None:
     sound, other = said(recordings, "go back"), said(recordings, "turn left")
-    alone = ear.rank(ear.phone_likelihoods(sound), ["go back"]).matches["go back"]
+    alone = scorer.rank(scorer.phone_likelihoods(sound), ["go back"]).matches["go back"]
     hush = np.random.default_rng(0).normal(0, 8, SAMPLE_RATE).astype(np.int16)
-    quiet = ear.rank(ear.phone_likelihoods(np.concatenate([hush, sound, hush])), ["go back"])
+    quiet = scorer.rank(scorer.phone_likelihoods(np.concatenate([hush, sound, hush])), ["go back"])
     assert abs(quiet.matches["go back"].score - alone.score) < PENALTY_PER_OTHER_PHONE
     assert quiet.matches["go back"].begin == pytest.approx(alone.begin + 1, abs=0.05)
     assert quiet.matches["go back"].end == pytest.approx(alone.end + 1, abs=0.05)
     for amid in ([other, sound], [sound, other]):
         assert (
-            score(ear, np.concatenate(amid), "go back") < alone.score - 4 * PENALTY_PER_OTHER_PHONE
+            score(scorer, np.concatenate(amid), "go back")
+            < alone.score - 4 * PENALTY_PER_OTHER_PHONE
         )
 
 
 @pytest.mark.parametrize("samples", [0, 100, SAMPLE_RATE])
-def test_of_silence_nothing_is_evidence(samples: int, ear: PhonemeScorer) -> None:
-    ranking = ear.rank(ear.phone_likelihoods(np.zeros(samples, np.int16)), COMMANDS)
+def test_of_silence_nothing_is_evidence(samples: int, scorer: PhonemeScorer) -> None:
+    ranking = scorer.rank(scorer.phone_likelihoods(np.zeros(samples, np.int16)), COMMANDS)
     assert set(ranking.matches) == {*COMMANDS}
     assert ranking.score < -10
 
@@ -173,17 +174,21 @@ def test_it_knows_no_phones_of_other_languages() -> None:
 
 def test_of_the_ways_to_say_a_word_the_best_counts(recordings: list[Recording]) -> None:
     ways = {"a": ["S", "T", "AA", "P"], "b": ["S", "T", "AO", "P"], "c": ["F", "IH", "SH"]}
-    ear = PhonemeScorer({**{word: [way] for word, way in ways.items()}, "any": list(ways.values())})
-    matches = ear.rank(ear.phone_likelihoods(said(recordings, "stop")), ["a", "b", "any"]).matches
+    scorer = PhonemeScorer(
+        {**{word: [way] for word, way in ways.items()}, "any": list(ways.values())}
+    )
+    matches = scorer.rank(
+        scorer.phone_likelihoods(said(recordings, "stop")), ["a", "b", "any"]
+    ).matches
     assert matches["any"] == max(matches["a"], matches["b"])
 
 
 def test_a_sentence_of_many_ways_to_say_it_is_no_burden() -> None:
     ways = [["AH", "S"], ["EY", "S"], ["IY", "S"]]
-    ear = PhonemeScorer(dict.fromkeys("abcdefghijkl", ways))
+    scorer = PhonemeScorer(dict.fromkeys("abcdefghijkl", ways))
     sentence = " ".join("abcdefghijkl")
-    assert ear.count_phones(sentence) == 24
-    (match,) = ear.rank(
-        ear.phone_likelihoods(np.zeros(16000, np.int16)), [sentence]
+    assert scorer.count_phones(sentence) == 24
+    (match,) = scorer.rank(
+        scorer.phone_likelihoods(np.zeros(16000, np.int16)), [sentence]
     ).matches.values()
     assert math.isfinite(match.score)

@@ -19,9 +19,9 @@ def clips(recordings: list[Recording]) -> list[Recording]:
 
 
 def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
-    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
+    scorer: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = KeywordSpotter(ear, ["stop"], loaded.commands.listed)
+    spotter = KeywordSpotter(scorer, ["stop"], loaded.commands.listed)
     hiss = np.random.default_rng(0).normal(0, 60, SAMPLE_RATE).astype(np.int16)
     found = {True: 0, False: 0}
     for clip in clips(recordings):
@@ -35,9 +35,9 @@ def test_it_is_found_with_sound_before_it_and_no_other_command_is_it(
 
 
 def test_the_best_of_several_commands_is_given(
-    ear: PhonemeScorer, loaded: Language, recordings: list[Recording]
+    scorer: PhonemeScorer, loaded: Language, recordings: list[Recording]
 ) -> None:
-    spotter = KeywordSpotter(ear, ["stop", "turn left"], loaded.commands.listed)
+    spotter = KeywordSpotter(scorer, ["stop", "turn left"], loaded.commands.listed)
     for text in ("stop", "turn left"):
         clip = next(r for r in recordings if (r.voice, r.text) == ("festival_slt", text))
         spotted = spotter.spot(clip.samples())

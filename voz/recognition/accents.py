@@ -8,15 +8,9 @@ Phones = tuple[str, ...]
 
 
 def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
-    """Add the pronunciations of other accents to a dictionary.
+    """Add to a dictionary the rounded vowel of `stop` and `rock`, which most accents have.
 
-    That is the rounded vowel of `stop` and `rock` alone: others make commands alike.
-
-    Args:
-        dictionary: the phones of each word; variants are words, as `the(2)`.
-
-    Returns:
-        The same, with more variants at its end.
+    More (`start` without r) makes commands alike. Variants are words, as `the(2)`.
     """
     known = {(_plain(word), phones) for word, phones in dictionary.items()}
     counts: dict[str, int] = {}

@@ -8,17 +8,13 @@ from voz.errors import RecognizerBusyError
 
 
 class NonReentrantLock:
-    """A lock that raises in a thread that holds it already.
-
-    That is a signal handler which interrupted the first call, and would wait for ever.
-    """
+    """A lock that raises, instead of waiting for ever, in a signal handler of its own thread."""
 
     def __init__(self) -> None:
         self._lock = RLock()
         self._taken = False
 
     def __enter__(self) -> None:
-        """Wait for other threads; raises RecognizerBusyError in the same one."""
         self._lock.acquire()
         if self._taken:
             self._lock.release()

@@ -32,11 +32,7 @@ MAX_NOISE = 2.0
 
 
 class Context(Enum):
-    """What is within 0.6 s of a command; the odds of the command are divided by the value.
-
-    Few people say a command in the middle of other speech; one that fits well is
-    obeyed all the same.
-    """
+    """What is within 0.6 s of a command; its odds are divided by the value."""
 
     QUIET = 1.0
     UNKNOWN_AFTER = 8.0
@@ -73,10 +69,7 @@ def features(
 
 
 def voices_around(above: float, voices: float) -> float:
-    """The feature for voices in the room.
-
-    Phones explain voices in the room better than the command does, and other noise worse, so that
-    commands in other noise need more.
+    """The feature for voices in the room, which phones explain better than the command does.
 
     Args:
         above: signal-to-noise ratio, dB.
@@ -100,14 +93,11 @@ def probability(model: Model, values: Mapping[str, float]) -> float:
 
 
 def trust_in_speech(voice: float, known: float = 0.0) -> float:
-    """How surely a sound is speech, which likelihoods do not show.
+    """A factor from 0 to 1 for how surely a sound is speech, which likelihoods do not show.
 
     Args:
         voice: output of the voice detector for the words, 0 to 1.
         known: the probability of the command by the network; 0 without it.
-
-    Returns:
-        A factor for the probability, 0 to 1.
     """
     if known >= SURE_PROBABILITY and voice >= SOFT_SPEECH_VOICE:
         return 1.0
@@ -128,10 +118,7 @@ def multiply_odds(share: float, factor: float) -> float:
 def _spoken_words(
     spans: Sequence[Span], phones_of: Mapping[str, Sequence[str]]
 ) -> list[tuple[Span, Sequence[str]]]:
-    """The words of a command with their phones; one of a single phone joins the word before it.
-
-    The `a` of `make me a mocha` is swallowed, and would count as badly said.
-    """
+    """The words of a command with their phones; one of a single phone joins the word before it."""
     words: list[tuple[Span, Sequence[str]]] = []
     for span in spans:
         said = phones_of[span.name]

@@ -34,45 +34,31 @@ Positive = Annotated[float, msgspec.Meta(gt=0, le=1e12)]
 
 
 class Model(CheckedRecord, frozen=True, forbid_unknown_fields=True):
-    """A logistic model.
+    """A logistic model."""
 
-    Attributes:
-        fitted_on: the data, for the reader.
-        intercept: log-odds when all features are 0.
-        weights: log-odds for one unit of each feature.
-        alarms: false alarms in an hour of talk, if all above even odds is accepted.
-        alarms_fall: the power of the odds with which they become fewer.
-        usual_alarms: the default of `false_alarms_per_hour`.
-        costs: miss rates by rising alarms; empty if unknown.
-    """
-
-    fitted_on: list[str]
-    intercept: Finite
-    weights: dict[str, Finite]
-    alarms: Positive
-    alarms_fall: Positive
-    usual_alarms: Positive = 0.5
-    costs: tuple[MissRate, ...] = ()
+    fitted_on: list[str]  # the data, for the reader
+    intercept: Finite  # log-odds when all features are 0
+    weights: dict[str, Finite]  # log-odds for one unit of each feature
+    alarms: Positive  # false alarms in an hour of talk, if all above even odds is accepted
+    alarms_fall: Positive  # the power of the odds with which they become fewer
+    usual_alarms: Positive = 0.5  # default of `false_alarms_per_hour`
+    costs: tuple[MissRate, ...] = ()  # by rising alarms; empty if unknown
 
 
 class Models(CheckedRecord, frozen=True, forbid_unknown_fields=True):
     """The models with the network and without it."""
 
-    two_ears: Model
+    two_ears: Model  # with the network
     one_ear: Model
 
 
 def load_models(file: str | None = None) -> Models:
-    """Read what `voz fit-confidence` wrote, or the models of voz.
-
-    Raises:
-        ConfigError: the file cannot be read, is damaged or has unknown features.
-    """
+    """Read what `voz fit-confidence` wrote, or the models of voz; raises ConfigError."""
     path, advice = Path(file or DEFAULT_MODELS), "name what `voz fit-confidence` wrote"
     models = read_json(path, Models, ConfigError, advice, MAX_SETTINGS_BYTES)
-    one_ear = {*POCKETSPHINX_FEATURES, VOICES_AROUND}
+    of_pocketsphinx = {*POCKETSPHINX_FEATURES, VOICES_AROUND}
     for weights, known in (
-        (models.one_ear.weights, one_ear),
+        (models.one_ear.weights, of_pocketsphinx),
         (models.two_ears.weights, {*NETWORK_FEATURES}),
     ):
         if strange := sorted(weights.keys() - known):

@@ -28,21 +28,13 @@ class Node(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """Sentences side by side.
+    """Sentences side by side."""
 
-    Attributes:
-        symbols: of each node.
-        sources: nodes from which each node is reached, a column each, padded with their number.
-        starts: whether a sentence may begin at each node.
-        ends: the nodes at which one may end, sentence by sentence.
-        firsts: where those of each sentence begin in `ends`.
-    """
-
-    symbols: Places
-    sources: Places
-    starts: npt.NDArray[np.bool_]
-    ends: Places
-    firsts: Places
+    symbols: Places  # of each node
+    sources: Places  # nodes that lead to each node, a column each, padded with their number
+    starts: npt.NDArray[np.bool_]  # whether a sentence may begin at each node
+    ends: Places  # nodes at which one may end, sentence by sentence
+    firsts: Places  # where those of each sentence begin in `ends`
 
 
 class Matches(NamedTuple):
@@ -54,12 +46,7 @@ class Matches(NamedTuple):
 
 
 def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
-    """Build the lattice of sentences.
-
-    Args:
-        sentences: the pronunciations of their words, none of them empty.
-        blank: the number of the blank.
-    """
+    """Build the lattice of sentences; no pronunciation may be empty."""
     nodes: list[Node] = []
     starts: list[int] = []
     ends: list[list[int]] = []

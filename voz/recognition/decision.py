@@ -15,30 +15,18 @@ from voz.settings import Recognition
 
 @dataclass(frozen=True)
 class Decision:
-    """What becomes of a hypothesis.
+    """What becomes of a hypothesis."""
 
-    Attributes:
-        confidence: the probability that the command was said and meant, 0 to 1.
-        accepted: whether it is obeyed.
-        waits: whether it is obeyed only if nothing follows, which is not known yet.
-    """
-
-    confidence: float
+    confidence: float  # that the command was said and meant, 0 to 1
     accepted: bool
-    waits: bool = False
+    waits: bool = False  # accepted only if nothing follows, which is not known yet
 
 
 class DecisionRule:
     """Compares confidences with thresholds, which any thread may change."""
 
     def __init__(self, commands: Commands, model: Model, settings: Recognition) -> None:
-        """Compute the thresholds.
-
-        Args:
-            commands: all commands.
-            model: of the confidence.
-            settings: the false alarms, and which commands must not be missed.
-        """
+        """Compute the thresholds of commands by a model and settings."""
         self._commands = commands
         self._model = model
         self._never_missed = frozenset(settings.never_missed)

@@ -36,15 +36,12 @@ class Decoder:
     def __init__(
         self, language: Language, search: Search = "grammar", mllr: str | None = None
     ) -> None:
-        """Load the model.
+        """Load the model; LanguageError if pocketsphinx cannot use the language files.
 
         Args:
             language: the commands.
             search: "grammar" gives whole commands only, "lm" any sequence of their words.
             mllr: file with a speaker's transform of the acoustic model.
-
-        Raises:
-            LanguageError: pocketsphinx cannot use the language files.
         """
         # The lattice search that `bestpath` turns on loses a grammar's end, and with it the result.
         beams = {} if search == "lm" else GRAMMAR_BEAMS
@@ -65,29 +62,18 @@ class Decoder:
             raise LanguageError(_unusable(source)) from error
 
     def decode(self, samples: Samples, start: str) -> str:
-        """Find the sentence.
-
-        Args:
-            samples: one utterance, 16 kHz.
-            start: the first cepstral mean, as `mean_start` gives it.
-
-        Returns:
-            Its words in lower case; empty if no sentence fits.
-        """
+        """The sentence (lower case, empty if none fits) of samples of 16 kHz and a `mean_start`."""
         process(self._decoder, samples, start)
         hypothesis = self._decoder.hyp()
         return str(hypothesis.hypstr) if hypothesis else ""
 
 
 def load_decoder(language: Language, **settings: Any) -> Any:
-    """Load the acoustic model and the dictionary with accents, without a search.
+    """Load acoustic model and dictionary with accents, and no search; raises LanguageError.
 
     Args:
         language: the commands.
         settings: what differs from pocketsphinx's defaults.
-
-    Raises:
-        LanguageError: its files, or pocketsphinx's, cannot be used.
     """
     spoken = language.spoken
     config = pocketsphinx.Config(
@@ -120,10 +106,7 @@ def mean_start(samples: Samples) -> str:
 
 
 def process(decoder: Any, samples: Samples, start: str) -> None:
-    """Decode one utterance, independently of the ones before.
-
-    The mean follows the utterance, which is better than the mean of all of it (`full_utt`).
-    """
+    """Decode one utterance, independently of the ones before."""
     decoder.reinit_feat()
     decoder.set_cmn(start)
     decoder.start_utt()

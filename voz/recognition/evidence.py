@@ -31,19 +31,12 @@ MIN_COVERAGE = 0.75
 
 
 class Span(NamedTuple):
-    """A word or phone of a path.
-
-    Attributes:
-        name: the word with its variant: `stop`, `the(2)`.
-        start: its first frame of 10 ms.
-        end: its last frame.
-        score: log-likelihood relative to the best state of each frame, nats.
-    """
+    """A word (with its variant: `the(2)`) or phone of a path."""
 
     name: str
-    start: int
-    end: int
-    score: float
+    start: int  # first frame, 10 ms each
+    end: int  # last frame
+    score: float  # log-likelihood relative to the best state of each frame, nats
 
     @property
     def frames(self) -> int:
@@ -66,26 +59,16 @@ class Alignment:
 
 @dataclass(frozen=True)
 class Evidence:
-    """The likelihoods for an utterance.
-
-    Attributes:
-        text: the command.
-        command: its path.
-        rivals: scores of other commands, nats.
-        phones: the path of any phones.
-    """
+    """The likelihoods for an utterance."""
 
     text: str
     command: Alignment
-    rivals: dict[str, float]
-    phones: Alignment
+    rivals: dict[str, float]  # scores of other commands, nats
+    phones: Alignment  # the path of any phones
 
 
 class CommandSearch:
-    """Searches commands and a free loop of phones side by side.
-
-    One unpruned search for all makes their scores comparable.
-    """
+    """One unpruned search of commands and a free loop of phones, so that scores are comparable."""
 
     def __init__(
         self,
@@ -93,15 +76,12 @@ class CommandSearch:
         never_missed: Collection[str] = (),
         mllr: str | None = None,
     ) -> None:
-        """Load the model.
+        """Load the model; LanguageError if pocketsphinx cannot use the dictionary.
 
         Args:
             language: the commands.
             never_missed: commands that win when in doubt.
             mllr: file with a speaker's transform of the acoustic model.
-
-        Raises:
-            LanguageError: pocketsphinx cannot use the dictionary.
         """
         # Fillers keep their context-independent models, which take a third of the time.
         # The search then must not put them everywhere; the silences are in its arcs.
@@ -127,15 +107,12 @@ class CommandSearch:
         return self._shortlist.is_whole
 
     def compare(self, samples: Samples, text: str, start: str) -> Evidence | None:
-        """Collect the evidence for a command.
+        """Collect the evidence for a command; None if the sound is too short for any.
 
         Args:
             samples: one utterance, 16 kHz.
             text: the proposed sentence; empty for the best command.
             start: the first cepstral mean, as `mean_start` gives it.
-
-        Returns:
-            None if the sound is too short for any command.
         """
         if not self.finds_alone:
             self._search_for(self._shortlist.similar_to(text))

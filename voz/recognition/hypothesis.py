@@ -22,38 +22,22 @@ def no_command() -> Refusal:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """What was understood of a segment, before it is known what follows.
-
-    Attributes:
-        segment: the segment.
-        text: the best sentence; empty if none fits.
-        spoken_until: end of its last word in the stream, s.
-        values: features of its probability; empty if it was compared with no command.
-        trust: how surely the sound is speech, 0 to 1.
-        probability: that it was said, if there is no other speech around it, and no rival.
-        why_refused: returns the reason of a refusal.
-        rival: the likeliest other meaning, if it has slots.
-        next_best: the second best command; empty if there is no other.
-    """
+    """What was understood of a segment, before it is known what follows."""
 
     segment: Segment
-    text: str
-    spoken_until: float
+    text: str  # the best sentence; empty if none fits
+    spoken_until: float  # end of its last word in the stream, s
+    # Features; empty if it was compared with no command
     values: Mapping[str, float] = field(default_factory=dict)
-    trust: float = 0.0
-    probability: float = 0.0
+    trust: float = 0.0  # how surely the sound is speech, 0 to 1
+    probability: float = 0.0  # that it was said, without other speech around it and without a rival
     why_refused: Callable[[], Refusal] = no_command
-    rival: Rival | None = None
-    next_best: str = ""
+    rival: Rival | None = None  # the likeliest other meaning, if it has slots
+    next_best: str = ""  # the second best command; empty if there is no other
 
 
 class CommandFinder(Protocol):
     """Finds the command in a segment."""
 
     def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
-        """Find the command of a segment, with the probability that it was said.
-
-        Args:
-            segment: the segment.
-            learned: of the microphone and the speaker.
-        """
+        """Find the command of a segment, with the probability that it was said."""

@@ -36,8 +36,6 @@ class Interpreter:
     Attributes:
         learned: of the microphone and the speaker; it changes only while learning.
         longest: duration of the longest command, s.
-        commands: all commands.
-        model: of the confidence.
         rule: decides what is obeyed.
     """
 
@@ -80,21 +78,14 @@ class Interpreter:
         return self._finder.understand(segment, learned)
 
     def spot(self, so_far: Samples) -> SpottedCommand | None:
-        """Find a command that must not be missed in the latest sound.
-
-        Args:
-            so_far: the sound since it stands out of the background, 16 kHz.
-        """
+        """Find a command that must not be missed in the latest sound, 16 kHz."""
         if self._spotter is None:
             return None
         with self._lock:
             return self._spotter.spot(so_far)
 
     def learn(self, heard: Hypothesis) -> None:
-        """Learn from an utterance, or doubt what was learned if it is understood only without.
-
-        Does nothing unless learning was asked for.
-        """
+        """If it is learning, learn from an utterance, or doubt what was learned."""
         if self._aligner:
             with self._lock:
                 self._learn(heard, self._aligner)

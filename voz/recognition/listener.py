@@ -20,13 +20,10 @@ class Listener:
         self._lock = NonReentrantLock()
 
     def feed(self, array: npt.ArrayLike) -> list[Utterance | Partial]:
-        """Take the next array.
+        """Take the next array; returns new utterances, and a possible `stop` at once.
 
         Args:
             array: samples, or samples x channels, of any length: int16, or floats from -1 to 1.
-
-        Returns:
-            New utterances, and a possible `stop` at once; most often nothing.
 
         Raises:
             AudioError: the array holds something else, or the stream was ended.

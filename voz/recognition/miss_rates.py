@@ -16,12 +16,7 @@ RATE_MULTIPLES = (0.2, 0.5, 1.0, 2.0, 4.0, 10.0)
 
 
 class MissRate(CheckedRecord, frozen=True, forbid_unknown_fields=True):
-    """The commands that are missed at one rate of false alarms.
-
-    Attributes:
-        alarms: false alarms in an hour of people's talk.
-        missed: share of the commands that are not understood, or refused.
-    """
+    """The share of commands that is missed at some false alarms in an hour of people's talk."""
 
     alarms: Annotated[float, msgspec.Meta(gt=0, le=1e4)]
     missed: Fraction
@@ -33,11 +28,11 @@ def alarm_rates_near(usual: float) -> tuple[float, ...]:
 
 
 def miss_rate_at(costs: Sequence[MissRate], alarms: float) -> float | None:
-    """The share of commands that is missed at a rate.
+    """The share of commands that is missed at a rate of false alarms.
 
     Args:
         costs: known miss rates, by rising alarms.
-        alarms: the rate; between two known ones, its logarithm is interpolated.
+        alarms: an hour; its logarithm is interpolated.
 
     Returns:
         None outside the known rates.

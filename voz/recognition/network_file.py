@@ -30,13 +30,7 @@ class UnknownNetworkError(Exception):
 
 
 class Description(msgspec.Struct, forbid_unknown_fields=True):
-    """Origin and symbols of a file of weights.
-
-    Attributes:
-        symbols: of the outputs, in IPA; the last two are `<wb>`, between words, and `<blank>`.
-        origin: by whom, from which data and with which seed it was made.
-        licence: of the weights, with its notice.
-    """
+    """What a file of weights says of itself; the symbols are IPA with `<wb>` and `<blank>` last."""
 
     symbols: list[str]
     origin: str

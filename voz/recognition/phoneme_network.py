@@ -75,11 +75,7 @@ class ConformerBlock:
 
 
 class PhonemeNetwork:
-    """The network.
-
-    Attributes:
-        symbols: of its outputs, in IPA, with `BLANK_SYMBOLS` last.
-    """
+    """The network; its outputs are `symbols`, in IPA, with `BLANK_SYMBOLS` last."""
 
     def __init__(self, path: Path = DEFAULT_NETWORK) -> None:
         """Load a file of weights; raises UnknownNetworkError."""
@@ -97,14 +93,7 @@ class PhonemeNetwork:
 
     @on_one_thread
     def log_probabilities(self, samples: Samples) -> Floats:
-        """Compute the probabilities of all symbols.
-
-        Args:
-            samples: 16 kHz.
-
-        Returns:
-            Natural logarithms, moments of 20 ms x symbols.
-        """
+        """Compute log-probabilities, moments of 20 ms x symbols, of samples of 16 kHz."""
         missing = max(0, SHORTEST - len(samples))
         bands = self._spectra(np.pad(samples, (0, missing)))
         x = _gelu(_neighbors(bands) @ self._first.weight + self._first.bias)

@@ -33,17 +33,7 @@ class PocketsphinxFinder:
     def __init__(
         self, language: Language, settings: Recognition, profile: Profile, model: Model
     ) -> None:
-        """Load pocketsphinx.
-
-        Args:
-            language: the commands.
-            settings: which search, and which commands must not be missed.
-            profile: of the speaker.
-            model: of the confidence.
-
-        Raises:
-            LanguageError: pocketsphinx cannot use the language files.
-        """
+        """Load pocketsphinx; LanguageError if it cannot use the language files."""
         self._commands = language.commands
         self._command_search = CommandSearch(language, settings.never_missed, profile.mllr)
         alone = settings.search == "grammar" and self._command_search.finds_alone

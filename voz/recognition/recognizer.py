@@ -36,23 +36,14 @@ ARRAY = "array"
 
 @dataclass(frozen=True)
 class Candidate:
-    """The input of the confidence of an utterance.
+    """The input of the confidence of an utterance."""
 
-    Attributes:
-        text: the best sentence.
-        values: its features.
-        trust: how surely the sound is speech, 0 to 1.
-        context: what is around it.
-        start: s in the recording.
-        end: s in the recording.
-    """
-
-    text: str
-    values: dict[str, float]
-    trust: float
+    text: str  # the best sentence
+    values: dict[str, float]  # its features
+    trust: float  # how surely the sound is speech, 0 to 1
     context: Context
-    start: float
-    end: float
+    start: float  # s in the recording
+    end: float  # s in the recording
 
 
 class Recognizer:
@@ -114,11 +105,7 @@ class Recognizer:
         renewed.rule.accept_by(self._settings)  # another thread may have set them meanwhile
 
     def accept_by(self, alarms: float) -> None:
-        """Set the false alarms in an hour of talk, for all streams, on any thread.
-
-        Raises:
-            ConfigError: the number is outside the range of `false_alarms_per_hour`.
-        """
+        """Set the false alarms in an hour of talk, on any thread; ConfigError if out of range."""
         self._settings = replace(self._settings, false_alarms_per_hour=alarms)
         self._interpreter.rule.accept_by(self._settings)
 
@@ -154,14 +141,7 @@ class Recognizer:
         return Stream(self._interpreter, source, self._early, spotting, voices)
 
     def listen(self, rate: float | None = None) -> Listener:
-        """Begin a stream of arrays.
-
-        Args:
-            rate: of the arrays, Hz; must be given.
-
-        Raises:
-            AudioError: the rate is missing or too low for speech.
-        """
+        """Begin a stream of arrays of a rate, Hz; AudioError if it is missing or too low."""
         return Listener(self.stream(ARRAY), rate)
 
     def decode(self, array: npt.ArrayLike, rate: float | None = None) -> list[Utterance]:
@@ -200,14 +180,7 @@ class Recognizer:
         return feed_all(self.stream(source), blocks)
 
     def candidates(self, blocks: Iterable[Samples]) -> Iterator[Candidate]:
-        """Compute what the confidence is fitted to.
-
-        Args:
-            blocks: as for `utterances`.
-
-        Yields:
-            A candidate for each utterance that may be a command.
-        """
+        """The candidates of a recording that may be commands, to fit the confidence."""
         sounds = feed_all(Segmenter(longest=self._interpreter.longest), blocks)
         found = [sound for sound in sounds if isinstance(sound, Segment)]
         after = [belong_together(one, other) for one, other in pairwise(found)]

@@ -60,13 +60,7 @@ def refusal_by_pocketsphinx(evidence: Evidence) -> Refusal:
 
 
 def refusal_by_network(ranking: Ranking, phones: int, words: Collection[float]) -> Refusal:
-    """The reason by the scores of the network.
-
-    Args:
-        ranking: the commands by their scores.
-        phones: of the best command.
-        words: score of each of its words, nats per phone.
-    """
+    """The reason by the scores of the commands, and of each word of the best, nats per phone."""
     best, other = ranking.matches[ranking.text], ranking.matches.get(ranking.next_best)
     if max(words) > SAID_SCORE and min(words) < UNSAID_SCORE:
         return "part_of_a_command", None

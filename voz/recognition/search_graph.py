@@ -29,12 +29,7 @@ def phone_word(phone: str) -> str:
 
 
 def search_graph(commands: Sequence[str], loop: Sequence[str]) -> Graph:
-    """Build a prefix tree of commands beside a loop of phones, with optional silence everywhere.
-
-    Args:
-        commands: the sentences, with one space between their words.
-        loop: the phones of the loop.
-    """
+    """Build a prefix tree of commands beside a loop of phones, with silences everywhere."""
     arcs: list[Arc] = []
     state = count(1)
     ends = {"": 0}  # of every beginning of a command

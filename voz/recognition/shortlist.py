@@ -13,20 +13,10 @@ MAX_NEVER_MISSED = 8
 
 
 class Shortlist:
-    """Chooses the commands that are compared.
-
-    Attributes:
-        never_missed: sentences that are always among them.
-    """
+    """Chooses the commands that are compared; those of `never_missed` always are."""
 
     def __init__(self, language: Language, never_missed: Collection[str], most: int) -> None:
-        """Prepare the distances between words.
-
-        Args:
-            language: the commands.
-            never_missed: commands that are always compared.
-            most: how many are compared.
-        """
+        """Prepare for a language, commands that are always compared, and the most to compare."""
         self._commands = language.commands
         self._most = most
         self._sound = WordDistances(spellings(language.pronunciations), language.spoken.distances)

@@ -26,7 +26,7 @@ class Rival:
 
 
 def find_rival(ranking: Ranking, parse: Callable[[str], Parse | None]) -> Rival | None:
-    """Find the rival of the best sentence.
+    """Find the likeliest sentence of another meaning than the best one.
 
     Args:
         ranking: the sentences by their scores.

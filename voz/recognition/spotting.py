@@ -27,13 +27,7 @@ class KeywordSpotter:
     def __init__(
         self, scorer: PhonemeScorer, commands: Collection[str], others: Iterable[str]
     ) -> None:
-        """Prepare the lists.
-
-        Args:
-            scorer: scores them.
-            commands: what to look for, at least one.
-            others: commands that might be taken for one of them.
-        """
+        """Prepare to look for commands, at least one, that others may be taken for."""
         self._scorer = scorer
         self._commands = commands
         self._others = [other for other in others if other not in commands]
@@ -41,11 +35,7 @@ class KeywordSpotter:
         self._window = int(MAX_WORD_SECONDS * SAMPLE_RATE) * most_words
 
     def spot(self, so_far: Samples) -> SpottedCommand | None:
-        """Find a command in the latest sound.
-
-        Args:
-            so_far: the sound since it stands out of the background, 16 kHz.
-        """
+        """Find a command in the latest sound, 16 kHz."""
         sounds = self._scorer.phone_likelihoods(so_far[-self._window :])
         ranking = self._scorer.rank(sounds, [*self._commands, *self._others])
         found = ranking.text in self._commands and ranking.score > MIN_SPOTTING_SCORE

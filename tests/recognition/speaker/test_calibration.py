@@ -31,7 +31,7 @@ from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 ALONE = Recognition(second_ear=False)
-"""What is fitted helps pocketsphinx; beside the other ear these voices need no help."""
+"""What is fitted helps pocketsphinx; with the network these voices need no help."""
 
 
 @pytest.fixture(scope="module")

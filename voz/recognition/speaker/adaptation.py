@@ -1,8 +1,4 @@
-"""Learns where the cepstral mean starts for a microphone and a speaker.
-
-It is the mean of all commands so far, less what the acoustic model expects of their phones:
-without that, the vowel of `stop` would count as the microphone's.
-"""
+"""Learns where the cepstral mean starts, by commands and what the model expects of them."""
 
 from __future__ import annotations
 
@@ -60,33 +56,21 @@ Shift = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]
 
 
 class Observation(msgspec.Struct, frozen=True):
-    """The evidence of one utterance about the microphone and the speaker.
-
-    Attributes:
-        shift: best start of the mean less the usual one; 13 numbers.
-        frames: of speech, 10 ms each.
-    """
+    """Best start less the usual one by one utterance, and its frames of speech, 10 ms each."""
 
     shift: tuple[float, ...]
     frames: int
 
 
 class StartVector(CheckedRecord, frozen=True, forbid_unknown_fields=True):
-    """What was learned about one microphone and speaker.
-
-    Attributes:
-        shift: mean of the observations; 13 numbers.
-        frames: their weight.
-        doubts: utterances against it, below `MAX_DOUBTS`.
-        share: of the latest utterances that were learned from, 0 to 1.
-    """
+    """What was learned about one microphone and speaker."""
 
     shift: Annotated[tuple[Shift, ...], msgspec.Meta(min_length=CEPSTRA, max_length=CEPSTRA)] = (
         0.0,
     ) * CEPSTRA
-    frames: Annotated[float, msgspec.Meta(ge=0, le=MAX_FRAMES)] = 0.0
-    doubts: Annotated[int, msgspec.Meta(ge=0, lt=MAX_DOUBTS)] = 0
-    share: Fraction = 0.25
+    frames: Annotated[float, msgspec.Meta(ge=0, le=MAX_FRAMES)] = 0.0  # weight of the shift
+    doubts: Annotated[int, msgspec.Meta(ge=0, lt=MAX_DOUBTS)] = 0  # utterances against it
+    share: Fraction = 0.25  # of the latest utterances that were learned from
 
     def moved(self, start: str) -> str:
         """Move the usual start, in the notation of `set_cmn`."""
@@ -121,27 +105,16 @@ class StartVector(CheckedRecord, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class Aligned:
-    """The phones of a sentence in its sound.
+    """The phones of a sentence in its sound, by the acoustic model's numbers."""
 
-    Attributes:
-        cepstra: of all frames, before any mean is subtracted, shape (n, 13).
-        at: the frames of speech, shape (m,).
-        phones: their phones, by the acoustic model's numbers, shape (m,).
-        senones: their states, likewise.
-    """
-
-    cepstra: Floats
-    at: Indices
-    phones: Indices
-    senones: Indices
+    cepstra: Floats  # of all frames, with their mean, shape (n, 13)
+    at: Indices  # the frames of speech, shape (m,)
+    phones: Indices  # shape (m,)
+    senones: Indices  # states of the phones, shape (m,)
 
 
 class Aligner:
-    """Finds the phones of a known sentence, and what they say about the microphone.
-
-    Attributes:
-        model: the acoustic model.
-    """
+    """Finds the phones of a known sentence, and what they say about the microphone."""
 
     def __init__(self, language: Language) -> None:
         """Load the models; raises LanguageError."""
@@ -153,15 +126,12 @@ class Aligner:
         self.model = AcousticModel(language.spoken.folder(language.files.folder))
 
     def align(self, samples: Samples, text: str, start: str) -> Aligned | None:
-        """Find the phones.
+        """Find the phones; None if the sentence cannot be aligned.
 
         Args:
             samples: one utterance, 16 kHz.
             text: what was said; its words are in the dictionary.
             start: the first cepstral mean, as `set_cmn` reads it.
-
-        Returns:
-            None if the sentence cannot be aligned.
         """
         if not len(samples):  # pocketsphinx refuses nothing at all
             return None
@@ -188,17 +158,7 @@ class Aligner:
     def observe(
         self, samples: Samples, text: str, start: str, learned: StartVector
     ) -> Observation | None:
-        """Compare an utterance with what the acoustic model expects of its phones.
-
-        Args:
-            samples: one utterance, 16 kHz.
-            text: what was said.
-            start: the usual first cepstral mean.
-            learned: moves the start for the alignment.
-
-        Returns:
-            None if the sentence cannot be aligned.
-        """
+        """Compare an utterance with what the model expects; arguments as for `align`."""
         aligned = self.align(samples, text, learned.moved(start))
         if aligned is None:
             return None

@@ -49,21 +49,13 @@ class Said:
 
 
 class Score(NamedTuple):
-    """How well a speaker is understood.
-
-    Attributes:
-        sentences: how many were said.
-        right: understood, accepted or not.
-        obeyed: understood and accepted.
-        wrong: something else was accepted.
-        confidence: sum of the confidences of those understood.
-    """
+    """How well a speaker is understood; each number counts sentences."""
 
     sentences: int = 0
-    right: int = 0
-    obeyed: int = 0
-    wrong: int = 0
-    confidence: float = 0.0
+    right: int = 0  # understood, accepted or not
+    obeyed: int = 0  # understood and accepted
+    wrong: int = 0  # something else was accepted
+    confidence: float = 0.0  # sum of the confidences of those understood
 
     @property
     def worth(self) -> tuple[float, ...]:
@@ -73,13 +65,7 @@ class Score(NamedTuple):
 
 @dataclass(frozen=True)
 class Calibration:
-    """The result of a calibration.
-
-    Attributes:
-        profile: the best one; empty if nothing helps.
-        before: the score without it.
-        after: the cross-validated score with it.
-    """
+    """The best profile (empty if nothing helps), and the scores without and with it."""
 
     profile: Profile
     before: Score
@@ -146,15 +132,12 @@ def calibrate(
 
 
 def fit(said: Iterable[Said], aligner: Aligner, mllr: Path) -> Profile:
-    """Fit a whole profile.
+    """Fit a whole profile; an empty one if nothing could be aligned.
 
     Args:
         said: the sentences; those with pauses are left out.
         aligner: finds their phones.
         mllr: where to write the transform.
-
-    Returns:
-        An empty profile if nothing could be aligned.
     """
     found = [(sentence.text, list(segments([sentence.samples]))) for sentence in said]
     heard = [(text, denoise_if_noisy(alone[0].samples)) for text, alone in found if len(alone) == 1]

@@ -35,15 +35,7 @@ class MeanTransform(NamedTuple):
 def fit_transforms(
     spoken: Sequence[tuple[Aligned, str]], model: AcousticModel
 ) -> tuple[MeanTransform, ...]:
-    """Find the transforms under which known speech is most likely.
-
-    Args:
-        spoken: aligned sentences, and the first cepstral mean of each.
-        model: the acoustic model.
-
-    Returns:
-        A transform for each stream.
-    """
+    """Find the transform of each stream, by aligned sentences and their first cepstral means."""
     transforms = []
     for stream in range(FEATURE_STREAMS):
         means, variances = model.means[:, stream], model.variances[:, stream]

@@ -34,19 +34,13 @@ LEARNED_FOLDER = "learnt"
 
 
 class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
-    """What is known of a speaker and a microphone.
+    """What is known of a speaker and a microphone."""
 
-    Attributes:
-        start: where the cepstral mean starts.
-        mllr: file with the transform of the acoustic model, if any.
-        log_odds: added to the log-odds of each confidence.
-        model: SHA-256 of the acoustic model that it was made with; empty for pocketsphinx's own,
-            None for any.
-    """
-
-    start: StartVector = StartVector()
-    mllr: str | None = None
+    start: StartVector = StartVector()  # of the cepstral mean
+    mllr: str | None = None  # file with the transform of the acoustic model
+    # Added to those of each confidence
     log_odds: Annotated[float, msgspec.Meta(ge=-10, le=10)] = 0.0
+    # SHA-256 of its acoustic model; empty for pocketsphinx's own, None for any
     model: str | None = None
 
     def check_model(self, model: str) -> None:
@@ -59,11 +53,7 @@ class Profile(CheckedRecord, frozen=True, forbid_unknown_fields=True):
 
 
 def profile_folder(name: str) -> Path:
-    """The folder of a profile, which need not exist.
-
-    Raises:
-        ConfigError: the name cannot be that of a folder, or there is no home folder.
-    """
+    """The folder of a profile, which need not exist; ConfigError for an invalid name."""
     if not re.fullmatch(r"\w[\w.-]{0,59}", name):
         raise ConfigError(
             f"{name!r} cannot be the name of a profile; use letters, digits, - and _, up to 60"
@@ -139,11 +129,7 @@ def learned_file(profile: str, device: str) -> Path:
 
 
 def load_learned(path: Path) -> tuple[StartVector, str | None]:
-    """Read a `learned_file`, which need not exist.
-
-    Returns:
-        The vector, and a warning for the user if the file cannot be used.
-    """
+    """Read a `learned_file`, if it exists; also returns a warning if it cannot be used."""
     try:
         path.stat()
     except FileNotFoundError:

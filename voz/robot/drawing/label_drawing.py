@@ -28,7 +28,7 @@ FIGURE_SPACE = "\u2007"
 """As wide as a digit: numbers below each other stand right."""
 
 LABEL_PADDING, FRAME_PADDING = 1.0, 5.0
-"""Context a label without and with a frame, 1/72 inch."""
+"""Space around a label without and with a frame, 1/72 inch."""
 
 
 WALL_MARGIN = 4.0

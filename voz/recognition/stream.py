@@ -15,7 +15,7 @@ from voz.recognition.decision import confidence_in_quiet
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.interpreter import Interpreter
 
-SAME_END = 2 * FRAME / SAMPLE_RATE
+SAME_END_TOLERANCE = 2 * FRAME / SAMPLE_RATE
 """Two ends of a segment closer than this (s) are the same: nothing was said after the pause."""
 
 PARTIAL_INTERVAL = 1.0
@@ -110,7 +110,7 @@ class Stream:
 
     def _over(self, segment: Segment, context: Context) -> Iterator[Utterance]:
         heard, self._paused = self._paused, None
-        is_same = heard is not None and segment.end <= heard.segment.end + SAME_END
+        is_same = heard is not None and segment.end <= heard.segment.end + SAME_END_TOLERANCE
         if heard is None or not is_same or self._rule.decide(heard, context).waits:
             heard = self._interpreter.understand(segment)  # there may be more to hear by now
         if self._rule.decide(heard, context).waits:

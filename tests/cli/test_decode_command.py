@@ -201,7 +201,7 @@ def test_an_output_is_named_by_its_ending(voz: Any, tmp_path: Path) -> None:
 
 
 def test_to_go_on_needs_an_output(voz: Any) -> None:
-    assert "name it by --out" in voz("decode", GO_BACK, "--resume").complaint
+    assert "name it with --out" in voz("decode", GO_BACK, "--resume").complaint
 
 
 def test_one_ear_is_asked_for(voz: Any) -> None:

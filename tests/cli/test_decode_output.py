@@ -262,8 +262,11 @@ def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path
     ("given", "said"),
     [
         (("--overwrite",), "name it by --out"),
-        (("--overwrite", "--resume", "--out", "x.jsonl"), "leave it out to go on"),
-        (("--overwrite", "--retry-failed", "--out", "x.jsonl"), "leave it out to go on"),
+        (("--overwrite", "--resume", "--out", "x.jsonl"), "leave it out to continue"),
+        (
+            ("--overwrite", "--retry-failed", "--out", "x.jsonl"),
+            "leave it out to continue",
+        ),
     ],
 )
 def test_what_is_to_be_replaced_must_be_clear(

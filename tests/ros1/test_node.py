@@ -73,7 +73,7 @@ def test_a_namespace_that_can_be_is_one(namespace: str, monkeypatch: pytest.Monk
         ("control_voz", "_safety:=perhaps", "~safety: perhaps is neither true nor false"),
         ("control_voz", "_sound:=loud", "~sound: loud is none of voz, ros, none"),
         ("control_voz", "_config:=/none.toml", "/none.toml: cannot be read"),
-        ("recognizer", "_threshold:=high", "~threshold: high is no number"),
+        ("recognizer", "_threshold:=high", "~threshold: high is not a number"),
         ("recognizer", "_dict:=/1234.dic", "~lm and ~dict are both needed"),
         ("recognizer", "_search:=best", "a parameter of the node cannot be used"),
     ],

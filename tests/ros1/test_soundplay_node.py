@@ -34,7 +34,7 @@ def playing(ros_with_sound: Ros) -> tuple[Program, Client]:
 
     def is_heard() -> bool:
         ask(client, 99, 77)
-        return "77 is no command" in node.text
+        return "77 is not a sound command" in node.text
 
     eventually(is_heard)
     return node, client

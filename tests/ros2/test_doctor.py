@@ -16,6 +16,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy
 from programs import Program, wait_until
 
+from voz.apps.doctor.base_stop_check import MeasuredMotion
 from voz.apps.doctor.ros2_base import Ros2Base
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
@@ -117,7 +118,7 @@ def test_an_odometry_that_promises_nothing_is_read_too() -> None:
         return base.motion()
 
     wait_until(arrives)
-    assert base.motion() == (5.0, 0.1, 0.2)
+    assert base.motion() == MeasuredMotion(5.0, 0.1, 0.2)
 
 
 def test_without_cyclonedds_it_says_how_to_install_it() -> None:

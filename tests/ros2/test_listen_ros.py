@@ -86,7 +86,7 @@ def test_the_robot_stops_once_the_other_is_heard_no_more(
             return any("is no longer received (MemoryError())" in w for w in robot.warnings(since))
 
         wait_until(is_told)
-        robot.wait_for(warns("heard no more (MemoryError()): the robot stops"), since)
+        robot.wait_for(warns("is no longer received (MemoryError()): the robot stops"), since)
         robot.wait_for(rests, since)
 
 

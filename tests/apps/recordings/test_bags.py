@@ -127,7 +127,7 @@ def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
     assert moved[0] == 0
     assert moved[-1] == 0.1
     assert len(moved) > 50
-    assert [said.text for said in read_sayings(path).said] == ["start speech", "go forward"]
+    assert [said.text for said in read_sayings(path).sentences] == ["start speech", "go forward"]
     assert [each.name for each in tmp_path.iterdir()] == [name]
 
 

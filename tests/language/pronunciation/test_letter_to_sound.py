@@ -54,5 +54,5 @@ def test_a_festival_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.M
 
 def test_a_festival_that_fails_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     _fake_festival(tmp_path, "exit 3", monkeypatch)
-    with pytest.raises(FestivalError, match="festival fails"):
+    with pytest.raises(FestivalError, match="festival failed"):
         guess(["zorblax"])

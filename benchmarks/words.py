@@ -1,12 +1,12 @@
 """Whether the words of voz's lists, examples and documents are heard, each said alone.
 
-Run `python benchmarks/words.py CLIPS`: speaks each word with twelve of Debian's synthetic voices
-into the folder CLIPS, where they are not there yet, with a manifest. Then each word is a command in
-a list of its like, and the words of the other lists are near-misses. Prints for each word how many
-are right and accepted, and for each list how many near-misses get through. `--people MANIFEST` adds
-recordings of single words by people, of whom `--held-back` leaves only those from whom the network
-learned nothing. `--save FILE` keeps what was heard, and `--before FILE` puts such a file, by other
-code, beside it.
+Run `python benchmarks/words.py CLIPS [LIST...]`: speaks each word with twelve of Debian's synthetic
+voices into the folder CLIPS, where they are not there yet, with a manifest. Then each word is a
+command in a list of its like, and the words of the other lists are near-misses. Prints how many of
+each word are right and accepted, and for each list how many of its words, and of the near-misses.
+`--people MANIFEST` adds recordings of single words by people, of whom `--held-back` leaves only
+those from whom the network learned nothing. `--save FILE` keeps what was heard, and `--before FILE`
+puts such a file, by other code, beside it.
 """
 
 from __future__ import annotations
@@ -132,10 +132,11 @@ def speak(folder: Path) -> Path:
     return manifest
 
 
-def hear(clips: Sequence[Clip]) -> list[Heard]:
+def hear(clips: Sequence[Clip], names: Sequence[str]) -> list[Heard]:
     """Hear each word in its lists, and some of the other words."""
     heard: list[Heard] = []
-    for name, listed in LISTS.items():
+    for name in names:
+        listed = LISTS[name]
         words = set(listed.split())
         with TemporaryDirectory() as folder:
             (Path(folder) / "words.txt").write_text("\n".join(sorted(words)))
@@ -186,34 +187,49 @@ def table(heard: Sequence[Heard], before: Sequence[Heard]) -> str:
     return "\n".join(lines)
 
 
-def near_misses(heard: Sequence[Heard], before: Sequence[Heard]) -> str:
-    """Write how many words of other lists each list accepts."""
-    lines = ["| list | near-misses | let through before | now |", "|---|---|---|---|"]
+def totals(heard: Sequence[Heard], before: Sequence[Heard]) -> str:
+    """Write what each list takes of its words, and of those of other lists."""
+    lines = [
+        "| list | said | right and accepted | near-misses | let through before | now |",
+        "|---|---|---|---|---|---|",
+    ]
     for name, words in LISTS.items():
+        of_list = [one for one in heard if one.list == name]
+        own = [one.is_obeyed for one in of_list if one.word in words.split()]
+        if not own:
+            continue
         then, now = (
             [bool(h.accepted) for h in each if h.list == name and h.word not in words.split()]
             for each in (before, heard)
         )
-        lines.append(f"| {name} | {len(now)} | {sum(then) if then else ''} | {sum(now)} |")
+        figures = f"{len(own)} | {mean(own):.3f} | {len(now)} | {sum(then) if then else ''}"
+        lines.append(f"| {name} | {figures} | {sum(now)} |")
     return "\n".join(lines)
 
 
 def main(
     clips: Annotated[Path, typer.Argument(help="Folder of the words that are spoken.")],
+    names: Annotated[list[str] | None, typer.Argument(metavar="LIST...", help="Else all.")] = None,
     people: Annotated[list[Path], typer.Option(help="Manifest of words by people.")] = [],  # noqa: B006
     save: Annotated[Path | None, typer.Option(help="Keep what was heard here.")] = None,
     before: Annotated[Path | None, typer.Option(help="What other code heard.")] = None,
     held_back: Annotated[bool, typer.Option(help="Only speakers never learned from.")] = False,
 ) -> None:
-    """Print what is heard of each word."""
+    """Print what is heard of each word.
+
+    Example: python benchmarks/words.py clips "single words" --people mine/manifest.tsv
+    """
+    if unknown := {*(names or ())} - {*LISTS}:
+        raise typer.BadParameter(f"no list {min(unknown)}; there are {', '.join(LISTS)}")
     spoken = [clip for path in (speak(clips), *people) for clip in read_manifest(path)]
     spoken = [clip for clip in spoken if not held_back or is_held_back(clip.speaker)]
-    heard = hear([c for c in spoken if c.kind in ("command", "near-miss") and c.text])
+    of_words = [c for c in spoken if c.kind in ("command", "near-miss") and c.text]
+    heard = hear(of_words, names or [*LISTS])
     earlier = msgspec.json.decode(before.read_bytes(), type=list[Heard]) if before else []
     if save:
         save.write_bytes(msgspec.json.encode(heard))
     print(machine())
-    print(f"\n{table(heard, earlier)}\n\n{near_misses(heard, earlier)}")
+    print(f"\n{table(heard, earlier)}\n\n{totals(heard, earlier)}")
 
 
 if __name__ == "__main__":

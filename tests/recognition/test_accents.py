@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from voz.recognition.accents import added, with_accents
+from voz.language.pronunciation.lexicon import PHONES
+from voz.recognition.accents import BRITISH_FILE, added, with_accents
 
 
 def test_the_open_o_is_also_said_rounded() -> None:
@@ -26,3 +27,20 @@ def test_what_is_known_is_not_added_again_and_numbers_go_on() -> None:
         "rocks(3)": ("R", "AO", "K", "S"),
         "rocks(4)": ("R", "AO", "K"),
     }
+
+
+def test_british_pronunciations_are_added() -> None:
+    words = {"half": ("HH", "AE", "F"), "hover": ("HH", "AH", "V", "ER")}
+    assert added(words, with_accents(words)) == {
+        "half(2)": ("HH", "AA", "F"),
+        "hover(2)": ("HH", "AO", "V", "ER"),
+    }
+
+
+def test_the_file_of_british_pronunciations_has_phones_of_the_dictionary() -> None:
+    lines = BRITISH_FILE.read_text(encoding="utf-8").splitlines()
+    assert lines == sorted(set(lines), key=lines.index)
+    for line in lines:
+        word, _, phones = line.partition("\t")
+        assert word.isascii()
+        assert PHONES.issuperset(phones.split()), line

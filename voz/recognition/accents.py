@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
 
 Phones = tuple[str, ...]
 
+BRITISH_FILE = Path(__file__).with_name("british.tsv")
+"""Words that are said otherwise outside America, with their phones there."""
+
 
 def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
-    """Add to a dictionary the rounded vowel of `stop` and `rock`, which most accents have.
+    """Add pronunciations that American dictionaries lack to a dictionary.
 
-    More (`start` without r) makes commands alike. Variants are words, as `the(2)`.
+    They are those of `BRITISH_FILE` and the rounded vowel of `stop` and `rock`, which most accents
+    have. More (`start` without r) makes commands alike. Variants are words, as `the(2)`.
     """
-    known = {(_plain(word), phones) for word, phones in dictionary.items()}
-    counts: dict[str, int] = {}
-    for word in map(_plain, dictionary):
-        counts[word] = counts.get(word, 0) + 1
     more = dict(dictionary)
-    for name, phones in dictionary.items():
-        word = _plain(name)
-        rounded = _rounded(word, phones)
-        if (word, rounded) not in known:
-            known.add((word, rounded))
-            counts[word] += 1
-            more[f"{word}({counts[word]})"] = rounded
+    for word, known in spellings(dictionary).items():
+        others = [*(_rounded(word, phones) for phones in known), *_british().get(word, ())]
+        new = [phones for phones in dict.fromkeys(others) if phones not in known]
+        for number, phones in enumerate(new, start=len(known) + 1):
+            more[f"{word}({number})"] = phones
     return more
 
 
@@ -39,6 +39,15 @@ def added(before: Iterable[str], after: Mapping[str, Phones]) -> dict[str, Phone
     """The entries that a dictionary has more than before."""
     there = set(before)
     return {name: phones for name, phones in after.items() if name not in there}
+
+
+@cache
+def _british() -> dict[str, list[Phones]]:
+    found: dict[str, list[Phones]] = {}
+    for line in BRITISH_FILE.read_text(encoding="utf-8").splitlines():
+        word, _, phones = line.partition("\t")
+        found.setdefault(word, []).append(tuple(phones.split()))
+    return found
 
 
 def _rounded(word: str, phones: Phones) -> Phones:

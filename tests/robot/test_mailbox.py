@@ -15,7 +15,7 @@ from voz.errors import RobotError
 from voz.events import Event, Reply, SelectedObject, Twist
 from voz.robot import mailbox
 from voz.robot.base import Robot
-from voz.robot.mailbox import EVENTS_BEFORE_VELOCITY, MAX_QUEUED_EVENTS, EventBox, Mailbox
+from voz.robot.mailbox import EVENTS_BEFORE_VELOCITY, MAX_MAILBOX_EVENTS, EventBox, Mailbox
 
 
 class BoxMachine(RuleBasedStateMachine):
@@ -36,13 +36,13 @@ class BoxMachine(RuleBasedStateMachine):
         self.newest = Twist(self.time, linear, 0.0)
         self.box.put(self.newest)
 
-    @rule(count=st.sampled_from([1, 2, EVENTS_BEFORE_VELOCITY, MAX_QUEUED_EVENTS]))
+    @rule(count=st.sampled_from([1, 2, EVENTS_BEFORE_VELOCITY, MAX_MAILBOX_EVENTS]))
     def put_others(self, count: int) -> None:
         for _ in range(count):
             self.time += 1
             self.others.append(SelectedObject(self.time, 1))
             self.box.put(self.others[-1])
-        del self.others[:-MAX_QUEUED_EVENTS]
+        del self.others[:-MAX_MAILBOX_EVENTS]
 
     @rule()
     def take_all(self) -> None:
@@ -66,7 +66,7 @@ class BoxMachine(RuleBasedStateMachine):
 
     @invariant()
     def it_is_full_at_the_bound(self) -> None:
-        assert self.box.full == (len(self.others) == MAX_QUEUED_EVENTS)
+        assert self.box.full == (len(self.others) == MAX_MAILBOX_EVENTS)
 
 
 def stops(last: Twist | None, newest: Twist) -> bool:
@@ -209,13 +209,13 @@ def test_a_robot_that_takes_nothing_has_only_so_much_waiting(
     monkeypatch.setattr(mailbox, "EVENT_TIMEOUT", 1e9)
     monkeypatch.setattr(mailbox, "ROBOT_CLOSING_TIME", 30.0)
     with blocking() as (robot, free), Mailbox("slow", robot) as box:
-        for number in range(3 * MAX_QUEUED_EVENTS):
+        for number in range(3 * MAX_MAILBOX_EVENTS):
             box.receive(Reply(number, ""))
         assert box.lost() == "the robot slow is lost (cannot keep up)"
         free.set()
         until(lambda: not box.lost())
-    assert [event.t for event in robot.got][-MAX_QUEUED_EVENTS:] == [
-        *range(2 * MAX_QUEUED_EVENTS, 3 * MAX_QUEUED_EVENTS)
+    assert [event.t for event in robot.got][-MAX_MAILBOX_EVENTS:] == [
+        *range(2 * MAX_MAILBOX_EVENTS, 3 * MAX_MAILBOX_EVENTS)
     ]
 
 

@@ -16,7 +16,7 @@ from programs import wait_until
 from voz.events import Reply, SelectedObject, Twist
 from voz.robot.base import Robot
 from voz.robot.factory import make_user_robot
-from voz.robot.mailbox import EVENT_TIMEOUT, MAX_QUEUED_EVENTS, Mailbox
+from voz.robot.mailbox import EVENT_TIMEOUT, MAX_MAILBOX_EVENTS, Mailbox
 from voz.robot.robot_process import RobotProcess, RobotSpec
 
 MODULE = """
@@ -152,12 +152,12 @@ def test_what_its_work_raised_does_not_grow_as_it_is_raised_again_and_again() ->
 
 def test_too_much_work_loses_it_until_some_is_done() -> None:
     with boxed(here_too()) as box:
-        for _ in range(2 * MAX_QUEUED_EVENTS):
+        for _ in range(2 * MAX_MAILBOX_EVENTS):
             box.receive(SelectedObject(0.0, 1))
             time.sleep(0.001)
         wait_until(lambda: "cannot keep up" in (box.lost() or ""))
         Path("done").touch()
-        wait_until(lambda: got().count("has 1") >= MAX_QUEUED_EVENTS)
+        wait_until(lambda: got().count("has 1") >= MAX_MAILBOX_EVENTS)
         wait_until(lambda: drive(box, 0.0) or box.lost() is None)
 
 

@@ -141,11 +141,11 @@ def test_of_two_that_start_it_at_once_only_the_last_one_hears(
 
     monkeypatch.setattr(recognizer_node, "make_hearing", lambda *_: hearing())
     monkeypatch.setattr(recognizer_node, "read_settings", lambda: None)
-    ears = recognizer_node._Ears(Inbox({"stop"}), time.monotonic)
-    ears.start()
+    hearer = recognizer_node._SwitchedHearing(Inbox({"stop"}), time.monotonic)
+    hearer.start()
     with ThreadPoolExecutor(8) as services:
-        for starting in [services.submit(ears.start) for _ in range(8)]:
+        for starting in [services.submit(hearer.start) for _ in range(8)]:
             starting.result()
     assert len(heard) == 1
-    ears.stop()
+    hearer.stop()
     assert not heard

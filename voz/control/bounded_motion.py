@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
 from msgspec.structs import replace
@@ -20,8 +20,25 @@ MAX_DELAY_FACTOR = 1.5
 A base accelerates slowly and slips; odometry that stands still must not drive it for ever.
 """
 
+MAX_ODOMETRY_AGE = 0.5
+"""Older odometry is not used, s."""
+
 HALF_BEAT = 0.05
 """A motion ends with the beat that is nearest to its end, s."""
+
+
+def place_of(odometry: tuple[float, Any] | None, now: float) -> Place | None:
+    """Return where the newest odometry has a robot; None if there is none or it is too old.
+
+    Args:
+        odometry: when it came, s, and a `nav_msgs/Odometry` of ROS 1 or ROS 2.
+        now: the time, s.
+    """
+    if odometry is None or now - odometry[0] >= MAX_ODOMETRY_AGE:
+        return None
+    pose = odometry[1].pose.pose
+    heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+    return pose.position.x, pose.position.y, math.remainder(heading, math.tau)
 
 
 class BoundedMotion(msgspec.Struct, frozen=True):

@@ -70,10 +70,12 @@ class SoundSource:
     Attributes:
         open: opens the microphone for a `with` block.
         source: the `source` of the utterances.
+        playback: the robot's own sound; None if the microphone cannot hear it.
     """
 
     open: MicrophoneOpener
     source: str = MICROPHONE
+    playback: Playback | None = None
 
 
 class SoundRecorder(Protocol):
@@ -115,9 +117,9 @@ class Hearing:
         sound: SoundSource,
         inbox: Inbox,
         clock: Callable[[], float],
-        loudspeaker: Playback | None = None,
-        never_missed: Collection[str] = (),
         recorder: SoundRecorder | None = None,
+        *,
+        never_missed: Collection[str] = (),
     ) -> None:
         """Prepare to listen.
 
@@ -126,9 +128,8 @@ class Hearing:
             sound: where it comes from.
             inbox: where events go.
             clock: the time of the run, s.
-            loudspeaker: the robot's own sound, if the microphone hears it.
-            never_missed: the commands that count while the robot speaks.
             recorder: records the sound.
+            never_missed: the commands that count while the robot speaks.
         """
         self.peak, self.background = 0.0, MIN_DBFS
         self.deaf, self.device = False, ""
@@ -137,7 +138,7 @@ class Hearing:
         self._open = sound.open
         self._inbox = inbox
         self._clock = clock
-        self._loudspeaker = loudspeaker
+        self._playback = sound.playback
         self._never_missed = never_missed
         self._recorder = recorder
         self._microphone: OpenMicrophone | None = None
@@ -180,7 +181,12 @@ class Hearing:
             return "the computer is too slow to follow"
         if not self._thread.is_alive():
             return "the microphone thread died"
-        return self._silence.trouble(self._zeros >= MUTED_AFTER_IN_MOTION, moving)
+        return self._silence.trouble(self.only_silence, moving)
+
+    @property
+    def only_silence(self) -> bool:
+        """Whether the microphone gives only zeros, as one that is muted."""
+        return self._zeros >= MUTED_AFTER_IN_MOTION
 
     def _work(self) -> None:
         while not self._closing.is_set():
@@ -214,7 +220,7 @@ class Hearing:
     def _listen(self, microphone: OpenMicrophone) -> None:
         """Follow one stream to its end, or until the commands change."""
         commands = self._recognizer.commands
-        ears = HalfDuplex(self._recognizer, self._loudspeaker, self._never_missed, self.source)
+        duplex = HalfDuplex(self._recognizer, self._playback, self._never_missed, self.source)
         watch = SoundWatch(self._inbox, self._clock)
         fed = 0
         for block in microphone:
@@ -226,16 +232,16 @@ class Hearing:
             self._zeros = watch.zeros
             if self._recorder:
                 self._recorder.feed(block)
-            self._send(ears.feed(block, microphone.arrived), self._stream_start(microphone, fed))
-            self.deaf = ears.deaf
-            self.background = ears.background - FULL_SCALE_DB
+            self._send(duplex.feed(block, microphone.arrived), self._stream_start(microphone, fed))
+            self.deaf = duplex.deaf
+            self.background = duplex.background - FULL_SCALE_DB
             self._problem, self._failures = None, 0
             if time.monotonic() - microphone.arrived < NO_SOUND_TIMEOUT:  # else more of it waits
                 self._busy_since = None
             if self._recognizer.commands is not commands:
                 break
         if microphone.whole:
-            self._send(ears.finish(), self._stream_start(microphone, fed))
+            self._send(duplex.finish(), self._stream_start(microphone, fed))
         self._busy_since, self._zeros = None, 0.0
         if self._recorder:
             self._recorder.end_stream()

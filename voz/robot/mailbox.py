@@ -15,7 +15,7 @@ EVENTS_BEFORE_VELOCITY = 4
 """A velocity waits behind no more other events: a command causes a partial, an utterance, an
 object and a reply."""
 
-MAX_QUEUED_EVENTS = 64
+MAX_MAILBOX_EVENTS = 64
 """If more events wait, the oldest is dropped and the robot is lost."""
 
 EVENT_TIMEOUT = 0.35
@@ -34,7 +34,7 @@ class EventBox:
     """
 
     def __init__(self) -> None:
-        self._others: deque[Event] = deque(maxlen=MAX_QUEUED_EVENTS)
+        self._others: deque[Event] = deque(maxlen=MAX_MAILBOX_EVENTS)
         self._velocity: Twist | None = None
         self._before = 0  # how many of the others come before the velocity
         self._stands = False  # whether the velocity that was taken last is zero
@@ -65,7 +65,7 @@ class EventBox:
     @property
     def full(self) -> bool:
         """Whether one more would be too many."""
-        return len(self._others) == MAX_QUEUED_EVENTS
+        return len(self._others) == MAX_MAILBOX_EVENTS
 
 
 def _is_zero(velocity: Twist) -> bool:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
-from typing import Protocol
 
 from msgspec.structs import replace
 
 from voz.config import Config
 from voz.events import Event, Partial, Receiver, Twist, Warning
 from voz.inbox import End, Inbox
-from voz.language.sentences.command_set import Commands
 from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.factory import open_mailboxes
@@ -21,30 +19,22 @@ from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
-from voz.run.command_check import begins_listening
 from voz.run.queued import Queued
-from voz.run.session import Ears, OpenRobots, Session, starting_programs
+from voz.run.session import OpenRobots, Session, SpeechInput, starting_programs
 
 KEPT_SPECIAL_ARGUMENTS = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
 """Special arguments that a node's watchdog gets too; not its name, log and parameters."""
 
 
-class CommandEars(Ears, Protocol):
-    """Ears that know the commands."""
-
-    @property
-    def commands(self) -> Commands:
-        """What may be said."""
-
-
 def run_node_session(
     node: Ros1Node,
     settings: Config,
-    ears: CommandEars,
+    speech_input: SpeechInput,
     say: list[Receiver],
     *,
     inbox: Inbox,
     clock: Clock,
+    listening: bool,
     says_heard: bool,
 ) -> None:
     """Control the robot by the messages of the inbox, until the node is ended.
@@ -52,14 +42,14 @@ def run_node_session(
     Args:
         node: the node of this process.
         settings: the topics and the safety rules.
-        ears: what hears.
+        speech_input: where commands come from, to be watched.
         say: receivers that speak.
         inbox: commands.
         clock: of the run.
+        listening: whether commands are obeyed before a `start speech`; so it is by `~listening`.
         says_heard: whether the node publishes what is obeyed.
     """
     table = settings.table
-    listening = bool(switch("listening")) or not begins_listening(ears.commands, table)
     robots = {
         "ROS": Ros1Robot(settings.ros1, node, (), says_heard, table),
         "watchdog": RobotProcess(_watchdog_spec(node, settings), load_rospy().loginfo),
@@ -71,9 +61,9 @@ def run_node_session(
         start = parts.enter_context(starting_programs(table, inbox, clock, load_rospy().loginfo))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
-        session = Session(settings, clock, listening)
+        session = Session(settings, clock, listening or bool(switch("listening")))
         session.add_robots(OpenRobots(receivers, troubles, robots["ROS"].place))
-        session.watch_ears(ears)
+        session.watch_input(speech_input)
         session.run_in_real_time(inbox)
 
 

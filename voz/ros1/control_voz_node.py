@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from voz.control.table import CommandTable
-from voz.hearing.sound_watch import ONLY_SILENCE, SilenceCheck
+from voz.hearing.sound_watch import SilenceCheck
 from voz.inbox import Inbox
 from voz.language.generated.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
@@ -16,8 +16,9 @@ from voz.ros1.node import Ros1Node
 from voz.ros1.node_program import run_node
 from voz.ros1.node_replies import replies
 from voz.ros1.parameters import read_settings
+from voz.ros1.recognizer_status import RecognizerStatus, parse_status
 from voz.run.clocks import WallClock
-from voz.run.command_check import check_list
+from voz.run.command_check import begins_listening, check_list
 from voz.run.session import warner
 from voz.run.text_commands import TextCommands
 
@@ -25,12 +26,11 @@ RECOGNIZER_TIMEOUT = 0.35
 """Limit for messages on `trouble`, s; with the beat, half a second."""
 
 
-class RemoteEars:
+class RecognizerTopic:
     """Puts what a recognizer publishes into an inbox, and watches the recognizer.
 
     Attributes:
         source: the topic, with its namespace.
-        commands: what has an effect.
     """
 
     def __init__(
@@ -47,11 +47,10 @@ class RemoteEars:
         from rospy import Subscriber
         from std_msgs.msg import String
 
-        self.commands = commands
         self._texts = TextCommands(lambda: commands, inbox, clock)
         self._silence = SilenceCheck()
-        self._problem = ""
-        self._told: float | None = None  # on the monotonic clock, s
+        self._status = RecognizerStatus()
+        self._status_at: float | None = None  # on the monotonic clock, s
         self._words = Subscriber(topic, String, self._hear, tcp_nodelay=True)
         self.source: str = self._words.resolved_name
         self._state = Subscriber(f"{self.source.rpartition('/')[0]}/trouble", String, self._note)
@@ -61,19 +60,19 @@ class RemoteEars:
         # rospy keeps the connections of a publisher that was killed, to try them again: they have
         # no socket then.
         if not any(connection.socket for connection in self._words.impl.connections):
-            self._told = None  # the next one may be another
+            self._status_at = None  # the next one may be another
             return f"no recognizer publishes on {self.source}"
-        if self._told is not None and time.monotonic() - self._told > RECOGNIZER_TIMEOUT:
+        if self._status_at and time.monotonic() - self._status_at > RECOGNIZER_TIMEOUT:
             return "the recognizer does not answer"
-        silent = self._silence.trouble(self._problem == ONLY_SILENCE, moving)
-        return silent or (self._problem if self._problem != ONLY_SILENCE else None) or None
+        silent = self._silence.trouble(self._status.only_silence, moving)
+        return silent or self._status.problem or None
 
     def _hear(self, message: Any) -> None:
         self._texts.take(message.data, self.source)
 
     def _note(self, message: Any) -> None:
-        self._problem = message.data
-        self._told = time.monotonic()
+        self._status = parse_status(message.data)
+        self._status_at = time.monotonic()
 
 
 def all_commands(table: CommandTable) -> Commands:
@@ -89,10 +88,17 @@ def run_control_voz(node: Ros1Node) -> None:
     clock = WallClock(inbox)
     commands = read_commands(find_language(settings.lm)) if settings.lm else all_commands(table)
     check_list(commands, table, settings.lm or "the table of commands")
-    ears = RemoteEars(settings.ros1.recognizer_output, commands, inbox, clock.now)
+    topic = RecognizerTopic(settings.ros1.recognizer_output, commands, inbox, clock.now)
     with replies(settings.speech, table.replies, warner(inbox, clock)) as speech:
         run_node_session(
-            node, settings, ears, speech.receivers, inbox=inbox, clock=clock, says_heard=False
+            node,
+            settings,
+            topic,
+            speech.receivers,
+            inbox=inbox,
+            clock=clock,
+            listening=not begins_listening(commands, table),
+            says_heard=False,
         )
 
 

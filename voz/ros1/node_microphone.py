@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from voz.audio.capture.pulse import PULSE_DEVICE, SOURCE_VARIABLE
@@ -43,13 +44,13 @@ def make_hearing(
         profile = text("profile")
         known = load_profile(profile) if profile else None
         recognizer = Recognizer(language, settings.recognition, known)
+    playback = loudspeaker if settings.speech.half_duplex else None
     return Hearing(
         recognizer,
-        sound_card(_device()),
+        replace(sound_card(_device()), playback=playback),
         inbox,
         clock,
-        loudspeaker if settings.speech.half_duplex else None,
-        settings.recognition.never_missed,
+        never_missed=settings.recognition.never_missed,
     )
 
 

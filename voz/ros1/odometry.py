@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import time
 from typing import Any
 
-from voz.control.bounded_motion import Place
+from voz.control.bounded_motion import Place, place_of
 from voz.simulation.world import WorldState
 
 ODOM_FRAME, BASE_FRAME = "odom", "base_link"
 """The frames; the first has its origin in a corner of the room."""
-
-ODOMETRY_TIMEOUT = 0.5
-"""Odometry older than this, s, is not used."""
 
 
 class Ros1OdometryPublisher:
@@ -80,12 +76,7 @@ class Ros1OdometryListener:
 
     def place(self) -> Place | None:
         """Where the base is; None without recent odometry."""
-        newest = self._newest
-        if newest is None or time.monotonic() - newest[0] >= ODOMETRY_TIMEOUT:
-            return None
-        pose = newest[1].pose.pose
-        heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-        return pose.position.x, pose.position.y, math.remainder(heading, math.tau)
+        return place_of(self._newest, time.monotonic())
 
     def _note(self, message: Any) -> None:
         self._newest = time.monotonic(), message

@@ -10,7 +10,6 @@ from typing import Any, NoReturn
 from voz.errors import VozError
 from voz.events import Event, Receiver, Utterance, Warning, to_json
 from voz.hearing.microphone_thread import Hearing
-from voz.hearing.sound_watch import ONLY_SILENCE
 from voz.inbox import End, Halt, Inbox, Rehearsal
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import logged
@@ -18,6 +17,7 @@ from voz.ros1.node import Ros1Node
 from voz.ros1.node_microphone import make_hearing
 from voz.ros1.node_program import run_node
 from voz.ros1.parameters import read_settings
+from voz.ros1.recognizer_status import RecognizerStatus
 from voz.run.clocks import WallClock
 from voz.run.session import raise_if_any
 
@@ -27,7 +27,7 @@ TROUBLE_INTERVAL = 0.1
 STOPPED = "the recognizer was stopped by its service"
 
 
-class _Ears:
+class _SwitchedHearing:
     """Hears from `start` to `stop`, which services call on threads of their own."""
 
     def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
@@ -53,11 +53,13 @@ class _Ears:
         self._hearing = None
         self._parts.close()
 
-    def trouble(self) -> str:
-        """Tell why nothing is heard; empty if all is well."""
+    @property
+    def status(self) -> RecognizerStatus:
         hearing = self._hearing
-        # Whether the robot moves is not known here; who drives it looks at that.
-        return hearing.trouble(moving=True) or "" if hearing else STOPPED
+        if hearing is None:
+            return RecognizerStatus(STOPPED)
+        # Whether silence matters is for who drives the robot: nobody knows here whether it moves.
+        return RecognizerStatus(hearing.trouble(moving=False) or "", hearing.only_silence)
 
 
 def recognize(node: Ros1Node) -> None:
@@ -68,23 +70,27 @@ def recognize(node: Ros1Node) -> None:
 
     inbox = Inbox(read_settings().table.halts)
     clock = WallClock(inbox)
-    ears = _Ears(inbox, clock.now)
+    hearing = _SwitchedHearing(inbox, clock.now)
     with ExitStack() as parts:
-        parts.callback(ears.stop)
-        ears.start()
+        parts.callback(hearing.stop)
+        hearing.start()
         output = rospy.Publisher("~output", String, queue_size=10, tcp_nodelay=True)
         refused = rospy.Publisher("~refused", String, queue_size=10)
         trouble = rospy.Publisher("~trouble", String, queue_size=1)
-        rospy.Service("~start", Empty, _service(ears.start))
-        rospy.Service("~stop", Empty, _service(ears.stop))
+        rospy.Service("~start", Empty, _service(hearing.start))
+        rospy.Service("~stop", Empty, _service(hearing.stop))
         node.on_shutdown(lambda: inbox.put(End()))
         log = parts.enter_context(logged(inbox.put))
         parts.enter_context(defer_signals(lambda: inbox.put(End())))
-        told, due = "", 0.0
+        status, due = RecognizerStatus(), 0.0
         while True:
             taken = clock.take(due)
             if taken is None:
-                told = _tell(told, ears.trouble(), trouble, log, clock.now())
+                before, status = status, hearing.status
+                trouble.publish(status.text)
+                if status.problem != before.problem:
+                    text, good = status.problem or "listening again", not status.problem
+                    log(Warning(clock.now(), text, good))
                 due = clock.now() + TROUBLE_INTERVAL
             elif isinstance(taken.message, End):
                 raise_if_any(taken.message.error)
@@ -105,16 +111,8 @@ def _report(event: Event, output: Any, refused: Any, log: Receiver) -> None:
         refused.publish(to_json(event))
 
 
-def _tell(before: str, now: str, publisher: Any, log: Receiver, t: float) -> str:
-    """Tell what is wrong, or that all is well; the log is told only when that changes."""
-    publisher.publish(now)
-    if now != before and ONLY_SILENCE not in (now, before):  # that matters only to who drives
-        log(Warning(t, now or "listening again", good=not now))
-    return now
-
-
 def _service(act: Callable[[], None]) -> Callable[[Any], Any]:
-    """A service that does something; what is wrong with it is the caller's to know."""
+    """Make a service; its errors go to the caller."""
     from rospy import ServiceException
     from std_srvs.srv import EmptyResponse
 

@@ -12,7 +12,7 @@ from voz.ros1.node_program import run_node
 from voz.ros1.node_replies import replies
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
-from voz.run.command_check import check_list
+from voz.run.command_check import begins_listening, check_list
 from voz.run.session import warner
 
 
@@ -28,7 +28,14 @@ def run_voz(node: Ros1Node) -> None:
     ):
         check_list(hearing.commands, table, "the list of commands")
         run_node_session(
-            node, settings, hearing, speech.receivers, inbox=inbox, clock=clock, says_heard=True
+            node,
+            settings,
+            hearing,
+            speech.receivers,
+            inbox=inbox,
+            clock=clock,
+            listening=not begins_listening(hearing.commands, table),
+            says_heard=True,
         )
 
 

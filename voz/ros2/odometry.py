@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 
-from voz.control.bounded_motion import Place
+from voz.control.bounded_motion import Place, place_of
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node, write
 from voz.simulation.world import WorldState
@@ -16,9 +15,6 @@ ODOM = "odom"
 
 MAX_TAKEN = 100
 """Messages at a time; a base sends fewer in a beat."""
-
-ODOMETRY_TIMEOUT = 0.5
-"""Odometry older than this, s, is not used."""
 
 
 class Ros2OdometryPublisher:
@@ -78,8 +74,4 @@ class Ros2OdometryListener:
     def place(self) -> Place | None:
         """Where the base is, without waiting; None without recent odometry."""
         newest = self.newest()
-        if newest is None or self._clock() - newest[0] >= ODOMETRY_TIMEOUT:
-            return None
-        pose = newest[1].pose.pose
-        heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-        return pose.position.x, pose.position.y, math.remainder(heading, math.tau)
+        return place_of(newest, self._clock())

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from voz.config import Config
 from voz.events import Event
@@ -18,9 +18,9 @@ from voz.run.clocks import Clock, WallClock
 from voz.run.controller import Controller
 from voz.run.renewal import renewing
 from voz.run.session import (
-    Ears,
     OpenRobots,
     Session,
+    SpeechInput,
     replies_to,
     speaking,
     starting_programs,
@@ -28,8 +28,11 @@ from voz.run.session import (
 )
 from voz.run.text_commands import TextCommands
 from voz.terminal.display import Display
-from voz.terminal.keyboard import can_read_input, read_keyboard
+from voz.terminal.keyboard import TypedLine, can_read_input, read_keyboard
 from voz.terminal.live_terminal import LiveTerminal
+
+if TYPE_CHECKING:
+    from voz.robot.drawing.room_view import RoomView
 
 PAGE = "the operator's page"
 
@@ -58,7 +61,7 @@ class Page(Protocol):
     def trouble(self, moving: bool) -> str | None:
         """Return why nobody drives by it any more, if that matters."""
 
-    def serving(self, parts: RunParts) -> AbstractContextManager[Ears]:
+    def serving(self, parts: RunParts) -> AbstractContextManager[SpeechInput]:
         """Serve it for a `with` block; gives what listens."""
 
 
@@ -107,11 +110,7 @@ class LiveOptions:
 
 
 def run_live(
-    settings: Config,
-    recognizer: Recognizer,
-    inbox: Inbox,
-    robots: OpenRobots,
-    options: LiveOptions,
+    settings: Config, recognizer: Recognizer, inbox: Inbox, robots: OpenRobots, options: LiveOptions
 ) -> None:
     """Drive a robot by a microphone and the keyboard until a signal ends the program.
 
@@ -127,44 +126,61 @@ def run_live(
     """
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
-    texts = TextCommands(lambda: recognizer.commands, inbox, clock.now)
     session = Session(settings, clock, options.listening)
     table = session.controller.table
+    never_missed = settings.recognition.never_missed
     with ExitStack() as parts:
         enter = parts.enter_context
         page = options.page(inbox, clock) if options.page else None
         recorder = enter(options.record(warn) if options.record else nullcontext())
         speaker = enter(speaking(settings.speech, table.replies, warn))
         mixer = speaker.mixer if speaker else None
-        own = mixer if settings.speech.half_duplex else None
-        sound = (page.sound if page else None) or sound_card(options.device)
-        playback = page.audible_playback(own) if page else own
-        never_missed = settings.recognition.never_missed
+        sound = _sound_source(options.device, page, mixer if settings.speech.half_duplex else None)
         hearing = enter(
-            Hearing(recognizer, sound, inbox, clock.now, playback, never_missed, recorder)
+            Hearing(recognizer, sound, inbox, clock.now, recorder, never_missed=never_missed)
         )
         enter(renewing(recognizer, table, warn))
-        line = enter(read_keyboard(partial(_stop, inbox, clock), texts.take, texts.continues, warn))
-        if options.other_recognizer:
-            enter(options.other_recognizer(texts.take, partial(_stop_unheard, inbox, clock)))
+        line = enter(_text_commands(recognizer, inbox, clock, options.other_recognizer))
         start = enter(starting_programs(table, inbox, clock, robots.show))
         session.add_robots(robots)
         session.receivers += [*replies_to(speaker), start, *([page.receive] if page else [])]
-        display = Display(
-            hearing,
-            lambda: session.controller.listening,
-            lambda: line.text,
-            lambda: recorder.note if recorder else "",
-            robots.view,
-        )
-        enter(_showing(display, session, options, hearing.device))
-        ears: Ears = hearing
+        shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
+        enter(_showing(_display(shown, line, robots.view), session, options, hearing.device))
         if page:
-            shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
-            ears = enter(page.serving(shown))
             session.watch({PAGE: partial(_trouble, page, session.controller)})
-        session.watch_ears(ears)
+        session.watch_input(enter(page.serving(shown)) if page else hearing)
         session.run_in_real_time(inbox)
+
+
+def _sound_source(device: str | None, page: Page | None, own: Playback | None) -> SoundSource:
+    """Return a page's browser or the sound card, with the playback that it may pick up."""
+    sound = (page.sound if page else None) or sound_card(device)
+    return replace(sound, playback=page.audible_playback(own) if page else own)
+
+
+@contextmanager
+def _text_commands(
+    recognizer: Recognizer, inbox: Inbox, clock: Clock, other_recognizer: OtherRecognizer | None
+) -> Iterator[TypedLine]:
+    """Take commands from the keyboard and another recognizer; gives the line being typed."""
+    texts = TextCommands(lambda: recognizer.commands, inbox, clock.now)
+    stop, warn = partial(_stop, inbox, clock), warner(inbox, clock)
+    with read_keyboard(stop, texts.take, texts.continues, warn) as line, ExitStack() as opened:
+        if other_recognizer:
+            lost = partial(_stop_unheard, inbox, clock)
+            opened.enter_context(other_recognizer(texts.take, lost))
+        yield line
+
+
+def _display(shown: RunParts, line: TypedLine, view: RoomView | None) -> Display:
+    recorder = shown.recorder
+    return Display(
+        shown.hearing,
+        lambda: shown.controller.listening,
+        lambda: line.text,
+        lambda: recorder.note if recorder else "",
+        view,
+    )
 
 
 def _stop(inbox: Inbox, clock: Clock) -> None:

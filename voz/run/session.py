@@ -37,8 +37,8 @@ Odometry: TypeAlias = Callable[[float], Place | None]
 """Returns where the robot is at a time of the run, s, without waiting; None if unknown."""
 
 
-class Ears(Protocol):
-    """What hears.
+class SpeechInput(Protocol):
+    """Where spoken commands come from: a microphone, a page, another recognizer.
 
     Attributes:
         source: of its utterances.
@@ -107,11 +107,14 @@ class Session:
             for name, trouble in troubles.items()
         ]
 
-    def watch_ears(self, ears: Ears) -> None:
+    def watch_input(self, speech_input: SpeechInput) -> None:
         """Stop when nothing is heard (S5), and send each changed velocity at once."""
         controller = self.controller
         watch = Watch(
-            controller, lambda: ears.trouble(controller.moving), "listening again", ears.source
+            controller,
+            lambda: speech_input.trouble(controller.moving),
+            "listening again",
+            speech_input.source,
         )
         self._watches.insert(0, watch)
         self._at_once = True

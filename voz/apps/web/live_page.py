@@ -34,7 +34,7 @@ from voz.inbox import Halt, Inbox, Rehearsal
 from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock
 from voz.run.live import RunParts
-from voz.run.session import Ears, warner
+from voz.run.session import SpeechInput, warner
 
 NO_DRIVER = "no page drives any more"
 """The warning when the page that was the microphone has left a robot at rest."""
@@ -103,9 +103,9 @@ class LivePage:
         return problem
 
     @contextmanager
-    def serving(self, parts: RunParts) -> Iterator[Ears]:
+    def serving(self, parts: RunParts) -> Iterator[SpeechInput]:
         """Serve the page for a `with` block; gives what listens, whose trouble the page shows."""
-        ears = _WatchedEars(parts.hearing)
+        hearing = _WatchedHearing(parts.hearing)
         registry = PageRegistry(
             CommandBridge(self._inbox, self._clock.now, self._commands),
             EventHistory(parts.recognizer.needed),
@@ -117,7 +117,7 @@ class LivePage:
         recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
         marks = RecordingMarks(recorder, self._commands)
         false_alarms = FalseAlarmSetting(parts.recognizer, parts.settings.recognition, self._warn)
-        state = partial(self._state, parts, ears, marks, false_alarms)
+        state = partial(self._state, parts, hearing, marks, false_alarms)
 
         def snapshot() -> Record:
             """All that a page that is opened now has to know."""
@@ -143,12 +143,12 @@ class LivePage:
         )  # fmt: skip
         app = application(routes, self._address.authority)
         with self._address.serving(app, start_tasks, self._warn):
-            yield ears
+            yield hearing
 
     def _state(
         self,
         parts: RunParts,
-        ears: _WatchedEars,
+        hearing: _WatchedHearing,
         marks: RecordingMarks,
         false_alarms: FalseAlarmSetting,
     ) -> Record:
@@ -164,7 +164,7 @@ class LivePage:
             "speaking": busy_until > time.monotonic(),
             "recording": marks.note,
             "alarms": false_alarms.alarms,
-            "deaf": ears.problem,
+            "deaf": hearing.problem,
             "talking": bool(self._microphone and self._microphone.is_expected),
             "linear": linear,
             "angular": angular,
@@ -174,7 +174,7 @@ class LivePage:
         }
 
 
-class _WatchedEars:
+class _WatchedHearing:
     """Passes on a microphone's trouble, and keeps it for the page."""
 
     def __init__(self, hearing: Hearing) -> None:

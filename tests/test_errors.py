@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 
 from voz.errors import ConfigError
@@ -20,3 +22,11 @@ def test_an_error_knows_its_problem_and_its_remedy(
 ) -> None:
     error = ConfigError(message)
     assert (str(error), error.problem, error.remedy) == (message, problem, remedy)
+
+
+def test_a_text_that_an_error_quotes_may_have_a_semicolon() -> None:
+    error = ConfigError("a; b: is no file", "name another")
+    assert str(error) == "a; b: is no file; name another"
+    assert (error.problem, error.remedy) == ("a; b: is no file", "name another")
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), again.problem, again.remedy) == (str(error), error.problem, error.remedy)

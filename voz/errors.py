@@ -19,20 +19,28 @@ from voz.printable import printable
 
 
 class VozError(Exception):
-    """Base of all errors that voz raises on purpose."""
+    """Base of all errors that voz raises on purpose.
 
-    def __init__(self, message: object) -> None:
-        super().__init__(printable(str(message)))
+    Attributes:
+        problem: what was wrong, and where.
+        remedy: what to do, if anything can be done.
+    """
 
-    @property
-    def problem(self) -> str:
-        """What was wrong, and where: the message up to its first semicolon."""
-        return str(self).partition("; ")[0]
+    def __init__(self, problem: object, remedy: str | None = None) -> None:
+        """Make an error whose text is the problem, then the remedy after a semicolon.
 
-    @property
-    def remedy(self) -> str | None:
-        """What to do: the message after its first semicolon, if it has one."""
-        return str(self).partition("; ")[2] or None
+        Args:
+            problem: if it comes without `remedy`, what follows its first semicolon is the remedy.
+            remedy: to be given where the problem quotes a text that may hold a semicolon.
+        """
+        text = printable(str(problem))
+        if remedy is None:
+            self.problem, _, found = text.partition("; ")
+            self.remedy = found or None
+        else:
+            self.problem, self.remedy = text, printable(remedy)
+            text = f"{text}; {self.remedy}"
+        super().__init__(text)
 
 
 class ConfigError(VozError, ValueError):
@@ -49,8 +57,10 @@ class CommandsError(VozError):
         excerpt: the line with a caret below the error, if that helps.
     """
 
-    def __init__(self, message: object, excerpt: tuple[str, ...] = ()) -> None:
-        super().__init__(message)
+    def __init__(
+        self, problem: object, remedy: str | None = None, excerpt: tuple[str, ...] = ()
+    ) -> None:
+        super().__init__(problem, remedy)
         self.excerpt = tuple(map(printable, excerpt))
 
 

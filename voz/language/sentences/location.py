@@ -36,4 +36,4 @@ class Location:
 
 def error_at(place: Location, message: str) -> CommandsError:
     """An error that names and shows a place."""
-    return CommandsError(f"{place}: {message}", place.excerpt())
+    return CommandsError(f"{place}: {message}", excerpt=place.excerpt())

@@ -207,11 +207,11 @@ def engines(folder: Path, place: Path, installed: Path | None) -> dict[str, list
     one = ("--jobs", 1, "--ears", 1)
     plain = [sys.executable, "-c"]
     found: dict[str, list[list[object] | None]] = {
-        "voz, two ears": [voz("--jobs", 1)],
-        "voz, one ear": [voz(*one)],
-        "voz, two ears, 2 processes": [voz("--jobs", 2)],
-        "voz, one ear, 2 processes": [voz("--jobs", 2, "--ears", 1)],
-        "voz, one ear, two runs side by side": [voz(*one, run=run) for run in range(2)],
+        "voz, with the network": [voz("--jobs", 1)],
+        "voz, without the network": [voz(*one)],
+        "voz, with the network, 2 processes": [voz("--jobs", 2)],
+        "voz, without the network, 2 processes": [voz("--jobs", 2, "--ears", 1)],
+        "voz, without the network, two runs side by side": [voz(*one, run=run) for run in range(2)],
         "voz's end-pointing and search alone": [[*plain, ALONE, folder, STEM.parent]],
         "plain pocketsphinx in a loop": [[*plain, PLAIN, folder, f"{STEM}.gram", f"{STEM}.dic"]],
         "pocketsphinx_batch": [pocketsphinx_batch(folder, place)],

@@ -51,14 +51,14 @@ def noisy(samples: Samples, snr: int | None, chance: np.random.Generator) -> Sam
 
 def heard(manifest: Path, language: Language) -> Iterator[tuple[int | None, str, str]]:
     """Each command with what it was taken for."""
-    ear = scorer_for(language)
+    network = scorer_for(language)
     chance = np.random.default_rng(0)
     for clip in read_manifest(manifest):
         if clip.text in language.commands:
             samples = np.concatenate(list(read_blocks(clip.path)))
             for snr in NOISES:
                 said = noisy(samples, snr, chance)
-                ranking = ear.rank(ear.phone_likelihoods(said), language.commands.listed)
+                ranking = network.rank(network.phone_likelihoods(said), language.commands.listed)
                 yield snr, clip.text, ranking.text
 
 

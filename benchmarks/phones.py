@@ -1,4 +1,4 @@
-"""Which symbols the second ear's network writes for each phone of the dictionary.
+"""Which symbols the phoneme network writes for each phone of the dictionary.
 
 Run `python benchmarks/phones.py MANIFEST`: tab-separated, with the columns `path`, `phones` (those
 of CMUdict as they were said, without times) and `speaker`. What the network is surest of is aligned

@@ -32,7 +32,7 @@ class Recognition(Section, frozen=True, kw_only=True):
         search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
         false_alarms_per_hour: how many commands may be heard in an hour of people's talk near the
             robot; fewer cost more commands that have to be said again. None is 0.5, and 20 where
-            there is no second ear.
+            there is no phoneme network.
         never_missed: commands that stop the robot, so that missing one is worse than obeying one
             that was not said. In doubt they are taken rather than another command.
         missed_cost: how many times worse it is; by so much lower odds are enough for them, and as
@@ -40,8 +40,7 @@ class Recognition(Section, frozen=True, kw_only=True):
         early_decision: a command is understood when its speaker pauses for so long, s; less is
             faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.
-        second_ear: whether a network that hears phonemes decides; False leaves it all to
-            pocketsphinx.
+        second_ear: whether the phoneme network decides; False leaves it all to pocketsphinx.
         network: a file of weights for it, made by `training/teach.py`, from the folder you are in;
             None and "" take the one that comes with voz.
         confidence: a model of `voz fit-confidence`, from the folder you are in; None and "" take

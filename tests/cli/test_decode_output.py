@@ -261,7 +261,7 @@ def test_merged_shards_replace_nothing_unless_asked(folder: Path, tmp_path: Path
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (("--overwrite",), "name it by --out"),
+        (("--overwrite",), "name it with --out"),
         (("--overwrite", "--resume", "--out", "x.jsonl"), "leave it out to continue"),
         (
             ("--overwrite", "--retry-failed", "--out", "x.jsonl"),

@@ -88,7 +88,7 @@ def test_nothing_of_english_is_added(in_spanish: Language) -> None:
     assert in_spanish.pronunciations == in_spanish.dictionary
 
 
-def test_the_second_ear_steps_aside_by_the_language_and_not_by_the_names_of_phones(
+def test_the_network_steps_aside_by_the_language_and_not_by_the_names_of_phones(
     loaded: Language, files: LanguageFiles
 ) -> None:
     scorer_for(loaded)

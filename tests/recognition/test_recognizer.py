@@ -306,7 +306,7 @@ def test_events_tell_the_evidence_and_what_else_it_may_have_been(
 
 
 @pytest.mark.parametrize("missing", [True, False])
-def test_without_a_second_ear_pocketsphinx_decides_alone(
+def test_without_the_network_pocketsphinx_decides_alone(
     missing: bool,
     language: LanguageFiles,
     recordings: list[Recording],

@@ -14,6 +14,7 @@ from voz.cli.text_io import show
 @with_options
 def calibrate(
     options: Common,
+    *,
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="Of the profile.")] = "default",
     wav: Annotated[
         Path | None,

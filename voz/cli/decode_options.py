@@ -48,7 +48,12 @@ class Decoding(Recognizing):
     ] = None
     ears: Annotated[
         int | None,
-        typer.Option(metavar="1|2", min=1, max=2, help="1 is faster, and errs more often."),
+        typer.Option(
+            metavar="1|2",
+            min=1,
+            max=2,
+            help="1 leaves the phoneme network out: faster, with more errors.",
+        ),
     ] = None
     time_limit: Annotated[
         float | None,
@@ -91,10 +96,10 @@ class Decoding(Recognizing):
         return self.resume or self.retry_failed
 
     def settings(self, **others: Any) -> Config:
-        """As for all that recognize, with how many ears there are."""
+        """As for all that recognize, with or without the phoneme network."""
         settings = super().settings(**others)
-        ears = None if self.ears is None else self.ears == 2
-        return overridden(settings, {"recognition": {"second_ear": ears}})
+        network = None if self.ears is None else self.ears == 2
+        return overridden(settings, {"recognition": {"second_ear": network}})
 
     def check(self) -> None:
         """Refuse options that do nothing without another one."""
@@ -104,7 +109,7 @@ class Decoding(Recognizing):
                 if given:
                     raise ConfigError(f"{name}: continues an output; name it with --out")
         if self.overwrite and not (self.out or self.drive):
-            raise ConfigError("--overwrite: replaces an output; name it by --out")
+            raise ConfigError("--overwrite: replaces an output; name it with --out")
         if self.overwrite and self.resumes:
             raise ConfigError("--overwrite: starts again; leave it out to continue with --resume")
         if self.listening and self.drive is None:

@@ -25,6 +25,7 @@ CONFIRM_DRIVING = (
 @with_options
 def doctor(
     options: Common,
+    *,
     robot: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Which robot is needed, as `voz run` takes it."),

@@ -22,10 +22,10 @@ def fit_confidence(
 ) -> None:
     """Make the models of the confidence anew from recordings whose texts are known.
 
-    One is for pocketsphinx alone, one for both ears. Prints what would be accepted by both, judged
-    by models that never heard the speaker. There must be half an hour of talk among the
-    recordings, to tell how often it sounds like a command. `confidence = "FILE.json"` in the table
-    [recognition] of a voz.toml makes voz judge by them.
+    One is for pocketsphinx alone, one for it with the network. Prints what would be accepted by
+    both, judged by models that never heard the speaker. There must be half an hour of talk among
+    the recordings: it says how often talk sounds like a command. `confidence = "FILE.json"` in the
+    table [recognition] of a voz.toml makes voz judge by them.
 
     Example: voz fit-confidence mine/manifest.tsv talk/manifest.tsv --out mine.json
     """

@@ -62,7 +62,7 @@ def make_profile(
     own = profile_folder(name) / RECORDINGS
     recognizer = Recognizer(language, settings)
     if wav is None:
-        _record(name, device, commands, recognizer, own, console)
+        _record(name, device, commands, recognizer, console)
     said = read_recordings((wav or own) / MANIFEST_NAME, commands)
     if wav:
         _warn_of_misheard(said, recognizer)
@@ -108,10 +108,10 @@ def _record(
     device: str | None,
     commands: list[str],
     recognizer: Recognizer,
-    folder: Path,
     console: Console,
 ) -> None:
     """Ask for what has no recording yet."""
+    folder = profile_folder(name) / RECORDINGS
     asked = choose_prompts(commands, name)
     if len(set(asked)) < MIN_SENTENCES:
         raise ConfigError(

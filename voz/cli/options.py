@@ -88,7 +88,7 @@ class Common:
             check_same_language(read_language_info(language), settings.language, language.folder)
         if self.verbose:
             info(f"language files: {language.folder.resolve()}")
-            info(f"second ear: {_second_ear(settings, language)}")
+            info(f"phoneme network: {_network_status(settings, language)}")
         warn(stale_warning(language))
         return language
 
@@ -112,8 +112,7 @@ class Common:
         check_not_read(filter(None, written), filter(None, (*read, *named, *language)))
 
 
-def _second_ear(settings: Config, language: LanguageFiles) -> str:
-    """Tell whether there is one, or why there is none."""
+def _network_status(settings: Config, language: LanguageFiles) -> str:
     from voz.recognition.network_file import fingerprint_of
     from voz.recognition.phoneme_scorer import why_missing
 
@@ -121,7 +120,7 @@ def _second_ear(settings: Config, language: LanguageFiles) -> str:
     off = None if settings.recognition.second_ear else "off in the settings"
     if missing := off or why_missing(language, network):
         return f"none ({missing}); pocketsphinx decides alone"
-    return f"hears phonemes (network {fingerprint_of(network)})"
+    return fingerprint_of(network)
 
 
 @dataclass
@@ -137,7 +136,7 @@ class Recognizing(Common):
         typer.Option(
             "--false-alarms-per-hour",
             metavar="X",
-            help="How many commands may be heard in an hour of talk; else 0.5, with one ear 20.",
+            help="How many commands may be heard in an hour of talk; else 0.5, without network 20.",
         ),
     ] = None
     threshold: Annotated[

@@ -101,7 +101,7 @@ class Running(Recognizing):
         bool,
         typer.Option(
             "--adapt",
-            help="Learn speaker and microphone, also for later runs, if there is no second ear.",
+            help="Learn speaker and microphone, also for later runs; without the network only.",
         ),
     ] = False
 

@@ -33,11 +33,11 @@ def check_recognition(settings: Config) -> Iterator[Finding]:
         yield failed(LANGUAGE_FILES, error)
         return
     yield Finding("recognizer", True, "loads")
-    yield check_second_ear(files, settings.recognition)
+    yield check_network(files, settings.recognition)
 
 
-def check_second_ear(files: LanguageFiles, settings: Recognition) -> Finding:
-    """Check the second ear; without it more is accepted that is no command."""
+def check_network(files: LanguageFiles, settings: Recognition) -> Finding:
+    """Check the phoneme network; without it more is accepted that is no command."""
     name = "second ear"
     if not settings.second_ear:
         return Finding(name, True, "off: [recognition] second_ear = false", required=False)

@@ -87,8 +87,8 @@ def voz_engine(language: LanguageFiles, settings: Recognition) -> Engine:
     return recognize
 
 
-def first_ear(language: LanguageFiles, settings: Recognition) -> Engine:
-    """Load voz without its second ear."""
+def without_network(language: LanguageFiles, settings: Recognition) -> Engine:
+    """Load voz without its phoneme network."""
     return voz_engine(language, replace(settings, second_ear=False))
 
 
@@ -140,7 +140,7 @@ def pocketsphinx_with_phone_loop(language: LanguageFiles, _settings: Recognition
 
 ENGINES: dict[str, Callable[[LanguageFiles, Recognition], Engine]] = {
     "voz": voz_engine,
-    "first-ear": first_ear,
+    "first-ear": without_network,
     "plain-pocketsphinx": plain_pocketsphinx,
     "pocketsphinx-phone-loop": pocketsphinx_with_phone_loop,
 }

@@ -77,8 +77,8 @@ def check_talk(clips: Iterable[Clip]) -> None:
 
 
 @cache
-def _recognizer(lm: str | None, second_ear: bool) -> Recognizer:
-    return Recognizer(find_language(lm), Recognition(second_ear=second_ear))
+def _recognizer(lm: str | None, network: bool) -> Recognizer:
+    return Recognizer(find_language(lm), Recognition(second_ear=network))
 
 
 def _examples(task: Task, lm: str | None) -> RecordingExamples:
@@ -92,8 +92,8 @@ def _examples(task: Task, lm: str | None) -> RecordingExamples:
     stretches = [(clip.start or 0.0, clip.end or seconds) for clip in task.clips]
     surroundings = replace(first, kind="noise", speaker=first.file, condition="all")
 
-    def heard(second_ear: bool) -> list[Example]:
-        found = list(_recognizer(lm, second_ear).candidates(blocks))
+    def heard(network: bool) -> list[Example]:
+        found = list(_recognizer(lm, network).candidates(blocks))
         parts, rest = assign_to_stretches(found, stretches)
         return [
             Example(clip, o.text, o.values, o.trust, o.context, _is_said(clip, o.text))
@@ -103,7 +103,7 @@ def _examples(task: Task, lm: str | None) -> RecordingExamples:
 
     talk = sum(b - a for c, (a, b) in zip(task.clips, stretches, strict=True) if c.kind == "talk")
     commands = [clip for clip in task.clips if clip.kind == "command"]
-    return RecordingExamples(heard(second_ear=True), heard(second_ear=False), talk, commands)
+    return RecordingExamples(heard(network=True), heard(network=False), talk, commands)
 
 
 def _is_said(clip: Clip, text: str) -> bool:

@@ -57,7 +57,7 @@ def fit_models(
     hours: float,
     commands: Collection[Clip],
 ) -> tuple[Models, list[float]]:
-    """Fit the models of one ear and of both.
+    """Fit the models of pocketsphinx alone, and of it with the network.
 
     Args:
         examples: utterances, some of them right, some of them in talk, with the network.
@@ -67,7 +67,7 @@ def fit_models(
         commands: all commands that were said.
 
     Returns:
-        The models, and the probability of each example by both ears, by models that were fitted
+        The models, and the probability of each example with the network, by models that were fitted
         without its speaker.
 
     Raises:
@@ -79,7 +79,7 @@ def fit_models(
     )
     both = with_alarms(fit(examples, fitted_on, NETWORK_FEATURES), examples, likely, hours)
     one = with_alarms(fit(alone, fitted_on, POCKETSPHINX_FEATURES), alone, likely_alone, hours)
-    # What voices in the room are worth to one ear, recordings of one command do not tell.
+    # Recordings of one command do not show what voices in the room are worth.
     voices = {VOICES_AROUND: load_models().one_ear.weights[VOICES_AROUND]}
     one = replace(one, weights=one.weights | voices, usual_alarms=USUAL_ALARMS_OF_ONE_EAR)
     models = Models(

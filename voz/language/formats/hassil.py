@@ -72,7 +72,7 @@ def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, s
     from yaml import MappingNode
 
     if not isinstance(node, MappingNode):
-        _sentence(text, source, intent, node, {}, {})
+        source.templates.append(_sentence(text, intent, node, {}, {}))
         return
     parts = text.mapping(node, "sentences")
     for name in CONTEXT_KEYS & parts.keys():
@@ -86,20 +86,19 @@ def _block(text: Yaml, source: TemplateSource, intent: str | None, node: Node, s
     if "sentences" not in parts:
         raise error_at(text.place(node), '"sentences" is missing')
     for sentence in text.sequence(parts["sentences"], "sentences"):
-        _sentence(text, source, intent, sentence, constants, names)
+        source.templates.append(_sentence(text, intent, sentence, constants, names))
 
 
 def _sentence(
     text: Yaml,
-    source: TemplateSource,
     intent: str | None,
     node: Node,
     constants: dict[str, Value],
     names: dict[tuple[DefinitionKind, str], str],
-) -> None:
+) -> Template:
     passage = text.text(node)
     expression = renamed(HassilNotation(passage).parse(), names)
-    source.templates.append(Template(intent, expression, passage.place(), constants))
+    return Template(intent, expression, passage.place(), constants)
 
 
 def _definitions(

@@ -30,7 +30,7 @@ _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _HEADER = re.compile(r"\s*(?:#JSGF[^;]*;)?\s*(?:grammar\s+([\w.]+)\s*;)?")
 _VISIBLE = re.compile(r"\S")
 _IMPORT = re.compile(r"\s*import\b")
-_RULE = re.compile(
+_JSGF_RULE = re.compile(
     r"\s*(public\s+)?<([\w.$-]+)>\s*=((?:[^;{\"]|\{(?:\\.|[^{}\\])*\}|\"[^\"]*\")*);"
 )
 _WEIGHT = re.compile(r"/\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*/")
@@ -111,7 +111,7 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
         at = found.start()
         if _IMPORT.match(text, at):
             raise error_at(whole.place(at), "imports are not supported; copy the rules here")
-        match = _RULE.match(text, at)
+        match = _JSGF_RULE.match(text, at)
         if not match:
             raise error_at(whole.place(at), "expected a rule, as in: <colour> = red | green;")
         place = whole.place(at)

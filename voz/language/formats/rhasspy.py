@@ -29,7 +29,7 @@ from voz.language.sentences.references import references, renamed
 from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
 
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
-_RULE = re.compile(r"\s*([\w-]+)\s*=")
+_RHASSPY_RULE = re.compile(r"\s*([\w-]+)\s*=")
 _TAG = re.compile(r"\{\s*([A-Za-z_][\w-]*)\s*(?::([^{}!]*))?(?:!\w+)*\s*\}")
 _RANGE = re.compile(r"(-?[0-9]{1,6})\.\.(-?[0-9]{1,6})(?:,([0-9]{1,6}))?", re.ASCII)
 
@@ -124,7 +124,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
 def _add(
     source: TemplateSource, intent: str, line: Passage, own: dict[tuple[DefinitionKind, str], str]
 ) -> None:
-    if match := _RULE.match(line.text):
+    if match := _RHASSPY_RULE.match(line.text):
         own["rule", match[1]] = f"{intent}.{match[1]}"
         body = RhasspyParser(line.part(match.end())).parse()
         source.define("rule", f"{intent}.{match[1]}", body, line.place())

@@ -13,7 +13,7 @@ from voz.language.sentences.template_source import Template, TemplateSource
 
 _MARKS = re.compile(rb"[()\[\]{}<>|;:=]")
 _IMPORT = re.compile(r"\s*import\s+(\S*[./\\]\S*)\s*", re.IGNORECASE)
-_RULE = re.compile(rf"\s*<({NAME_PATTERN})>\s*=", re.ASCII)
+_TEMPLATE_RULE = re.compile(rf"\s*<({NAME_PATTERN})>\s*=", re.ASCII)
 _LIST = re.compile(rf"\s*({NAME_PATTERN})\s*=", re.ASCII)
 _COMMAND = re.compile(r"\s*([^\W\d][\w'-]*(?:[ \t]+[\w'-]+)*)\s*:")
 
@@ -42,7 +42,7 @@ def _add(source: TemplateSource, line: Passage) -> None:
     place = line.place(len(line.text) - len(line.text.lstrip()))
     if match := _IMPORT.fullmatch(line.text):
         source.imports.append((match[1], line.place(match.start(1))))
-    elif match := _RULE.match(line.text):
+    elif match := _TEMPLATE_RULE.match(line.text):
         body = Notation(_behind(line, match)).parse()
         source.define("rule", match[1], body, place)
     elif match := _LIST.match(line.text):

@@ -121,7 +121,7 @@ def load_config(path: Path) -> Config:
 
 
 def _read(path: Path) -> Config:
-    """Read a file; whether its commands fit together is not checked."""
+    """Read a file without checking that its commands fit together."""
     text = read_text(path, ConfigError, "give an existing file, saved as UTF-8", MAX_SETTINGS_BYTES)
     try:
         settings = tomllib.loads(text)
@@ -155,7 +155,6 @@ def _advice(error: msgspec.ValidationError) -> str:
 
 
 def _meant(error: msgspec.ValidationError, kind: type) -> str:
-    """Suggest the field that an unknown one may be a misspelling of."""
     unknown = re.search("unknown field `(.+?)`", str(error))
     fields = getattr(kind, "__struct_fields__", ())
     near = get_close_matches(unknown[1], fields, 1) if unknown else []
@@ -163,7 +162,7 @@ def _meant(error: msgspec.ValidationError, kind: type) -> str:
 
 
 def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
-    """Refuse a wrong command, with its name and line; returns where each command stands."""
+    """Refuse an invalid command, with its name and line; return where each command stands."""
     states = settings.get("states", {})
     tables = {
         DEFAULT_STATE: settings.get("commands", {}),

@@ -239,7 +239,7 @@ def _files_in(names: Iterable[str | Path]) -> Iterator[Path]:
 
 
 def _file_id(name: str | Path) -> object:
-    """The identity of a file, whatever its name; None for a pipe or device."""
+    """Identify a file by its inode; None for a pipe or device."""
     try:
         status = Path(name).stat()
     except OSError:  # it is not there yet
@@ -248,7 +248,7 @@ def _file_id(name: str | Path) -> object:
 
 
 def _open_part(part: Path) -> int:
-    """Open a new file for writing, without a name where that can be given later."""
+    """Open a new file for writing, without a name where it can be given one later."""
     if hasattr(os, "O_TMPFILE") and OPEN_FILES_FOLDER.exists():
         with suppress(OSError):  # NFS and FAT cannot; the open below reports other errors
             return os.open(part.parent, os.O_TMPFILE | os.O_WRONLY, 0o666)
@@ -263,7 +263,6 @@ def _link_name(file: int, part: Path) -> None:
 
 
 def _copy_permissions(target: Path, part: int) -> None:
-    """Give an open file the permissions of the one it replaces; raise if that is read-only."""
     if target.exists():
         if not os.access(target, os.W_OK, effective_ids=True):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))

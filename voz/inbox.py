@@ -99,7 +99,6 @@ class Inbox:
         return TakenMessage(message, number < self._newest_stop)
 
     def _stops(self, message: Message) -> bool:
-        """Whether a message ends the motion or the run."""
         if isinstance(message, Utterance):
             return message.accepted and message.name in self.halts
         return isinstance(message, Halt | Rehearsal | End) or (

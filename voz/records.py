@@ -71,13 +71,12 @@ def is_number(value: object) -> bool:
 
 @cache
 def _declared(kind: type[CheckedRecord]) -> Any:
-    """The types of a record's fields, without the record's own check."""
     hints = get_type_hints(kind, include_extras=True)
     return TypedDict(kind.__name__, {name: hints[name] for name in kind.__struct_fields__})  # type: ignore[operator]
 
 
 def _builtin(value: object) -> object:
-    """A number of numpy as Python's; msgspec knows no other."""
+    """Convert a number of numpy, which msgspec does not know."""
     if type(value) in (float, int, bool, str):
         return value
     if isinstance(value, Integral):

@@ -32,7 +32,7 @@ def lines_of_commands(text: str) -> dict[tuple[str, str], int]:
 
 
 def _keys(line: str) -> tuple[str, ...]:
-    """The keys at the beginning of a line, as `states.menu."go back"`."""
+    """Split the keys at the beginning of a line, as `states.menu."go back"`."""
     keys: list[str] = []
     at = 0
     while found := KEY.match(line, at):

@@ -66,7 +66,7 @@ def denoise(samples: Samples) -> Samples:
 
 
 def _gains(power: Floats) -> Floats:
-    """The share of speech in each band of each frame, from their power of shape (n, bands)."""
+    """Return the share of speech in each band of each frame; `power` is (n, bands)."""
     noise = np.quantile(_smooth(power), NOISE_QUANTILE, axis=0) + 1e-9
     above = power / noise
     before = np.maximum(above[0] - 1, 0)

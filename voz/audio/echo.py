@@ -67,7 +67,7 @@ def cancel_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
 
 
 def _find_delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
-    """By how many samples `heard` comes after `played` (GCC-PHAT)."""
+    """Return by how many samples `heard` comes after `played` (GCC-PHAT)."""
     size = len(heard) + len(played)
     cross = np.fft.rfft(heard, size) * np.fft.rfft(played, size).conj()
     likeness = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-9), size)
@@ -91,7 +91,7 @@ def _samples(spectrum: Spectrum) -> Floats:
 
 
 def _delayed_copies(source: Spectrum) -> Spectrum:
-    """What was played around each frame, of shape (bands, frames, taps)."""
+    """Return what was played around each frame, of shape (bands, frames, taps)."""
     frames, bands = source.shape
     moments = np.zeros((bands, frames, LEAD_TAPS + ROOM_TAPS), complex)
     for number, shift in enumerate(range(-LEAD_TAPS, ROOM_TAPS)):

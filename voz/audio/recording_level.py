@@ -152,7 +152,7 @@ def find_faults(level: RecordingLevel) -> list[Fault]:
 
 
 def _speech_probabilities(sound: Floats) -> Floats:
-    """Of each block, after amplification: the network depends on the level."""
+    """Rate each block, after amplification: the network depends on the level."""
     louder = sound * (0.5 * 32767 / np.abs(sound).max())
     return Silero().probabilities(louder.astype(np.int16)).astype(np.float64)
 
@@ -165,7 +165,7 @@ def _has_speech(voice: Floats) -> bool:
 
 
 def _background(frames: Floats, voice: Floats) -> float:
-    """Median power of the frames without speech, dBFS; else that of the quietest tenth."""
+    """Return the median level of frames without speech, dBFS; else of the quietest tenth."""
     if not len(frames):
         return MIN_DBFS
     blocks = (np.arange(len(frames)) * ENERGY_FRAME + ENERGY_FRAME // 2) // SILERO_BLOCK

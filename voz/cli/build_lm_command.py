@@ -63,7 +63,6 @@ def build_lm(
 
 
 def _show_more(options: Building, commands: Path, source: CommandSource) -> None:
-    """Show what else is wanted of a list."""
     from voz.language.command_source import draw_similarity, similar_pairs
     from voz.language.similarity.similarity_report import similarity_table
 
@@ -78,7 +77,7 @@ def _show_more(options: Building, commands: Path, source: CommandSource) -> None
 
 
 def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:
-    """Tell whether the files are what the list gives, and end if they are not."""
+    """Show whether the files are what the list gives; end with an exit code if not."""
     from voz.language import build
 
     if stale := build.stale_files(commands, folder, source):
@@ -89,7 +88,6 @@ def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:
 
 
 def _spoken(settings: Config) -> OtherLanguage | None:
-    """Read the language that the settings name; None is English."""
     if settings.language == type(settings.language)():
         return None
     from voz.language.other_languages import configured_language
@@ -98,7 +96,7 @@ def _spoken(settings: Config) -> OtherLanguage | None:
 
 
 def _check_expected(source: CommandSource, folder: Path) -> None:
-    """Tell of the sentences in `tests.txt` that are not as they should be, and end if there are."""
+    """Check the sentences in `tests.txt`; end with an exit code if one is wrong."""
     from voz.errors import CommandsError
     from voz.files import read_bytes
     from voz.language.formats.expected_sentences import EXPECTED_SENTENCES_FILE, failed_expectations
@@ -117,7 +115,7 @@ def _check_expected(source: CommandSource, folder: Path) -> None:
 
 
 def _show_costs(source: CommandSource) -> None:
-    """Show how many sentences there are, and which lines of templates give them."""
+    """Show how many sentences there are, and which templates give most of them."""
     show(f"{len(source.commands):,} sentences")
     costs = source.compiled.costs if source.compiled else []
     if not costs:

@@ -65,7 +65,6 @@ def decode(
 def _decode_pipe(
     options: Decoding, settings: Config, language: LanguageFiles, paths: Sequence[str]
 ) -> bool:
-    """Decode the sound that comes on standard input, and show it as it comes."""
     from voz.apps.batch.decoding import decode_blocks
     from voz.apps.batch.outcomes import SilentRow
     from voz.apps.batch.piped import piped_blocks
@@ -86,7 +85,7 @@ def _decode_pipe(
 def _decode_files(
     options: Decoding, settings: Config, language: LanguageFiles, paths: Sequence[str]
 ) -> bool:
-    """Decode recordings on all cores; tells whether some could not be read."""
+    """Decode recordings on all cores; return whether some could not be read."""
     from voz.apps.batch.inputs import find_inputs
     from voz.apps.batch.remote import shown_name
     from voz.cli.decode_output import keep
@@ -105,7 +104,7 @@ def _decode_files(
 def _how(
     options: Decoding, settings: Config, language: LanguageFiles
 ) -> tuple[Header, BatchDecoder]:
-    """What the results hang on, and who decodes."""
+    """Collect what the results depend on, and who decodes."""
     from msgspec.structs import replace
 
     from voz.apps.batch.batch_decoder import BatchDecoder
@@ -130,7 +129,7 @@ def _how(
 def _driving(
     folder: Path, settings: Config, language: LanguageFiles, listening: bool
 ) -> SimulationOptions:
-    """By which rules recordings drive; refuses a list that drives and cannot stop."""
+    """Return the rules by which recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.simulated_run import simulation_options
     from voz.language.generated.language_files import list_name, read_commands
     from voz.run.command_check import begins_listening, check_list
@@ -142,7 +141,6 @@ def _driving(
 
 
 def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
-    """Decode recordings and show them in order."""
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.output import in_input_order
     from voz.cli.decode_progress import progress
@@ -162,7 +160,7 @@ def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
 
 
 def _listed() -> Iterator[str]:
-    """The names on standard input, which need be no text; raises ConfigError if it is sound."""
+    """Read file names from standard input, as bytes; raises ConfigError if it is sound."""
     while line := _stdin().readline(MAX_INPUT_LINE + 1):
         if b"\0" in line or len(line) > MAX_INPUT_LINE:
             raise ConfigError("-: is no list, a name a line; pipe a WAV, or samples with --rate")

@@ -107,7 +107,7 @@ def keep(
 
 @contextmanager
 def _explaining_resume(output: Location) -> Iterator[None]:
-    """Say, if a signal ends a `with` block, that nothing is lost."""
+    """If a signal ends the `with` block, say that the results so far are kept."""
     from voz.apps.batch.locations import journal_path
 
     try:
@@ -119,7 +119,7 @@ def _explaining_resume(output: Location) -> Iterator[None]:
 
 
 def _report_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
-    """Report how well it was understood what manifests say."""
+    """Report how well the recordings of manifests were understood."""
     results = list(results_for_clips(inputs.clips, heard))
     if not results:
         return

@@ -66,7 +66,7 @@ def doctor(
 
 
 def _driven(robots: Sequence[str], yes: bool) -> str:
-    """Which robot's base is to be driven, if somebody says that it may be."""
+    """Return the robot whose base is to be driven, if somebody confirms it."""
     possible = [name for name in robots if name in ("ros1", "ros2")]
     if len(possible) != 1:
         raise ConfigError("--base drives one base: add --robot ros1 or --robot ros2")
@@ -78,7 +78,7 @@ def _driven(robots: Sequence[str], yes: bool) -> str:
 
 
 def _show(finding: Finding, json: bool) -> bool:
-    """Show a finding; returns whether the robot can do with it."""
+    """Show a finding; return whether the robot works with it."""
     from voz.events import to_json
 
     if json:

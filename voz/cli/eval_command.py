@@ -70,7 +70,7 @@ def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
 def _recognized(
     tasks: Sequence[Task], choice: EngineChoice, jobs: int | None
 ) -> list[tuple[Task, Result]]:
-    """Recognize all recordings, with a bar that shows how far it is; gives each with its task."""
+    """Recognize all recordings, with a progress bar; yield each with its task."""
     from voz.apps.evaluation.recognize import recognize_all
 
     heard_in = with_bar(recognize_all(tasks, choice, jobs), RECOGNIZING, len(tasks))
@@ -78,7 +78,7 @@ def _recognized(
 
 
 def _report_errors(results: Iterable[Result]) -> None:
-    """Report which recordings could not be read, each once, and end if there are any."""
+    """Report each recording that could not be read, and end if there are any."""
     failed = dict.fromkeys(result.error for result in results if result.error is not None)
     for error in failed:
         info(f"error: {error}")

@@ -46,7 +46,7 @@ def pictures_folder(page: Path) -> Path:
 
 
 def _write_page(evaluation: Evaluation, tasks: Sequence[Task], name: str) -> list[str]:
-    """Write the page, and its pictures beside it; gives what was written."""
+    """Write the page and its pictures; return what was written."""
     from voz.apps.evaluation.failure_sounds import sounds_of_failures
     from voz.apps.evaluation.failures import failures
     from voz.apps.evaluation.page import to_html

@@ -110,7 +110,6 @@ def _record(
     recognizer: Recognizer,
     console: Console,
 ) -> None:
-    """Ask for what has no recording yet."""
     folder = profile_folder(name) / RECORDINGS
     asked = choose_prompts(commands, name)
     if len(set(asked)) < MIN_SENTENCES:
@@ -132,7 +131,7 @@ def _record(
 
 
 def _warn_of_misheard(said: list[Said], recognizer: Recognizer) -> None:
-    """Warn of the recordings that are not heard as what their list says."""
+    """Warn of recordings that are not understood as their list says."""
     for sentence in said:
         right, heard = check_recording(sentence.text, sentence.samples, recognizer)
         if not right:
@@ -142,7 +141,7 @@ def _warn_of_misheard(said: list[Said], recognizer: Recognizer) -> None:
 def _calibrate(
     said: list[Said], language: LanguageFiles, settings: Recognition, name: str
 ) -> Calibration:
-    """Find the profile, with a bar that shows how far it is, and keep it."""
+    """Find the profile and keep it, with a progress bar."""
     console = Console(stderr=True)
     with (
         tempfile.TemporaryDirectory(prefix="voz-") as folder,

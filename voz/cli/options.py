@@ -68,7 +68,6 @@ class Common:
 
     @functools.cached_property
     def _file(self) -> Path | None:
-        """Which settings are read; those that nobody named are told, once."""
         if self.config or not DEFAULT_SETTINGS_FILE.is_file():
             return self.config
         info(f"settings: {DEFAULT_SETTINGS_FILE}")
@@ -191,6 +190,6 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _own_first(kind: type) -> list[Field[Any]]:
-    """List the fields of a class, those that it adds before those that it shares with others."""
+    """List the fields of a class, those that it adds before those that it inherits."""
     classes = [inspect.get_annotations(one) for one in kind.__mro__]
     return sorted(fields(kind), key=lambda field: [field.name in c for c in classes].index(True))

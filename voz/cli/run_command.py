@@ -86,7 +86,7 @@ def _listening(options: Running, settings: Config, commands: Commands, where: st
 
 
 def _report_commands_without_effect(commands: Commands, settings: Config, plan: RobotPlan) -> None:
-    """Tell which commands have no line in the table; robots of others may act by themselves."""
+    """Report commands that are not in the table; robots of others may act on them."""
     from voz.run.command_check import idle
 
     names = idle(commands, settings.table)
@@ -96,7 +96,6 @@ def _report_commands_without_effect(commands: Commands, settings: Config, plan: 
 
 
 def _report_unknown_commands(commands: Commands, settings: Config) -> None:
-    """Report which commands of the user's own settings are not in the list of what may be said."""
     from voz.run.command_check import never_said, with_its_accents
 
     own = (settings.commands, *settings.states.values())
@@ -114,7 +113,6 @@ def _report_unknown_commands(commands: Commands, settings: Config) -> None:
 
 
 def _some(names: Sequence[str]) -> str:
-    """Quote the first two, and count the others."""
     shown = " or ".join(f'"{name}"' for name in names[:2])
     return shown + (f" or {len(names) - 2} more" if len(names) > 2 else "")
 
@@ -126,7 +124,7 @@ def _has_a_clock(options: Running, settings: Config) -> bool:
 
 
 def _plan(options: Running, settings: Config) -> RobotPlan:
-    """Which robots there are; refuses, before the run, what cannot be written after it."""
+    """Choose the robots; refuses, before the run, what cannot be written after it."""
     from voz.robot.factory import robot_names
 
     stream = sys.stderr if options.events == "-" else sys.stdout
@@ -156,7 +154,6 @@ def _run_live(
     recognizer_at: RecognizerAt,
     parts: ExitStack,
 ) -> None:
-    """Drive by the microphone until a signal ends the program."""
     from voz.inbox import Inbox
     from voz.run.live import LiveOptions, run_live
 
@@ -178,7 +175,6 @@ def _run_live(
 
 
 def _run_by_files(options: Running, settings: Config, plan: RobotPlan, source: Source) -> None:
-    """Drive by recordings, a text or a bag."""
     from voz.run.offline import run_paced, run_unpaced
 
     run_source = run_paced if plan.clocked else run_unpaced
@@ -197,7 +193,7 @@ def _source(
     parts: ExitStack,
     unreadable: list[str],
 ) -> Source:
-    """Open what drives the robot, before anything moves; `unreadable` gets a line for each file."""
+    """Open what drives the robot; `unreadable` gets a line for each unreadable file."""
     from voz.run import sources
 
     if options.text:
@@ -216,7 +212,7 @@ def _source(
 def _receivers(
     options: Running, settings: Config, plan: RobotPlan, put: Callable[[Any], None]
 ) -> Iterator[OpenRobots]:
-    """Open the robots, and what else gets the events; by the clock they do not wait for that."""
+    """Open the robots, and what else gets the events; with a clock, each has a queue."""
     from voz.cli.event_log import event_log
     from voz.run.queued import Queued
 
@@ -243,7 +239,6 @@ def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Re
 
 
 def _other_recognizer(settings: Ros2) -> OtherRecognizer:
-    """What lets the commands that another recognizer publishes on ROS 2 be obeyed."""
     from voz.ros2 import ROS2_SOURCE, listen_to_recognizer
 
     return lambda typist, failed: listen_to_recognizer(
@@ -252,7 +247,6 @@ def _other_recognizer(settings: Ros2) -> OtherRecognizer:
 
 
 def _terminal(stream: TextIO) -> LiveTerminal | None:
-    """The terminal to draw on, if there is one to be seen."""
     if not stream.isatty():
         return None
     from rich.console import Console
@@ -266,7 +260,7 @@ def _terminal(stream: TextIO) -> LiveTerminal | None:
 def _recognizer(
     options: Running, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
-    """Load the recognizer; if it adapts, what it learns at this place is kept for later runs."""
+    """Load the recognizer; with --adapt, keep what it learns at this place for later runs."""
     from voz.language.generated.language_files import read_language_info
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import (
@@ -292,7 +286,7 @@ def _recognizer(
 
 
 def _with_learned(known: Profile | None, path: Path) -> Profile:
-    """Put what was learned in earlier runs in place of what the profile starts from."""
+    """Replace what the profile starts from by what was learned in earlier runs."""
     from msgspec.structs import replace
 
     from voz.recognition.speaker.profiles import Profile, load_learned

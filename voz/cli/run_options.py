@@ -139,7 +139,6 @@ class Running(Recognizing):
         )
 
     def _profile(self) -> Path | None:
-        """Which folder is read for the speaker."""
         if self.profile is None:
             return None
         from voz.recognition.speaker.profiles import profile_folder

@@ -107,6 +107,6 @@ def page_of(
 
 
 def _show_code(code: str) -> None:
-    """Draw a QR code, if somebody sees it: standard error may be a log."""
+    """Draw a QR code, unless standard error is a log."""
     if sys.stderr.isatty():
         print(code, file=sys.stderr, flush=True)

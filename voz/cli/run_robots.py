@@ -99,7 +99,7 @@ def open_robots(
 
 
 def _made(plan: RobotPlan) -> list[str]:
-    """Which robots are made. What a live run hears is always seen: on its display, or as lines."""
+    """List the robots. What a live run hears is always shown: on its display, or as lines."""
     names = [*plan.names, CONSOLE] if plan.live else plan.names
     if plan.displayed:
         names = [name for name in names if name != CONSOLE]
@@ -108,7 +108,6 @@ def _made(plan: RobotPlan) -> list[str]:
 
 
 def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
-    """What tells where the robot is: whichever robot knows."""
     from voz.robot.user_errors import user_errors_as_mistake
 
     def place(t: float) -> Place | None:
@@ -124,7 +123,7 @@ def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
 
 @contextmanager
 def _stream(plan: RobotPlan) -> Iterator[TextIO]:
-    """Where lines go to: above the display or the room, if that is drawn all the time."""
+    """Return where lines go: above the display or the room, if one is drawn."""
     if not (plan.terminal and (plan.live or (plan.clocked and SIMULATOR in plan.names))):
         yield plan.stream
         return
@@ -138,7 +137,6 @@ def _stream(plan: RobotPlan) -> Iterator[TextIO]:
 def _opened(
     robots: Mapping[str, Robot], clocked: bool
 ) -> Iterator[tuple[list[Receiver], Troubles]]:
-    """Open robots; gives what takes their events, and what tells of their loss."""
     from voz.robot.factory import open_mailboxes, open_robots
 
     if clocked:
@@ -154,7 +152,7 @@ def _opened(
 def _drawn(
     robots: Mapping[str, Robot], plan: RobotPlan, settings: Config
 ) -> Iterator[RoomView | None]:
-    """Draw the simulated room, if there is one, while it is driven through or after that."""
+    """Draw the simulated room, if there is one, during the run or after it."""
     from voz.robot.simulator import SimulatedRobot
 
     simulated = robots.get(SIMULATOR)
@@ -191,6 +189,6 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
 
 
 def _show_warning(event: Event) -> None:
-    """Take the events where no robot of the run shows them: warnings must be seen."""
+    """Show warnings where no robot of the run does."""
     if isinstance(event, Warning):
         (info if event.good else warn)(event.text)

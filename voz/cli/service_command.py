@@ -72,7 +72,7 @@ def status() -> None:
 
 
 def _check(options: list[str]) -> None:
-    """Refuse what `voz run` would refuse: in the journal nobody would look for that."""
+    """Refuse now what `voz run` would refuse later, when only the journal shows it."""
     from typer.main import get_command
 
     checked = typer.Typer(add_completion=False)
@@ -83,7 +83,7 @@ def _check(options: list[str]) -> None:
 
 
 def _look_at(options: Running) -> None:
-    """Refuse names of what is not there; nothing is opened."""
+    """Refuse names of missing files and devices; nothing is opened."""
     from voz.recognition.speaker.profiles import load_profile
     from voz.robot.factory import robot_names
 

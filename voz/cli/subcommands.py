@@ -60,8 +60,7 @@ def _before_all(
             "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
         ),
     ] = False,
-) -> None:
-    """Take the options that are no subcommand's."""
+) -> None: ...
 
 
 # The help shows them in this order.

@@ -61,7 +61,7 @@ def report(level: RecordingLevel) -> list[str]:
 
 
 def _meaning(above: float) -> str:
-    """Say what it means to be so far above the background, dB."""
+    """Explain in words a level so far above the background, dB."""
     share = obeyed_of_100(above)
     if share is None:
         return "many commands will have to be said again"
@@ -69,7 +69,7 @@ def _meaning(above: float) -> str:
 
 
 def _recorded(first: Samples, blocks: Iterator[Samples], console: Console) -> Samples:
-    """Collect the recording, and show how loud it is meanwhile."""
+    """Record, and show the level meanwhile."""
     heard = first
     with level_bar(console) as show:
         while len(heard) < RECORDING_SECONDS * SAMPLE_RATE:

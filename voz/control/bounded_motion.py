@@ -113,7 +113,6 @@ def is_finished(bounded: BoundedMotion, motion: Motion) -> bool:
 
 
 def _speed(bounded: BoundedMotion, motion: Motion) -> float:
-    """How fast the motion nears its end, m/s or rad/s."""
     linear, angular = motion.velocities()
     return abs(linear) if bounded.radians is None else abs(angular)
 

@@ -160,7 +160,6 @@ def _do(
 
 
 def _without_bound(state: State) -> State:
-    """End a bounded motion, so that its velocity does not stay without a bound."""
     if state.bounded is None:
         return state
     return replace(state, motion=halt(state.motion), bounded=None, remaining_steps=())
@@ -187,7 +186,6 @@ def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | N
 
 
 def _changed(step: Step) -> dict[str, object]:
-    """The fields of the state, besides `motion`, that a step changes."""
     changed: dict[str, object] = {}
     if step.listen is not None:
         changed["listening"] = step.listen
@@ -218,7 +216,7 @@ def _events(step: Step, t: float) -> list[Event]:
 
 
 def _ask(state: State, command: GivenCommand, steps: Steps) -> Transition:
-    """Ask before anything is done; another command before the answer cancels it."""
+    """Ask first; another command before the answer cancels it."""
     question = steps[0].confirm
     said = question if isinstance(question, str) else f"{command.name}?"
     sure = (replace(steps[0], confirm=False), *steps[1:])

@@ -164,7 +164,6 @@ def check_commands(
 
 
 def _resolved(name: str, commands: CommandDefinitions, state: str, places: Places) -> Steps:
-    """Follow aliases of commands to the steps."""
     seen = [name]
     while isinstance(command := commands[seen[-1]], str):
         if command not in commands:
@@ -180,19 +179,16 @@ def _resolved(name: str, commands: CommandDefinitions, state: str, places: Place
 
 
 def _only_stops(steps: Steps) -> bool:
-    """Whether a command stops at once, and moves nothing after it."""
     if not steps or not steps[0].stop or any(step.confirm for step in steps):
         return False
     return all(step.stop or not step.actions for step in steps)
 
 
 def _only_listens(steps: Steps, listen: bool) -> bool:
-    """Whether a command only begins (or ends) the listening."""
     return len(steps) == 1 and steps[0].listen is listen and not steps[0].confirm
 
 
 def _check(table: CommandTable, state: str, name: str, steps: Steps) -> None:
-    """Refuse a command that does not fit the rest of the table."""
     if state != DEFAULT_STATE and (name in table.halts or name in table.starts):
         raise table.error_at(state, name, "stops or listens in all states, by [commands]")
     slots = frozenset[str]().union(*(step.slots for step in steps))

@@ -128,7 +128,7 @@ class HalfDuplex:
             self._pending = 0
 
     def _played(self, loudspeaker: Playback, until: float) -> npt.NDArray[np.float32]:
-        """What was played until the end of the window, from `MAX_ECHO_DELAY` before it."""
+        """Return what was played during the window, and from `MAX_ECHO_DELAY` before it."""
         length = ECHO_FIT_SAMPLES + MAX_ECHO_DELAY
         played, end = loudspeaker.recent((length + SAMPLE_RATE // 2) / SAMPLE_RATE)
         beyond = round((end - until) * SAMPLE_RATE)
@@ -138,7 +138,7 @@ class HalfDuplex:
     def _filter_events(
         self, events: Iterator[Utterance | Partial]
     ) -> Iterator[Utterance | Partial]:
-        """Events that count, and other commands as ignored; the rest may be the robot's speech."""
+        """Pass on commands that count, and mark others as ignored; drop the rest."""
         for event in events:
             counts = event.text in self._never_missed or event.name in self._never_missed
             if isinstance(event, Utterance) and event.accepted:

@@ -247,7 +247,6 @@ class Hearing:
             self._recorder.end_stream()
 
     def _stream_start(self, microphone: OpenMicrophone, fed: int) -> float:
-        """When the stream began, s of the run."""
         return self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
 
     def _send(self, events: Iterator[Utterance | Partial], begun: float) -> None:

@@ -117,7 +117,7 @@ def _end_if_asked() -> None:
 
 
 def _swallowed(unraisable: sys.UnraisableHookArgs) -> None:
-    """Called with an exception that nobody can catch, as in a callback of an import."""
+    """Handle an exception that nobody can catch, as in a callback of an import."""
     if not (isinstance(unraisable.exc_value, SystemExit) and _State.first is not None):
         sys.__unraisablehook__(unraisable)
     if _State.first is not None:

@@ -66,7 +66,7 @@ class WorkerPool:
         _stop_pool(self._pool)
 
     def _restart(self) -> None:
-        """Start new workers: pebble gives up if all of its own end while none has a task."""
+        """Start new workers: pebble gives up if all its workers end while none has a task."""
         _stop_pool(self._pool)
         lost, self._under_way = self._under_way, set()
         self._pool = _start_pool(self._size)
@@ -108,7 +108,6 @@ def _stop_pool(pool: ProcessPool) -> None:
 
 
 def _death_of(error: BaseException) -> BaseException:
-    """The error of a call; if its worker ended, how."""
     from pebble import ProcessExpired
 
     if isinstance(error, BrokenProcessPool):

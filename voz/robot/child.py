@@ -106,7 +106,6 @@ def main() -> None:
 
 
 def _traceback(error: BaseException) -> str:
-    """That of a mistake in the robot's own code, as a text that can be sent."""
     lines = traceback.format_exception(error.__cause__) if error.__cause__ else []
     return "".join(lines).encode(errors="backslashreplace").decode()
 
@@ -120,7 +119,7 @@ def _close(robot: Robot) -> None:
 
 
 def _serve(link: Connection, robot: WatchedRobot) -> None:
-    """Take events until the run says that it is over; raises EOFError if it ends without."""
+    """Take events until the run is over; raises EOFError if it ends without saying so."""
     timeout = RUN_TIMEOUT if robot.watches else None
     while True:
         if not link.poll(timeout):
@@ -135,7 +134,6 @@ def _serve(link: Connection, robot: WatchedRobot) -> None:
 
 
 def _stop_after_run(robot: WatchedRobot, nowhere: int) -> None:
-    """Stop the robot, as the run was killed or has crashed."""
     for descriptor in (1, 2):  # nobody reads any more what it prints, and that must not fail
         os.dup2(nowhere, descriptor)
     for _ in range(FINAL_ZEROS):

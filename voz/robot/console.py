@@ -72,7 +72,6 @@ def in_words(event: Event) -> str:
 
 
 def _done(event: Publish | Play | Run | Call | Ended) -> str:
-    """Say what is done besides moving and speaking."""
     if isinstance(event, Publish):
         return f"{event.topic}: {event.value}"
     if isinstance(event, Play):

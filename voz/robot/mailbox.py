@@ -150,7 +150,6 @@ class Mailbox:
             self._robot.close()
 
     def _hand_over(self) -> bool:
-        """Hand over what comes, until the run is over."""
         while (event := self._next()) is not None:
             self._busy_since = time.monotonic()
             self._deliver(event)

@@ -52,7 +52,6 @@ def open_serial_port(name: str | Path) -> FileIO:
 
 
 def _locked(port: FileIO) -> bool:
-    """Lock a port; gives whether no other process has."""
     try:
         fcntl.flock(port, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -61,7 +60,7 @@ def _locked(port: FileIO) -> bool:
 
 
 def _who_has_locked(path: Path) -> str:
-    """Which process has locked a file, in words, as far as /proc shows it."""
+    """Name the process that has locked a file, as far as /proc shows it."""
     file = path.stat()
     number = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
     try:
@@ -73,7 +72,7 @@ def _who_has_locked(path: Path) -> str:
 
 
 def _command_line(pid: str) -> str:
-    """The command line of a process; of the process of a robot that of the run which started it."""
+    """Return the command line of a process; of a robot's process, that of its run."""
     process = Path("/proc") / pid
     command = process.joinpath("cmdline").read_text(errors="replace").replace("\0", " ").strip()
     if "voz.robot.child" in command:

@@ -111,7 +111,7 @@ class SimulatedRobot(Robot):
                 return
 
     def _step(self) -> bool:
-        """Let one time step pass, and tell whether anything changed in it."""
+        """Advance by one time step; return whether anything changed."""
         before, twist = self._now
         state = step(before, twist, TIME_STEP, self._settings)
         if _is_same(before, state):

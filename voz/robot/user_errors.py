@@ -80,7 +80,7 @@ def lost_reason(robot: Robot) -> str | None:
 
 
 def _text(ask: Callable[[], str]) -> str:
-    """A text from a robot's own code, which may fail at that, too; then it is empty."""
+    """Get a text from a robot's own code; empty if that raises, too."""
     try:
         return ask()[:MAX_MESSAGE_LENGTH]
     except BaseException:

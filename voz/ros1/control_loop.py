@@ -73,7 +73,6 @@ def logged(tell: Callable[[Warning | End], None]) -> Queued:
 
 
 def _log(event: Event) -> None:
-    """Log an event, but not velocities and partials."""
     if isinstance(event, Warning) and not event.good:
         load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):

@@ -87,7 +87,7 @@ class Ros1Node:
         self._rospy.signal_shutdown("voz ends")
 
     def _look(self) -> None:
-        """Call the master again and again, and register with one that was started again."""
+        """Ask the master again and again; register again with a new one."""
         while not self._ended.wait(MASTER_CHECK_INTERVAL) and not self.over:
             try:
                 known = ask("lookupNode", self.name, self.name)

@@ -83,7 +83,7 @@ def _read(path: Path) -> str:
 
 
 def _upper_phones(text: str) -> str:
-    """Give the phones of a dictionary their upper case back; empty lines mean nothing."""
+    """Restore the upper case of a dictionary's phones, and drop empty lines."""
     words = (line.split(maxsplit=1) for line in text.splitlines() if line.strip())
     return "".join(f"{word}\t{' '.join(phones).upper()}\n" for word, *phones in words)
 

@@ -55,7 +55,7 @@ def make_hearing(
 
 
 def _device() -> str | None:
-    """The microphone: `~device` as in `voz run`, or `~mic_name`, a source of PulseAudio's."""
+    """Return the microphone: `~device` as in `voz run`, or `~mic_name`, a PulseAudio source."""
     device, source = text("device"), text("mic_name")
     if device or not source:
         return device

@@ -38,7 +38,7 @@ class _SwitchedHearing:
         self._hearing: Hearing | None = None
 
     def start(self) -> None:
-        """Read the parameters and listen; if it did already, by what they are now."""
+        """Read the parameters and listen; again, if it listens already."""
         hearing = make_hearing(read_settings(), self._inbox, self._clock)
         with self._lock:  # all the while: of two at once, both would hear
             self._end()

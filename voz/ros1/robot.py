@@ -122,7 +122,6 @@ class Ros1Robot(Robot):
                 self._cancel_goals()
 
     def _cancel_goals(self) -> None:
-        """Cancel all goals of other programs."""
         for goals in self._goals:
             goals.publish()  # no goal's name means all
 
@@ -158,7 +157,6 @@ class Ros1Watchdog(Robot):
 
 
 def _message(kind: type) -> Any:
-    """Return the ROS message for values of a type."""
     from std_msgs import msg
 
     return {bool: msg.Bool, int: msg.Int32, float: msg.Float64, str: msg.String}[kind]

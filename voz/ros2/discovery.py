@@ -67,7 +67,7 @@ def cyclone_settings(environment: Mapping[str, str]) -> str:
 
 
 def _names_interfaces(uri: str) -> bool:
-    """Tell whether the user chooses interfaces; Cyclone would add ours to those, and not replace.
+    """Whether the user chooses interfaces; Cyclone would add ours to those.
 
     Args:
         uri: names of files and pieces of XML, with commas between them.

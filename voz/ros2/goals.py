@@ -60,5 +60,4 @@ class GoalCanceller:
 
 
 def _layout(key: UUID) -> type[CancelAllGoals | CycloneCancelAllGoals]:
-    """Return the format of a server's requests."""
     return CycloneCancelAllGoals if key.bytes.startswith(CYCLONE_VENDOR) else CancelAllGoals

@@ -165,11 +165,10 @@ class Controller:
             receive(event)
 
     def _is_overtaken(self, event: Utterance) -> bool:
-        """Return whether the robot was stopped after somebody began to say this."""
+        """Whether the robot was stopped after somebody began to say this."""
         return event.end < self.stopped_at or event.start < self._stop_begun
 
     def _place(self, now: float) -> Place | None:
-        """Return where the robot is; None if unknown or not finite."""
         place = self._odometry(now)
         return place if place is not None and all(map(math.isfinite, place)) else None
 
@@ -179,7 +178,6 @@ class Controller:
         return obey(self._state, command, self.table, self._safety, self._place(event.t))
 
     def _obey(self, utterance: Utterance) -> None:
-        """Obey an accepted utterance, unless it is to be ignored."""
         transition = self._preview(utterance)
         if utterance.ignored and not self._harmless(utterance, transition):
             self.emit(replace(utterance, obeyed=False))
@@ -199,9 +197,9 @@ class Controller:
             self.emit(event)
 
     def _harmless(self, utterance: Utterance, transition: Transition) -> bool:
-        """Return whether a command may be obeyed though it is to be ignored.
+        """Whether a command may be obeyed though it is to be ignored.
 
-        While the robot speaks it obeys only what stops it. What comes too late may still end the
+        While the robot speaks, only what stops it may. What comes too late may still end the
         motion, and begin or end the listening.
         """
         if utterance.ignored == "too_late":

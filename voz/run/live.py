@@ -200,7 +200,7 @@ def _trouble(page: Page, controller: Controller) -> str | None:
 def _showing(
     display: Display, session: Session, options: LiveOptions, microphone: str
 ) -> Iterator[None]:
-    """Draw the run on the terminal for a `with` block; where there is none, say that it begins."""
+    """Draw the run on the terminal in a `with` block; without one, announce that it begins."""
     if options.terminal is None:
         options.announce(_ready(microphone, options))
         yield
@@ -211,7 +211,6 @@ def _showing(
 
 
 def _ready(microphone: str, options: LiveOptions) -> str:
-    """Say that it listens, to whom, and what to do first."""
     sources = [f"the microphone {microphone}"]
     sources += ["typed commands"] if can_read_input() else []
     sources += ["another recognizer"] if options.other_recognizer else []

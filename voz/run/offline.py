@@ -69,7 +69,7 @@ def run_paced(source: Source, settings: Config, listening: bool, opening: Openin
 
 
 def _warn_of(problems: list[str], speaker: ReplySpeaker | None, session: Session) -> None:
-    """Report what a speaker could not say: only at the end, as threads are not on time."""
+    """Report what could not be said at the end only: the speaker's threads are not on time."""
     if speaker:
         speaker.close()
     for problem in problems:

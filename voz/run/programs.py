@@ -101,7 +101,7 @@ class Programs:
             self._report(Ended(event.t, name, problem))
 
     def _run(self, event: Run) -> str:
-        """Run a program to its end; returns what was wrong."""
+        """Run a program to its end; return what went wrong."""
         limit = event.seconds or DEFAULT_TIME_LIMIT
         # ALSA's plugin for PulseAudio blocks it; then `yes | head` complains of a broken pipe.
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPIPE])
@@ -142,7 +142,7 @@ class Programs:
                 self._show(f"{name}: {line.rstrip()}")
 
     def _call(self, event: Call) -> str:
-        """Call a function; returns what it raised. Nothing can end one that hangs."""
+        """Call a function; return what it raised. One that hangs cannot be ended."""
         limit = event.seconds or DEFAULT_TIME_LIMIT
         hangs = Ended(event.t, event.function, f"has not ended after {limit:g} s")
         late = threading.Timer(limit, self._report, [hangs])
@@ -158,7 +158,6 @@ class Programs:
 
 
 def _kill(program: subprocess.Popen[str]) -> None:
-    """End a program, and all that it has started."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(program.pid, signal.SIGKILL)
     program.wait()

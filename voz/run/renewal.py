@@ -63,7 +63,6 @@ def _renew(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, boo
 
 
 def _state(files: LanguageFiles) -> State:
-    """Return the state of the fingerprint, which `voz build-lm` writes last."""
     try:
         found = files.fingerprint.stat()
     except OSError:

@@ -89,7 +89,7 @@ def gap(pose: Pose2D, settings: Simulator) -> Gap:
 
 
 def _obeyed(twist: Twist, now: float, settings: Simulator) -> tuple[float, float]:
-    """The velocity that the base follows: within its limits, and 0 after the timeout."""
+    """Return the velocity that the base follows: within its limits, and 0 after the timeout."""
     too_old = now - twist.t >= settings.cmd_vel_timeout
     if too_old or not (isfinite(twist.linear) and isfinite(twist.angular)):
         return 0.0, 0.0
@@ -103,7 +103,6 @@ def _obeyed(twist: Twist, now: float, settings: Simulator) -> tuple[float, float
 def _driven(
     state: WorldState, linear: float, angular: float, dt: float, settings: Simulator
 ) -> WorldState:
-    """Move the base, up to what it would hit; that stops it."""
     lag = settings.time_constant
     linear = respond(state.linear, linear, lag, settings.linear_acceleration, dt)
     angular = respond(state.angular, angular, lag, settings.angular_acceleration, dt)
@@ -119,7 +118,7 @@ def _driven(
 
 
 def _up_to_touch(pose: Pose2D, distance: float, turn: float, settings: Simulator) -> Pose2D:
-    """Where along an arc the base first touches something; it begins where it is free."""
+    """Return where along an arc the base first touches something."""
     free, blocked = 0.0, 1.0
     for _ in range(MAX_HALVINGS):
         middle = (free + blocked) / 2

@@ -84,7 +84,7 @@ def synthesize_sound(sound: BuiltinSound) -> Wave:
 
 
 def _tone(note: _Note) -> Wave:
-    """A decaying note; bright ones sound like a reed, others like a bell."""
+    """Synthesize a decaying note; bright ones sound like a reed, others like a bell."""
     time = np.arange(round(note.seconds * PLAYBACK_RATE)) / PLAYBACK_RATE
     harmonics = [note.brightness ** (k - 1) / k for k in (1, 2, 3, 4)]
     wave = sum(

@@ -189,7 +189,7 @@ def _run(
     folder: Path | None = None,
     cancelled: threading.Event | None = None,
 ) -> str:
-    """Run a program with a text on its standard input; returns its output."""
+    """Run a program with a text on its standard input; return its output."""
     try:
         process = subprocess.Popen(
             program,
@@ -233,7 +233,7 @@ def _output(
 
 
 def _failure_reason(plain: str, voice: str) -> SpeechError:
-    """Why there is no sound: festival ends with 0 without the voice."""
+    """Find out why there is no sound: festival ends with 0 without the voice."""
     if voice not in installed_voices():
         return SpeechError(
             f"voice {voice!r} is not installed; install it with: "
@@ -243,7 +243,6 @@ def _failure_reason(plain: str, voice: str) -> SpeechError:
 
 
 def _is_whole_wav(path: Path) -> bool:
-    """Whether a file is a WAV with sound in it, as long as its header says."""
     try:
         with path.open("rb") as file:
             header = file.read(WAV_HEADER_BYTES)

@@ -276,7 +276,6 @@ class SoundClient:
 
 
 def _key_of(sound: str | os.PathLike[str]) -> SoundKey:
-    """The key of a sound file; raises AudioError if it is no path."""
     try:
         return "wave", str(Path(sound).resolve())
     except (TypeError, ValueError):  # no name of a file has a zero in it

@@ -57,7 +57,6 @@ def is_cached(text: str, voice: str) -> bool:
 def _render_into(
     folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
 ) -> Path:
-    """Render into the cache, under a name with the file's digest."""
     # Beside its place, so that the finished file can be moved there at once.
     with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
         wav = synthesize_speech(plain, voice, Path(work), cancelled)
@@ -76,7 +75,7 @@ def _find_in(folder: Path, key: str) -> Path | None:
 
 
 def _digest_of_own(path: Path) -> str | None:
-    """Digest of a file; None if it is not a regular one of this user."""
+    """Digest a file; None if it is not a regular one of this user."""
     try:
         # A link is not opened, and whoever writes into a pipe is not waited for.
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)

@@ -162,7 +162,6 @@ def _level_text(peak: float) -> Text:
 
 
 def _room_text(background: float, above: float | None) -> Text:
-    """The level of the room, and how far the last speech was above it."""
     level = Text(f"{background:4.0f} dB")
     if above is not None:
         colour = "yellow" if above < MIN_SNR else "green"

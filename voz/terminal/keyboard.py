@@ -163,7 +163,7 @@ def can_read_input() -> bool:
 
 
 def _texts(descriptor: int, ended: threading.Event) -> Iterator[str]:
-    """What is typed, as it comes; bytes that are not UTF-8 are replaced."""
+    """Yield what is typed as it comes; bytes that are not UTF-8 are replaced."""
     decoder = codecs.getincrementaldecoder("utf-8")("replace")
     while not ended.is_set():
         if not select.select([descriptor], [], [], END_CHECK_INTERVAL)[0]:

@@ -134,7 +134,7 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
 
 
 def _settings(sounddevice: ModuleType, device: Device) -> _Settings:
-    """The first settings that the device accepts, 16 kHz mono if possible."""
+    """Return the first settings that the device accepts, 16 kHz mono if possible."""
     for rate, channels in ((SAMPLE_RATE, 1), (device.rate, 1)):
         settings = _Settings(device.number, rate, channels)
         try:

@@ -123,7 +123,6 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
 
 
 def _check_whole(path: Path, file: soundfile.SoundFile, seconds: float) -> None:
-    """Raise if a recording, once read, was shorter than its header says."""
     missing = _header_seconds(file) - seconds
     if missing > 0.01:
         raise AudioError(f"{shown_path(path)}: is cut short, the last {missing:.1f} s are missing")
@@ -138,7 +137,7 @@ def _is_native(file: soundfile.SoundFile) -> bool:
 
 
 def _read_from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Samples]:
-    """The samples from `start` on; the resampler needs those before, too."""
+    """Read from `start` on; the resampler needs the samples before it, too."""
     if _is_native(file):
         if start:
             file.seek(start)
@@ -180,9 +179,9 @@ def to_int16(samples: npt.NDArray[np.floating[Any]]) -> Samples:
 
 
 def _header_seconds(file: soundfile.SoundFile) -> float:
-    """The length that the header promises; libsndfile cuts a WAV's to what is there.
+    """Read the length that the header promises: libsndfile cuts a WAV's to what is there.
 
-    Its log keeps both: `data : 32000 (should be 19956)`.
+    Its log has both: `data : 32000 (should be 19956)`.
     """
     seconds = float(file.frames / file.samplerate)
     log = re.search(r"^data : (\d+) \(should be (\d+)\)", file.extra_info, re.MULTILINE)
@@ -193,7 +192,7 @@ def _header_seconds(file: soundfile.SoundFile) -> float:
 
 
 def _has_last_ogg_page(path: Path) -> bool:
-    """Whether the last page of an OGG file is marked as the last, the only sign of a cut."""
+    """Whether an OGG file's last page is marked as the last; only this shows whether it was cut."""
     with path.open("rb") as stream:
         stream.seek(-min(OGG_MAX_PAGE_BYTES, path.stat().st_size), os.SEEK_END)
         end = stream.read()

@@ -156,7 +156,6 @@ class Background:
             del self._levels[:-SILENCE_FRAMES], self._voices[:-SILENCE_FRAMES]
 
     def _fill(self, level: BandLevels, voice: bool, count: int) -> None:
-        """Set the last `count` frames."""
         self._levels, self._voices = [level] * count, [voice] * count
         self._recent = _SortedLevels(self._levels[-BACKGROUND_FRAMES:])
         self._silent = _SortedLevels([] if voice else self._levels)

@@ -67,7 +67,7 @@ class LevelMeter:
         return [(low, high) for low, high in found.tolist()]
 
     def _bands(self, sound: Samples) -> Floats:
-        """The energy in each band, of shape (spectra, bands)."""
+        """Return the energy in each band, of shape (spectra, bands)."""
         sound = np.concatenate([self._before, sound])
         self._before = sound[len(sound) - (SPECTRUM_WINDOW - SPECTRUM_HOP) :]
         windows = np.lib.stride_tricks.sliding_window_view(sound, SPECTRUM_WINDOW)[::SPECTRUM_HOP]
@@ -79,7 +79,6 @@ class LevelMeter:
 
 
 def _means(energies: Floats, count: int) -> Floats:
-    """The mean of the last spectra up to each of `count` frames."""
     end = len(energies) - SPECTRA_PER_FRAME * (count - 1)  # of the first frame
     smooth = min(SMOOTHED_SPECTRA, end)
     # Each frame adds up in the same order as it would alone.

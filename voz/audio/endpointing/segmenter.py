@@ -174,7 +174,6 @@ class Segmenter:
         return self._kept[self._heard - self._kept_from :]
 
     def _frames(self, sound: Samples) -> Iterator[tuple[bytes, BandLevels]]:
-        """Whole frames, as the voice detector takes them, with their levels."""
         whole = sound[: len(sound) // FRAME * FRAME]
         frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
         return zip(frames, self._loudness.measure(whole), strict=True)
@@ -236,7 +235,6 @@ class Segmenter:
             yield self._segment(now, now.paused_at(self._heard))._replace(over=False)
 
     def _divided(self, whole: OpenSegment) -> Iterator[Segment]:
-        """Split an overlong segment; its last part may go on."""
         self._open = None
         for part in whole.divided(self._heard):
             part.start = max(self._last_end, part.start)
@@ -247,7 +245,7 @@ class Segmenter:
             self._end(self._heard)
 
     def _noise_under(self, now: OpenSegment) -> SteadyNoise | None:
-        """The noise that began the segment, if speech has just risen above it."""
+        """Return the noise that began the segment, if speech has just risen above it."""
         if self._heard - now.start < (STEADY_FRAMES + RISE_FRAMES) * FRAME + SEGMENT_MARGIN:
             return None
         steady = self._background.risen_above(BEGIN_ABOVE, MAX_STEADY_RANGE)
@@ -257,7 +255,6 @@ class Segmenter:
         return None if noise is None or self._voice_before() > MAX_NOISE_PROBABILITY else noise
 
     def _voice_before(self) -> float:
-        """Probability of speech before the rise."""
         end = self._heard - RISE_FRAMES * FRAME - self._kept_from
         return shared_voice_detector().probability(
             self._kept[end - STEADY_FRAMES * FRAME - RUN_UP : end]

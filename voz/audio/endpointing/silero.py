@@ -87,7 +87,6 @@ class Silero:
         return _sigmoid(scores[:, 0])
 
     def _encoded(self, blocks: Floats) -> Floats:
-        """Turn the sound of each block into a vector."""
         padded = np.pad(blocks, ((0, 0), (MIRRORED_SAMPLES, MIRRORED_SAMPLES)), mode="reflect")
         windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * SILERO_HOP, axis=1)[
             :, ::SILERO_HOP
@@ -99,7 +98,7 @@ class Silero:
         return values[:, 0]
 
     def _remembered(self, gates: Floats) -> Floats:
-        """The LSTM; its gates are in the order input, forget, cell, output."""
+        """Run the LSTM; its gates are in the order input, forget, cell, output."""
         output = memory = np.zeros(LSTM_UNITS, np.float32)
         states = np.empty((len(gates), LSTM_UNITS), np.float32)
         for number, gate in enumerate(gates):
@@ -150,7 +149,7 @@ def read_tensors(path: Path) -> dict[str, Floats]:
 
 
 def _after_header(content: bytes) -> int:
-    """Position after the magic number, name, version and sizes."""
+    """Return the position after the magic number, name, version and sizes."""
     if not content.startswith(GGML_MAGIC):
         raise ValueError
     length = int.from_bytes(content[len(GGML_MAGIC) : len(GGML_MAGIC) + 4], "little")
@@ -158,7 +157,6 @@ def _after_header(content: bytes) -> int:
 
 
 def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
-    """A layer whose weights can be multiplied by rows of inputs."""
     weight = found[f"{name}.weight{suffix}"]
     # Of a convolution the inputs are channels x time; `_with_neighbors` has the time first.
     turned = weight.transpose(2, 1, 0) if weight.ndim == 3 else np.atleast_2d(weight).T
@@ -167,7 +165,7 @@ def _layer(found: Mapping[str, Floats], name: str, suffix: str = "") -> Layer:
 
 
 def _with_neighbors(values: Floats, stride: int) -> Floats:
-    """Concatenate each time step of (blocks, time, channels) with the one before and after it."""
+    """Join each time step of (blocks, time, channels) with the one before and after it."""
     padded = np.pad(values, ((0, 0), (1, 1), (0, 0)))
     count = values.shape[1]
     three = [padded[:, shift : shift + count : stride] for shift in range(3)]

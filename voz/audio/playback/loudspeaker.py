@@ -111,7 +111,6 @@ class Loudspeaker:
                     self._closing.wait(delay)
 
     def _serve(self) -> None:
-        """Keep the device open while it is needed and works."""
         try:
             with self._open():
                 opened = time.monotonic()
@@ -128,7 +127,7 @@ class Loudspeaker:
         self._on_trouble(problem if self._failures == 1 else None)
 
     def _attend(self) -> str | None:
-        """Wait while the device is needed and works; returns what is wrong."""
+        """Wait while the device is needed and works; return what is wrong."""
         last_needed = time.monotonic()
         while True:
             self._wake.wait(DEVICE_CHECK_INTERVAL)
@@ -185,7 +184,7 @@ class Loudspeaker:
 
 
 def _usable_rate(sounddevice: ModuleType) -> int:
-    """The rate for the default device, Hz: ours, or its own if it takes no other."""
+    """Return a rate for the default device, Hz: ours, or its own if it takes no other."""
     try:
         device = sounddevice.query_devices(kind="output")
     except sounddevice.PortAudioError:
@@ -202,7 +201,6 @@ def _usable_rate(sounddevice: ModuleType) -> int:
 
 
 def _resampled(fill: Fill, rate: int) -> Fill:
-    """A `fill` for a device of another rate."""
     import soxr
 
     resampler = soxr.ResampleStream(PLAYBACK_RATE, rate, 1, dtype="float32")

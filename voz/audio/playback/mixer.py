@@ -141,7 +141,6 @@ class Mixer:
             self._warn(problem)
 
     def _clear(self) -> None:
-        """Drop what is too late to start, and forget what is over."""
         latest = time.monotonic() - MAX_START_DELAY
         for source, begin in self._sources.items():
             if not (source.begun or source.repeats or begin > latest):

@@ -160,7 +160,7 @@ def _behind_header(data: bytes) -> int:
 
 
 def _read_gaussians(data: bytes) -> Floats:
-    """Shape (phones, streams, Gaussians, 13)."""
+    """Return an array of shape (phones, streams, Gaussians, 13)."""
     at = _behind_header(data)
     order, phones, streams, gaussians = struct.unpack_from("<I3i", data, at)
     lengths = struct.unpack_from(f"<{streams}i", data, at + 16)
@@ -172,7 +172,7 @@ def _read_gaussians(data: bytes) -> Floats:
 
 
 def _read_weights(data: bytes, gaussians: int) -> npt.NDArray[np.uint8]:
-    """Shape (streams, Gaussians, senones)."""
+    """Return an array of shape (streams, Gaussians, senones)."""
     at = 0
     while length := struct.unpack_from("<i", data, at)[0]:  # texts, then an empty one
         at += 4 + length

@@ -93,7 +93,7 @@ def _lost(
     log_weights: Floats,
     chance: np.random.Generator,
 ) -> Floats:
-    """The losses in one stream of one state."""
+    """Return the losses in one stream of one state."""
     means, variances = model.means[phones, stream], model.variances[phones, stream]
     log_weights = log_weights - np.log(np.exp(log_weights).sum(axis=1, keepdims=True))
     shares = np.exp(log_weights)
@@ -113,7 +113,6 @@ def _lost(
 def _log_likelihood(
     frames: Floats, means: Floats, variances: Floats, log_weights: Floats
 ) -> Floats:
-    """The log-likelihood of each frame by a mixture of Gaussians."""
     precisions = 1 / variances
     constant = log_weights - 0.5 * (
         np.log(2 * np.pi * variances).sum(axis=1) + (means**2 * precisions).sum(axis=1)

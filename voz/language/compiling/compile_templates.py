@@ -183,7 +183,6 @@ def _in_words(slots: Mapping[str, object]) -> str:
 
 
 def _places(source: TemplateSource) -> dict[str, str]:
-    """Where each word stands first: what is in a rule or list stands there."""
     places: dict[str, str] = {}
     held: list[Definition | Template] = [*source.definitions.values(), *source.templates]
     for definition in held:

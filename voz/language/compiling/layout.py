@@ -85,7 +85,7 @@ class _States:
             self.lay(items[-1], start, end)
 
     def _in_any_order(self, items: Sequence[Expression], start: int, end: int) -> None:
-        """A state for each set of items that were said: fewer than there are orders."""
+        """Lay a state for each set of items that were said: there are fewer than orders."""
         everything = (1 << len(items)) - 1
         said = {0: start, everything: end}
         for done in range(everything):
@@ -105,7 +105,7 @@ class _States:
         self.silent[last].append((close, end))
 
     def without_silent(self) -> SlotReader:
-        """The same with words alone, each with the marks on the way to it."""
+        """Return the same automaton with words alone, each with the marks on the way to it."""
         number = {0: 0}
         todo, arcs, ends = [0], list[dict[str, list[MarkedArc]]](), dict[int, SlotMarks]()
         for state in todo:
@@ -125,7 +125,7 @@ class _States:
         return SlotReader(arcs, ends)
 
     def _near(self, state: int) -> Iterator[tuple[int, SlotMarks]]:
-        """The states that are reached without a word, by the first way that there is."""
+        """Return the states reached without a word, each by the first way."""
         seen: set[int] = set()
         todo: list[tuple[int, SlotMarks]] = [(state, ())]
         while todo:

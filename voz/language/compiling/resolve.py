@@ -64,7 +64,6 @@ class _Resolver:
         self._depths: dict[tuple[DefinitionKind, str], int] = {}
 
     def named(self, kind: DefinitionKind, name: str, place: Location) -> ResolvedReference:
-        """What a name stands for."""
         if (kind, name) in self.known:
             return self.known[kind, name]
         if (kind, name) in self._open:
@@ -100,7 +99,7 @@ class _Resolver:
         return f'there is no {kind} "{name}"; add a line, as in: {head} = {says}'
 
     def resolved(self, item: Expression) -> Expression:
-        """An expression without references."""
+        """Return an expression without references."""
         if isinstance(item, Reference):
             return self.named(item.kind, item.name, item.place)
         if isinstance(item, (Word, NumberRange, ResolvedReference)):

@@ -139,7 +139,7 @@ def _slot(name: str, body: Expression, place: Location) -> Expression:
 
 
 def _add_public(source: TemplateSource, public: list[tuple[str, Expression, Location]]) -> None:
-    """Make commands of the public rules; they stay rules if others name them."""
+    """Turn public rules into commands; they stay rules if others name them."""
     bodies = [definition.expression for definition in source.definitions.values()]
     named = {found.name for body in bodies for found in references(body)}
     for name, body, place in public:

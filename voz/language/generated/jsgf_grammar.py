@@ -39,7 +39,7 @@ def _tree(sentences: Iterable[str]) -> _Node:
 
 
 def _alternatives(node: _Node) -> tuple[list[str], int]:
-    """Write what can follow a beginning, and count the sentences."""
+    """Write what can follow a prefix, and count the sentences."""
     written = [(word, *_rest(child)) for word, child in node.items()]
     alone = len(written) == 1 and not node.ends
     texts = [

@@ -70,7 +70,6 @@ def _probabilities(counts: Mapping[Gram, int], histories: Mapping[Gram, int]) ->
 def _section(
     grams: Mapping[Gram, float], longer: Mapping[Gram, float], is_last: bool
 ) -> Iterable[str]:
-    """Write the lines of one length of n-grams, sorted."""
     seen: dict[Gram, float] = defaultdict(float)
     for gram in longer:
         seen[gram[:-1]] += grams[gram[1:]]
@@ -80,7 +79,6 @@ def _section(
 
 
 def _log(probability: float) -> str:
-    """Format a base-10 logarithm, never as -0.0000."""
     return f"{round(log10(probability), 4) + 0.0:.4f}"
 
 

@@ -45,7 +45,7 @@ class _Writer:
         self._sizes: dict[int, Size] = {}
 
     def alternatives(self, items: Sequence[Expression], between: str = " | ") -> str:
-        """Write what may be chosen, with weights where some say more than others."""
+        """Write alternatives, with weights where some have more sentences than others."""
         ways = [size(item, self._sizes).ways for item in items]
         weighted = max(ways) > 1 and len(items) > 1
         return between.join(
@@ -54,7 +54,6 @@ class _Writer:
         )
 
     def write(self, item: Expression) -> str:
-        """Write an expression."""
         if isinstance(item, Word):
             return item.text
         if isinstance(item, Concatenation):

@@ -117,7 +117,7 @@ def apply_rules(word: str, rules: LetterRules) -> tuple[str, ...]:
 
 
 def _longest_rule(marked: str, at: int, rules: LetterRules) -> tuple[str, int] | None:
-    """The rule for the letters from a place on, and where it begins: perhaps at the `^`."""
+    """Find the longest rule at a place; it may begin before it, at the `^`."""
     begins = (at - 1, at) if at == 1 else (at,)
     for length in range(rules.longest, 0, -1):
         for begin in begins:

@@ -130,7 +130,7 @@ class Automaton:
 
     @cached_property
     def _reachable_labels(self) -> list[frozenset[int]]:
-        """Labels of the sentences that continue from each state."""
+        """List the labels of the sentences that continue from each state."""
         found = [frozenset[int]()] * len(self.arcs)
         for state in bottom_up(self.arcs):
             own = {self.labels[state]} - {NO_LABEL}

@@ -205,25 +205,24 @@ class Commands(Collection[str]):
         return None if label == NO_LABEL else label
 
     def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
-        """Give typed words their accents, in all ways."""
+        """Yield typed words with their accents, in all ways."""
         return [[word for way in ways for word in self._accents.get(way, [way])] for ways in typed]
 
     @cached_property
     def _accents(self) -> dict[str, list[str]]:
-        """Words by their form without accents."""
         found: dict[str, list[str]] = {}
         for word in self.vocabulary:
             found.setdefault(strip_accents(word), []).append(word)
         return found
 
     def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
-        """The sentences that typed text may be, with their labels."""
+        """Yield the sentences that typed text may be, with their labels."""
         for state, words in self._walked(typed):
             if self.automaton.labels[state] != NO_LABEL:
                 yield words, self.automaton.labels[state]
 
     def _walked(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
-        """The states to which typed text leads, each with the words on its way."""
+        """Yield the states to which typed text leads, with the words on the way."""
         begun: list[tuple[int, list[str]]] = [(0, [])]
         for ways in typed:
             begun = [

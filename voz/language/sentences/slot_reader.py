@@ -42,7 +42,7 @@ class SlotReader(msgspec.Struct, frozen=True):
     def _paths(
         self, words: Sequence[str], at: int, state: int, dead: set[tuple[int, int]]
     ) -> Iterator[list[SlotMarks]]:
-        """The marks before each word from `at` on, and at the end."""
+        """Yield the marks before each word from `at` on, and at the end."""
         if at == len(words):
             if state in self.ends:
                 yield [self.ends[state]]

@@ -127,14 +127,14 @@ def _closest(
 
 
 def _at_least(one: _Spoken, other: _Spoken) -> float:
-    """A lower bound of the loss: each phone is explained by the best of the other command."""
+    """Return a lower bound of the loss: each phone is explained by the other command's best."""
     there = sum(map(other.cheapest.__getitem__, one.phones)) / one.frames
     back = sum(map(one.cheapest.__getitem__, other.phones)) / other.frames
     return (there + back) / 2
 
 
 def _loss(said: _Spoken, taken: _Spoken, distances: PhoneDistances, farthest: float) -> float:
-    """What each frame of one command loses if it is taken for the other, nats.
+    """Return what each frame of a command loses if it is taken for another one, nats.
 
     Dynamic programming: `losses[n]` is the least loss if n phones of `taken` explain what was said
     so far. A phone that was said is explained by the next phone of `taken` or its neighbors; a
@@ -155,7 +155,7 @@ def _loss(said: _Spoken, taken: _Spoken, distances: PhoneDistances, farthest: fl
 def _next_losses(
     losses: Sequence[float], cost: Sequence[float], following: Sequence[float], frames: float
 ) -> list[float]:
-    """Advance by one phone; written for speed, for it takes nearly all the time."""
+    """Advance by one phone; written for speed: it takes most of the time."""
     before = cost[0]
     least = losses[0] + frames * before
     reached = [least]

@@ -32,7 +32,7 @@ def distinct_pairs(pairs: Iterable[SimilarPair], commands: Commands) -> list[Sim
 
 
 def _difference(first: Parse, second: Parse) -> frozenset[object]:
-    """Both commands; of the same command each slot that differs, with both values."""
+    """Name two commands; within one command, each slot that differs with both values."""
     if first.command != second.command:
         return frozenset([frozenset([first.command, second.command])])
     one, other = _without_numbers(first), _without_numbers(second)

@@ -53,7 +53,7 @@ def similar_pairs_by_sampling(
 
 
 def _drawn(commands: Commands) -> list[str]:
-    """Draw sentences: one each of as many templates as possible, then others."""
+    """Draw sentences: one of each of as many templates as possible, then others."""
     every = range(len(commands.meanings))
     labels = sorted(Random(0).sample(every, min(SAMPLED_SENTENCES, len(every))))
     each = [text for label in labels for text in commands.automaton.sentences_with_label(label, 1)]

@@ -67,7 +67,7 @@ def frames(trip: Trip, interval: float) -> Iterator[Frame]:
 
 
 def _interval(trip: Trip, most: int) -> float:
-    """Time from frame to frame, s, in hundredths as a GIF counts it."""
+    """Return the time between frames, s, in whole hundredths as a GIF stores it."""
     return max(FRAME_INTERVAL, ceil((trip.states[-1].t + FINAL_PAUSE) / most * 100) / 100)
 
 

@@ -141,19 +141,18 @@ def write_along(
 
 
 def _on_paper(axes: Axes, point: float, places: npt.ArrayLike) -> Points:
-    """Where places of the room are on the paper, 1/72 inch; `point` is one in pixels."""
+    """Convert places of the room to points on paper, 1/72 inch; `point` is a point in pixels."""
     pixels: Points = axes.transData.transform(places) / point
     return pixels
 
 
 def _in_room(axes: Axes, point: float, x: float, y: float) -> tuple[float, float]:
-    """The other way round."""
     place = axes.transData.inverted().transform((x * point, y * point))
     return float(place[0]), float(place[1])
 
 
 def _lines(group: Sequence[TripMark]) -> list[TripMark]:
-    """The commands of one place with their times; of too many, the first ones."""
+    """List the commands of one place with their times; of too many, the first ones."""
     width = len(f"{group[-1].t:.1f}")
     lines = [
         mark._replace(text=f"{f'{mark.t:.1f}'.rjust(width, FIGURE_SPACE)} s  {mark.text}")
@@ -167,7 +166,7 @@ def _lines(group: Sequence[TripMark]) -> list[TripMark]:
 
 
 def _busy(trip: Trip) -> Points:
-    """Places in the room that labels should rather not cover, m."""
+    """Return places in the room that labels should not cover, m."""
     settings, states = trip.settings, trip.states
     x, y, along, across = settings.table
     busy = [(x + along * i / 20, y + across * j / 20) for i in range(21) for j in range(21)]

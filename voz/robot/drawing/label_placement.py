@@ -155,7 +155,7 @@ def place_labels(
 def _options(
     wish: LabelRequest, anchors: Points, avoid: Points, area: Rectangle
 ) -> list[LabelOption]:
-    """The places that a label may have while there are no others, the best first."""
+    """List the places that a label may have, the best first."""
     strange = anchors[np.abs(anchors - wish.anchor).max(axis=1) > ANCHOR_MARGIN]
     options = [
         _option(wish, box, distance + _harm(wish, box, strange, avoid))
@@ -167,7 +167,6 @@ def _options(
 
 
 def _option(wish: LabelRequest, box: Rectangle, cost: float) -> LabelOption:
-    """A place and its cost, with what both the label and its leader take up."""
     leader = _leader(wish, box)
     (left, bottom), (right, top) = leader.min(axis=0, initial=inf), leader.max(axis=0, initial=-inf)
     around = Rectangle(
@@ -177,7 +176,6 @@ def _option(wish: LabelRequest, box: Rectangle, cost: float) -> LabelOption:
 
 
 def _around(wish: LabelRequest) -> Iterator[tuple[float, Rectangle]]:
-    """Boxes around an anchor, with their distances from it."""
     (x, y), (width, height) = wish.anchor, wish.size
     for distance in DISTANCES if wish.leader else NEAR_DISTANCES:
         for angle in (2 * pi * direction / DIRECTIONS for direction in range(DIRECTIONS)):
@@ -187,7 +185,7 @@ def _around(wish: LabelRequest) -> Iterator[tuple[float, Rectangle]]:
 
 
 def _harm(wish: LabelRequest, box: Rectangle, strange: Points, avoid: Points) -> float:
-    """How bad it is what a label and its leader would cover: anchors of others, and points."""
+    """Rate what a label and its leader would cover: anchors of others, and points to avoid."""
     with_air, leader = box.grown(COVER_MARGIN if wish.leader else 0), _leader(wish, box)
     near = np.abs(leader - wish.anchor).max(axis=1, initial=0) < ANCHOR_MARGIN
     covered = int(with_air.holds(avoid).sum()) + _touched(leader[~near], avoid)
@@ -196,14 +194,12 @@ def _harm(wish: LabelRequest, box: Rectangle, strange: Points, avoid: Points) ->
 
 
 def _leader(wish: LabelRequest, box: Rectangle) -> Points:
-    """Points on the line from an anchor to its label, if there is one."""
     if not wish.leader:
         return np.empty((0, 2))
     return np.linspace(wish.anchor, box.hook(), 25, dtype=np.float64)
 
 
 def _touched(leader: Points, places: Points) -> int:
-    """How many points of a leader are near to one of the places."""
     if not (len(leader) and len(places)):
         return 0
     low, high = leader.min(axis=0), leader.max(axis=0)
@@ -215,7 +211,7 @@ def _touched(leader: Points, places: Points) -> int:
 def _layout(
     options: Sequence[Sequence[LabelOption]], order: Sequence[int]
 ) -> list[LabelOption | None]:
-    """Let the labels choose one after the other, and choose again when the others have."""
+    """Let each label take its best place, and choose again when all others have one."""
     chosen: list[LabelOption | None] = [None] * len(options)
     for _ in range(LAYOUT_ROUNDS):
         for index in order:
@@ -244,7 +240,7 @@ def _total(layout: Sequence[LabelOption | None]) -> float:
 
 
 def _cross(option: LabelOption, another: LabelOption) -> bool:
-    """Whether their leaders cross."""
+    """Whether the leaders of two labels cross."""
     one, other = option.leader, another.leader
     if not (len(one) and len(other) and option.around.meets(another.around)):
         return False

@@ -66,7 +66,7 @@ class TripView:
 def _fitted(
     settings: Simulator, state: WorldState, way: Sequence[WorldState], options: ConsoleOptions
 ) -> Text:
-    """The room as large as the terminal takes it, with no more lines than it needs."""
+    """Draw the room as large as the terminal allows."""
     along_x, along_y = settings.room
     width = min(options.max_width, MAX_VIEW_WIDTH)
     needed = width * DOT_COLUMNS * along_y / along_x / DOT_ROWS

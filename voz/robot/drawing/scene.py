@@ -120,8 +120,6 @@ class Scene:
         return f"{distance(self._trip.states):.2f} m in {end:.0f} s, driven by {commands}"
 
     def _write_legend(self) -> None:
-        """Say below the room what the marks mean, as far as there are any."""
-
         def sign(**look: Any) -> Line2D:
             return Line2D([], [], **look)
 
@@ -142,7 +140,6 @@ class Scene:
 
 
 def _empty(settings: Simulator, dpi: int) -> tuple[Figure, Axes]:
-    """A figure with nothing on it, as large as the room asks for."""
     scale = min(MAX_ROOM_WIDTH / settings.room[0], MAX_ROOM_HEIGHT / settings.room[1])
     width, height = settings.room[0] * scale, settings.room[1] * scale
     total = max(LEFT + width + RIGHT, MIN_PICTURE_WIDTH), BOTTOM + height + TOP

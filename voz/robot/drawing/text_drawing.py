@@ -93,7 +93,6 @@ class Dots:
         return Text("\n", no_wrap=True, end="").join(lines)
 
     def _cell(self, x: float, y: float) -> tuple[tuple[int, int], int, int]:
-        """The character of a place, and the row and column of its dot there."""
         across, down = round(x * self._per_metre), self._top - round(y * self._per_metre)
         return (across // DOT_COLUMNS, down // DOT_ROWS), down % DOT_ROWS, across % DOT_COLUMNS
 
@@ -131,7 +130,6 @@ def draw_in_text(
 
 
 def _draw_robot(dots: Dots, state: WorldState, settings: Simulator) -> None:
-    """Draw the base, a line to where it looks, and the arm with a thin line to its object."""
     x, y, heading = state.pose
     radius = settings.radius
     for number in range(CIRCLE_DOTS):

@@ -62,11 +62,7 @@ class Config(Section, frozen=True, kw_only=True, dict=True):
 
     @property
     def table(self) -> CommandTable:
-        """What each command does, with those that voz brings.
-
-        Raises:
-            ConfigError: with it the robot might not stop, or it contradicts itself.
-        """
+        """What each command does, voz's own too; ConfigError if the robot might not stop."""
         return command_table({**_builtin(), **self.commands}, self.states, self.places)
 
     @property
@@ -92,28 +88,20 @@ def _builtin() -> dict[str, CommandDefinition]:
 
 
 def never_missing_a_stop(config: Config) -> Config:
-    """Return a configuration whose `never_missed` has all commands that stop the robot.
-
-    Raises:
-        ConfigError: the table of commands cannot be used.
-    """
+    """Add all commands that stop the robot to `never_missed`; raises ConfigError."""
     names = dict.fromkeys([*config.recognition.never_missed, *sorted(config.table.stops)])
     sure = replace(config, recognition=replace(config.recognition, never_missed=tuple(names)))
     return _from_the_same_file(sure, config)
 
 
 def load_config(path: Path) -> Config:
-    """Read a configuration file.
-
-    Args:
-        path: a TOML file with the tables and names of `Config`.
+    """Read a TOML file with the tables and names of `Config`.
 
     Returns:
         The configuration; what the file does not name has its default.
 
     Raises:
-        ConfigError: the file cannot be read, is no TOML, holds a wrong name or value, or commands
-            that do not fit together.
+        ConfigError: the file cannot be read or is no TOML, or a name, value or command is invalid.
     """
     config = _read(path)
     config.table  # noqa: B018 (raises what is wrong with it)

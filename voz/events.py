@@ -309,12 +309,7 @@ def evidence_in_words(score: float | None, next_best: str | None) -> str:
 
 
 def shift_time(event: Utterance | Partial, seconds: float) -> Utterance | Partial:
-    """Move what was heard in time.
-
-    Args:
-        event: its times are those of a stream.
-        seconds: when that stream began.
-    """
+    """Move the times of an event of a stream that began at `seconds`."""
     times = [name for name in ("t", "start", "end") if hasattr(event, name)]
     moved = {name: round(getattr(event, name) + seconds, 3) for name in times}
     return replace(event, **moved)

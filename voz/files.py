@@ -33,10 +33,7 @@ def shown_path(path: Path) -> str:
 
 
 def data_folder(kind: str) -> Path:
-    """The folder for user data of a kind, such as `profiles`; it may not exist yet.
-
-    Returns:
-        A path under `$XDG_DATA_HOME/voz`, or `~/.local/share/voz`.
+    """Return `$XDG_DATA_HOME/voz/KIND` or `~/.local/share/voz/KIND`; it may not exist yet.
 
     Raises:
         ConfigError: there is no home folder.
@@ -139,11 +136,7 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
 
 
 def append_line(path: Path, line: str) -> None:
-    """Append a line to a text file, all of it or nothing; a missing newline before it is added.
-
-    Args:
-        path: created if it does not exist.
-        line: without its newline.
+    """Append a line to a text file, all of it or nothing, after a newline if one is missing.
 
     Raises:
         OSError: it cannot be written.
@@ -173,11 +166,7 @@ def os_errors_as_config_error(path: str | Path) -> Iterator[None]:
 
 
 def check_writable(path: Path) -> None:
-    """Check before the work that its result can be written.
-
-    Raises:
-        ConfigError: the file is protected or a folder, or its folder does not exist.
-    """
+    """Raise ConfigError, before the work, if its result cannot be written."""
     with os_errors_as_config_error(path):
         is_kept = path.exists() and not path.is_file()  # a pipe, or a device: see `atomic_write`
         changed = [] if is_kept else [Path(os.path.realpath(path)).parent]
@@ -188,15 +177,12 @@ def check_writable(path: Path) -> None:
 
 
 def check_new(path: Path, overwrite: bool, advice: str = "") -> None:
-    """Check before the work that its result would replace none.
+    """Raise ConfigError, before the work, if its result would replace a file.
 
     Args:
         path: an empty file, a pipe and a device may be replaced.
         overwrite: whether the user gave `--overwrite`.
-        advice: what else the user can do, as a part of a sentence that ends in a comma.
-
-    Raises:
-        ConfigError: the file exists.
+        advice: what else to do, as a part of a sentence that ends in a comma.
     """
     try:
         status = path.stat()

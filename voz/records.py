@@ -48,15 +48,12 @@ class CheckedRecord(msgspec.Struct, frozen=True):
 
 
 def check_type(kind: type | tuple[type, ...], value: object, name: str) -> None:
-    """Check the type of an argument, with the message of a record.
+    """Raise ConfigError, worded as for a record, if an argument has another type.
 
     Args:
         kind: the type; messages name the first of several.
         value: the argument.
         name: its name in messages.
-
-    Raises:
-        ConfigError: it has another type.
     """
     if not isinstance(value, kind):
         wanted = kind[0] if isinstance(kind, tuple) else kind

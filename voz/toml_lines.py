@@ -11,10 +11,9 @@ KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*(\.?)""")
 
 
 def lines_of_commands(text: str) -> dict[tuple[str, str], int]:
-    """The line of each command, by its state and name, however its table is written.
+    """Find the line of each command, by its state and name, however its table is written.
 
-    Args:
-        text: valid TOML; keys with escapes are not found.
+    The text is valid TOML; keys with escapes are not found.
     """
     lines: dict[tuple[str, str], int] = {}
     table: tuple[str, ...] = ()

@@ -24,11 +24,7 @@ MIN_GAIN = 0.2
 
 
 def frame_energies(samples: Samples | Floats) -> Floats:
-    """Mean square of each 10 ms, dB relative to one unit of the 16 bits.
-
-    Args:
-        samples: 16 kHz; an incomplete frame at the end is left out.
-    """
+    """Return the mean square of each whole 10 ms, dB relative to one unit of the 16 bits."""
     whole = samples[: len(samples) // ENERGY_FRAME * ENERGY_FRAME]
     frames = whole.astype(np.float64).reshape(-1, ENERGY_FRAME)
     return np.asarray(10 * np.log10((frames**2).mean(axis=1) + 1))

@@ -44,11 +44,7 @@ def cancel_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
 
     Args:
         heard: the microphone's samples, 16 kHz.
-        played: the loudspeaker's, 16 kHz, ending at the same time and beginning `MAX_ECHO_DELAY`
-            earlier.
-
-    Returns:
-        As many samples as `heard`.
+        played: the loudspeaker's, ending at the same time and beginning `MAX_ECHO_DELAY` earlier.
     """
     start = MAX_ECHO_DELAY - _find_delay(heard, played)
     source = _spectrum(played[start : start + len(heard)])

@@ -42,12 +42,9 @@ def load_sounddevice() -> ModuleType:
 def open_stream(
     kind: Literal["RawInputStream", "RawOutputStream"], **settings: Any
 ) -> Iterator[Any]:
-    """Open and start a stream for a `with` block; buffered sound is dropped at its end.
+    """Open and start a stream of sounddevice for a `with` block; buffered sound is dropped.
 
-    Args:
-        kind: the class of sounddevice; not those with numpy, which set an array's shape, and
-            numpy deprecates that.
-        settings: its arguments.
+    Classes with numpy set an array's shape, which numpy deprecates.
 
     Raises:
         sounddevice.PortAudioError: it cannot be opened.

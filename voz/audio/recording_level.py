@@ -114,11 +114,7 @@ def dbfs(samples: Samples | Floats) -> float:
 
 
 def measure_level(samples: Samples) -> RecordingLevel:
-    """Measure a recording in which somebody should speak.
-
-    Args:
-        samples: at least one, 16 kHz; best three seconds with a pause in them.
-    """
+    """Measure a recording, 16 kHz, in which somebody should speak; best 3 s with a pause."""
     highest = float(np.abs(samples.astype(np.float64)).max())
     peak = 20 * math.log10(max(highest, 1.0)) - FULL_SCALE_DB
     if np.ptp(samples.astype(np.int32)) <= MAX_SILENT_RANGE:

@@ -16,7 +16,7 @@ __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, in which a signal at any moment is a good end.
+    """Run the command line; a signal at any moment is a good end.
 
     Args:
         arguments: without the program's name; None takes those of the process.

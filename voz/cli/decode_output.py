@@ -1,4 +1,4 @@
-"""`voz decode --out`: keeps what is heard, and tells what it came to."""
+"""`voz decode --out`: keeps the results, and reports what they are."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 @dataclass
 class Account:
-    """What a run came to.
+    """The counts of a run.
 
     Attributes:
-        said: the recordings of which it is known what is said, as results name them.
+        said: recordings whose text is known, as results name them.
         new: what this run decoded.
         whole: what is in the output.
-        heard: what was heard in those of `said`.
+        heard: the results of those in `said`.
         begun: when, s.
     """
 
@@ -61,18 +61,7 @@ class Account:
 def keep(
     options: Decoding, settings: Config, header: Header, inputs: Inputs, many: BatchDecoder
 ) -> bool:
-    """Decode recordings into `--out`, and report what it came to.
-
-    Args:
-        options: where to, how it goes on from another run, and which shard it is.
-        settings: as they were read.
-        header: what the results hang on.
-        inputs: the recordings.
-        many: who decodes.
-
-    Returns:
-        Whether some could not be read.
-    """
+    """Decode recordings into `--out`, and report; return whether some could not be read."""
     from msgspec.structs import replace
 
     from voz.apps.batch.fingerprint import digest_of

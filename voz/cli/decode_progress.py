@@ -21,14 +21,7 @@ class Progress:
 
 @contextmanager
 def progress(shown: bool = True) -> Iterator[Progress]:
-    """Show a bar.
-
-    Args:
-        shown: False where it would be in the way.
-
-    Yields:
-        What is told how many recordings there are, and of each that is decoded.
-    """
+    """Show a bar, unless `shown` is False; give what takes the total, and each outcome."""
     if not (shown and sys.stderr.isatty()):
         yield Progress(lambda _: None, lambda _: None)
         return

@@ -68,12 +68,7 @@ class Evaluating(Recognizing):
     overwrite: OverwriteOption = False
 
     def check(self, settings: Config, heard: Sequence[Path]) -> None:
-        """Refuse results that would replace what is read, or cannot be written.
-
-        Args:
-            settings: as they were read.
-            heard: the manifests and all recordings.
-        """
+        """Refuse results that would replace what is read, or cannot be written."""
         # What is compared with may be replaced by what is new, but not by a page.
         self.check_written(settings, [self.as_json, self.html], heard)
         self.check_written(settings, [self.html], [self.compare])

@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 
 def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:
-    """Show the main figures, and write all of them where they are wanted.
-
-    Args:
-        evaluation: what was found out.
-        tasks: for each result the one that it is of.
-        options: where it is wanted.
-    """
+    """Show the main figures, and write all of them to `--html` and `--json`."""
     from voz.apps.evaluation import report
     from voz.events import to_json
 

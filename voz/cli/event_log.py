@@ -12,13 +12,9 @@ from voz.files import os_errors_as_config_error
 
 @contextmanager
 def event_log(name: str) -> Iterator[Receiver]:
-    """Open a file for events, for the length of a `with` block.
+    """Open a file for events in a `with` block; `-` is standard output.
 
-    Args:
-        name: of the file; `-` is standard output.
-
-    Yields:
-        What writes an event at once: a signal ends the run between two of them.
+    Yields what writes an event at once: a signal ends the run between two of them.
 
     Raises:
         ConfigError: it cannot be opened or written.

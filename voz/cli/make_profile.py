@@ -45,7 +45,7 @@ def make_profile(
     language: LanguageFiles,
     settings: Recognition,
 ) -> None:
-    """Record a speaker, or read recordings; find the profile, keep it, and tell what it is worth.
+    """Record a speaker, or read recordings; find the profile, keep it, and show what it gains.
 
     Args:
         name: of the profile.
@@ -53,9 +53,6 @@ def make_profile(
         device: the microphone, by its number or a part of its name; None is the default one.
         language: the language files.
         settings: how the speaker is recognized.
-
-    Raises:
-        VozError: the name, the recordings or the microphone cannot be used.
     """
     console = Console()
     commands = read_sentences(language)

@@ -58,11 +58,7 @@ class Common:
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Tell what is used.")] = False
 
     def settings(self, **others: Any) -> Config:
-        """Read the settings, and put those that are given as options in their place.
-
-        Args:
-            others: options of the subcommand's own, as `overridden` takes them.
-        """
+        """Read the settings; options given as `others` take their place, as in `overridden`."""
         settings = load_config(self._file) if self._file else Config()
         return overridden(settings, {"lm": self.lm, **others})
 
@@ -74,7 +70,7 @@ class Common:
         return DEFAULT_SETTINGS_FILE
 
     def language(self, settings: Config) -> LanguageFiles:
-        """Find language files that can be used; tell which, and whether their list has changed."""
+        """Find language files that can be used; warn if their list has changed."""
         from voz.language.generated.file_checks import check_files
         from voz.language.generated.language_files import find_language, stale_warning
 
@@ -97,13 +93,7 @@ class Common:
         written: Iterable[str | Path | None],
         read: Iterable[str | Path | None],
     ) -> None:
-        """Refuse to write what is read: the files given, the settings, the language files.
-
-        Args:
-            settings: as they were read.
-            written: what will be written anew; None is left out.
-            read: what the subcommand reads besides those that all have.
-        """
+        """Refuse to write what is read: the files given, the settings, the language files."""
         from voz.language.generated.language_files import FILE_STEM, find_language
 
         language = find_language(settings.lm).folder.glob(f"{FILE_STEM}.*")
@@ -153,14 +143,7 @@ class Recognizing(Common):
 
 
 def with_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Let a subcommand take all options of a class.
-
-    Args:
-        command: has a parameter `options`, whose type is one of the classes above.
-
-    Returns:
-        The same with the fields of that class in the place of `options`, as typer reads them.
-    """
+    """Replace a subcommand's parameter `options` by the fields of its class, for typer."""
     # Not get_type_hints: in Python 3.10 it hides the names of an option whose default is None.
     hints = inspect.get_annotations(command, eval_str=True)
     kind = hints.pop("options")

@@ -34,11 +34,7 @@ WEB_PACKAGES = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
 
 
 def chosen_microphone(options: Running) -> str | None:
-    """Find the microphone; None if it is the operator's browser.
-
-    Raises:
-        AudioError: there is none, and no page either.
-    """
+    """Find the microphone; None if it is the operator's browser. Raises AudioError."""
     from voz.audio.capture.input_devices import choose_microphone
 
     if options.web and options.device == BROWSER_DEVICE:
@@ -52,11 +48,7 @@ def chosen_microphone(options: Running) -> str | None:
 
 
 def check_installed() -> None:
-    """Refuse to go on without what a page needs.
-
-    Raises:
-        ConfigError: a part of voz is not installed.
-    """
+    """Raise ConfigError if a package that a page needs is missing."""
     missing = [name for name in WEB_PACKAGES if find_spec(name) is None]
     if missing:
         from voz.extras import how_to_install
@@ -66,11 +58,7 @@ def check_installed() -> None:
 
 @contextmanager
 def page_site(options: Running) -> Iterator[PageAddress]:
-    """Take the page's address for a `with` block, and tell it.
-
-    Raises:
-        ConfigError: it cannot be had, or a part of voz is not installed.
-    """
+    """Take the page's address for a `with` block, and show it; raises ConfigError."""
     check_installed()
     from voz.apps.web.host_addresses import qr_code
     from voz.apps.web.page_address import open_page_address
@@ -89,11 +77,11 @@ def page_of(
     view: RoomView | None,
     microphone: str | None,
 ) -> Callable[[Inbox, Clock], Page]:
-    """What makes the page of a run.
+    """Return what makes the page of a run.
 
     Args:
         site: where it is.
-        commands: tells what may be given there now.
+        commands: returns what may be given there now.
         view: the simulated room, if there is one.
         microphone: the robot's own; None if the browser is one.
     """

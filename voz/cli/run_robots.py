@@ -28,18 +28,18 @@ CONSOLE, SIMULATOR = "console", "simulator"
 
 @dataclass(frozen=True)
 class RobotPlan:
-    """Which robots a run has, and what is to be seen of them.
+    """Which robots a run has, and what is shown of them.
 
     Attributes:
         names: of the robots.
         live: whether a microphone drives them; a terminal then shows what the console would say.
         clocked: whether the run has a real clock, and each robot a thread.
-        watchdog: whether robots that are really there are stopped from another process, too.
-        stream: where the robots print to.
+        watchdog: whether real robots are stopped from another process, too.
+        stream: where the robots print.
         terminal: the same, if it can be drawn on.
         picture: where the simulator's way is drawn after the run.
         animation: the same, moving.
-        verbose: whether a console tells how good the evidence for an utterance is.
+        verbose: whether a console prints the evidence for an utterance.
     """
 
     names: list[str]
@@ -74,10 +74,7 @@ def open_robots(
 ) -> Iterator[OpenRobots]:
     """Open the robots for a `with` block; at its end draw what the simulated one did.
 
-    Args:
-        plan: which robots, and what is to be seen.
-        settings: each robot has its own table there.
-        take: takes the warnings of the robots.
+    Their warnings go to `take`.
     """
     from voz.robot.factory import make_robots
     from voz.robot.kinds import RobotSetup

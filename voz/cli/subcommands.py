@@ -83,14 +83,7 @@ app.command("sound")(sound)
 
 
 def call(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Args:
-        arguments: without the program's name; None takes those of the process.
-
-    Returns:
-        The exit code, one of those in `exit_codes.py` or 0.
-    """
+    """Run the command line; return its exit code. None takes the arguments of the process."""
     logging.lastResort = logging.NullHandler()  # what libraries note is no matter of users
     given = sys.argv[1:] if arguments is None else arguments
     try:

@@ -27,19 +27,14 @@ def show(*lines: str) -> None:
 
 
 def show_raw(line: str) -> None:
-    """Write a line of results for programs, as it is.
-
-    Raises:
-        BrokenPipeError: nobody reads it any more.
-        ConfigError: it cannot be written.
-    """
+    """Write a line of results for programs, as it is; raises as `writing_results`."""
     with writing_results():
         print(line, flush=True)
 
 
 @contextmanager
 def writing_results() -> Iterator[None]:
-    """Name what cannot be written in a `with` block; it raises what `put` raises."""
+    """Turn an OSError of a `with` block into a ConfigError; a BrokenPipeError stays one."""
     try:
         yield
     except BrokenPipeError:
@@ -61,7 +56,7 @@ def warn(problem: str | None) -> None:
 
 
 def open_text(name: str, files: ExitStack) -> Iterator[str]:
-    """Open a text file until `files` closes, and give its lines; `-` is standard input.
+    """Open a text file until `files` closes, and yield its lines; `-` is standard input.
 
     Raises:
         ConfigError: it cannot be opened; later, it cannot be read or a line has no end.
@@ -98,13 +93,7 @@ def write_text(name: str, text: str) -> None:
 
 
 def with_bar(items: Iterable[Item], doing: str, total: int | None = None) -> Iterable[Item]:
-    """Show a bar while items are taken, unless nobody is there to see it.
-
-    Args:
-        items: what is given on.
-        doing: what stands beside the bar.
-        total: how many items there are; None if they can tell.
-    """
+    """Show a bar, called `doing`, while items are taken, unless nobody sees it."""
     if not sys.stderr.isatty():
         return items
     from rich.console import Console

@@ -22,14 +22,7 @@ SAMPLES_PER_LINE = SAMPLE_RATE // 2
 
 
 def try_microphone(device: Device) -> None:
-    """Record somebody who speaks; tell how loud it is, what is wrong and what to do.
-
-    Args:
-        device: the microphone.
-
-    Raises:
-        AudioError: it cannot be opened, or fails.
-    """
+    """Record somebody who speaks; show the level, faults and what to do. Raises AudioError."""
     console = Console()
     with open_microphone(device.handle) as blocks:
         first = next(blocks)  # opening a device takes its time

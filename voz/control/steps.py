@@ -163,11 +163,7 @@ class Step(
 
 
 def fill_slots(step: Step, slots: Mapping[str, str | float]) -> Step:
-    """Replace the slots of a step by what was said.
-
-    Raises:
-        ConfigError: a slot is missing, or is not a number where one is needed.
-    """
+    """Replace the slots of a step by what was said; raises ConfigError for a missing slot."""
     if not step.slots:
         return step
     missing = step.slots - slots.keys()

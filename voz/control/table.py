@@ -50,7 +50,7 @@ class CommandTable:
     def steps(self, name: str, state: str = DEFAULT_STATE) -> Steps | None:
         """Return the steps of a command in a state, or None.
 
-        Commands that stop, or that begin or end the listening, are the same in every state.
+        Commands in `halts` and `starts` are the same in every state.
         """
         always = name in self.halts or name in self.starts
         return self.sets[DEFAULT_STATE if always else state].get(name)
@@ -63,11 +63,7 @@ class CommandTable:
 
     @property
     def topics(self) -> dict[str, type]:
-        """The users' own topics, and the type of the values on each.
-
-        Raises:
-            ConfigError: a topic gets values of two types.
-        """
+        """The users' own topics, and the type of the values on each; ConfigError for two types."""
         topics: dict[str, type] = {}
         for state, name, step in self.all_steps():
             if step.topic is not None and not is_selection(step):
@@ -138,16 +134,13 @@ def can_move(table: CommandTable, name: str) -> bool:
 def check_commands(
     table: CommandTable, names: Collection[str], after_stop: Collection[str], where: str
 ) -> None:
-    """Refuse a list of commands that can move a robot and not stop it.
+    """Raise ConfigError for a list of commands that can move a robot and not stop it.
 
     Args:
         table: what they do.
         names: the commands of the list.
         after_stop: those with a sentence that begins with one that stops the robot.
         where: the list's name in messages.
-
-    Raises:
-        ConfigError: the list has no stop, or hides one.
     """
     moving = next((name for name in names if can_move(table, name)), None)
     if moving is not None and table.stops.isdisjoint(names):

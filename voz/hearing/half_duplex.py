@@ -80,14 +80,9 @@ class HalfDuplex:
         return self._usual.background
 
     def feed(self, block: Samples, arrived: float) -> Iterator[Utterance | Partial]:
-        """Take the next block of the microphone.
+        """Take the next block of the microphone, 16 kHz; yield events in the time of the stream.
 
-        Args:
-            block: 16 kHz.
-            arrived: its monotonic arrival time, s.
-
-        Yields:
-            Events, with the times of the stream.
+        The monotonic time when it arrived is `arrived`, s.
         """
         if self._loudspeaker is None:
             yield from self._usual.feed(block)

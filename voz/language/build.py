@@ -55,10 +55,6 @@ def build(
         out: the folder to write to; it is created if it is missing.
         source: what the list holds, if it was read before.
         every_pair: whether it warns of all pairs that sound alike; else of the worst.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used.
-        LanguageError: the files cannot be written.
     """
     source = source or read_list(commands)
     contents = _contents(source, out)
@@ -75,11 +71,7 @@ def write_files(source: CommandSource, out: Path) -> None:
 
 
 def stale_files(commands: Path, out: Path, source: CommandSource | None = None) -> list[str]:
-    """Name the files in a folder that are missing or differ from what would be generated.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used.
-    """
+    """Name the files in a folder that are missing or differ from what would be generated."""
     contents = _contents(source or read_list(commands), out)
     old = [LanguageFiles(out).templates, LanguageFiles(out).spoken]
     stale = [path.name for path in old if path.exists() and path.name not in contents]
@@ -96,9 +88,9 @@ def generate(
     """Generate the contents of all language files, by file name; deterministic, no I/O.
 
     Args:
-        sentences: normalized sentences, each once: all, or of very many some.
+        sentences: normalized, each once; a sample if there are very many.
         entries: the pronunciations of all their words, sorted by word.
-        grammar: that of all sentences, where only some are given.
+        grammar: that of all sentences, where only a sample is given.
         templates: compiled templates as text; None for a plain list.
         spoken: the language as text; None for English.
     """

@@ -67,14 +67,11 @@ class CommandSource:
 
 
 def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandSource:
-    """Read a command list, and find out how its words are pronounced.
+    """Read a command list, and find out how its words are pronounced; raises CommandsError.
 
     Args:
         commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
         language: what is spoken; None is English.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used.
     """
     data = _read_text(commands)
     if is_templates(commands, data):
@@ -141,17 +138,7 @@ def similar_pairs(source: CommandSource) -> list[SimilarPair]:
 
 
 def draw_similarity(commands: Path, picture: Path, source: CommandSource | None = None) -> None:
-    """Draw how alike the commands of a list sound.
-
-    Args:
-        commands: the command list.
-        picture: the picture to write, PNG or SVG by its ending.
-        source: what the list holds, if it was read before.
-
-    Raises:
-        CommandsError: the list or the pronunciations cannot be used, or it is too long.
-        VozError: the picture cannot be drawn.
-    """
+    """Draw how alike the commands of a list sound, as PNG or SVG; raises VozError."""
     source = source or read_list(commands)
     if len(source.commands) > MAX_PICTURED_COMMANDS:
         raise CommandsError(

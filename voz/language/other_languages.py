@@ -64,10 +64,7 @@ class OtherLanguage:
 
 
 def find_sources(settings: SpokenLanguage) -> LanguageSources | None:
-    """Find what the settings name; what they leave out is in the copy that was added.
-
-    Returns:
-        Where it is; None is English.
+    """Find what the settings name, and the rest in the copy that was added; None is English.
 
     Raises:
         ConfigError: something is missing.
@@ -204,12 +201,7 @@ def _folder_of(name: str) -> Path:
 
 
 def check_same_language(spoken: LanguageInfo, settings: SpokenLanguage, folder: Path) -> None:
-    """Refuse language files of another language than the settings name.
-
-    Raises:
-        LanguageError: the languages differ.
-        ConfigError: the settings name files that are missing.
-    """
+    """Raise LanguageError for language files of another language than the settings name."""
     sources = find_sources(settings)
     if sources is None:
         return

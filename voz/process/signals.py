@@ -81,15 +81,9 @@ def exit_code() -> int | None:
 def defer_signals(wake: Callable[[], None]) -> Iterator[None]:
     """Let signals call `wake` instead of raising in a `with` block.
 
-    After a signal has ended the block, more signals do nothing: a second Ctrl-C must not keep the
-    robot from being stopped.
-
-    Args:
-        wake: called between any two lines of the main thread: it may only put a message into a
-            queue.
-
-    Raises:
-        SystemExit: a signal was received before, and its exception was swallowed.
+    It is called between any two lines of the main thread: it may only put a message into a queue.
+    More signals after the first do nothing: a second Ctrl-C must not keep the robot from being
+    stopped. Raises SystemExit for a signal whose exception was swallowed before.
     """
     _State.wake = wake
     try:

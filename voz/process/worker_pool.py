@@ -42,12 +42,7 @@ class WorkerPool:
     def schedule(
         self, function: Callable[..., Any], args: tuple[Any, ...], timeout: float | None = None
     ) -> Future[Any]:
-        """Let a worker call a function of a module.
-
-        Args:
-            function: what is called.
-            args: its arguments.
-            timeout: a worker that takes longer is killed, s.
+        """Let a worker call a function of a module; one that takes `timeout` s is killed.
 
         Returns:
             The future; it raises `WorkerDied`, TimeoutError, or what the function raised.
@@ -128,11 +123,7 @@ def cores() -> int:
 
 
 def begin_worker(parent: int) -> None:
-    """Set up a worker process, which leaves Ctrl-C and standard error to its parent.
-
-    Args:
-        parent: the process id with which the worker is to end.
-    """
+    """Set up a worker process, which ends with `parent` and leaves Ctrl-C to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     set_up()

@@ -44,10 +44,7 @@ class WatchedRobot:
 
     @property
     def watches(self) -> bool:
-        """Whether silence means that the run is lost.
-
-        For a watchdog from the beginning: the other process may get the only velocity first.
-        """
+        """Whether silence means that the run is lost; for a watchdog from the beginning."""
         return self._has_velocity or self._only_zero
 
     def take(self, event: Event) -> EventAnswer:

@@ -28,12 +28,7 @@ class ConsoleRobot(Robot):
     """Prints a line when something happens or the velocity changes."""
 
     def __init__(self, stream: TextIO, verbose: bool = False) -> None:
-        """Start with a robot that stands still.
-
-        Args:
-            stream: where it prints.
-            verbose: whether it prints how good the evidence for an utterance is.
-        """
+        """Start at rest; `verbose` also prints the evidence for each utterance."""
         self._stream = stream
         self._verbose = verbose
         self._velocity = (0.0, 0.0)

@@ -24,10 +24,7 @@ def need_real_time(names: Sequence[str]) -> bool:
 
 
 def robot_names(wanted: Sequence[str]) -> list[str]:
-    """Split names, of settings or options, at commas.
-
-    Returns:
-        Each once, in that order.
+    """Split names, of settings or options, at commas; each once, in order.
 
     Raises:
         ConfigError: there is no robot of that name.
@@ -43,18 +40,14 @@ def robot_names(wanted: Sequence[str]) -> list[str]:
 
 
 def make_robots(names: Sequence[str], setup: RobotSetup) -> dict[str, Robot]:
-    """Make robots by their names.
-
-    Args:
-        names: of `ROBOTS`, or MODULE:CLASS for a class of the user's own.
-        setup: what they are made from.
+    """Make robots by their names: of `ROBOTS`, or MODULE:CLASS for a user's own class.
 
     Returns:
         The robots, by their names. With a watchdog, a user's robot is in its own process, and a
         real one has a watchdog as another robot.
 
     Raises:
-        RobotError: a robot's module cannot be imported, or the robot not be made.
+        RobotError: a robot cannot be imported or made.
     """
     robots: dict[str, Robot] = {}
     for name in names:
@@ -87,12 +80,7 @@ def make_in_process(spec: RobotSpec) -> Robot:
 
 
 def make_user_robot(name: str, settings: Mapping[str, Mapping[str, Any]]) -> Robot:
-    """Make a user's robot, named MODULE:CLASS, with `settings[MODULE]` as its arguments.
-
-    Raises:
-        ConfigError: the class does not take them.
-        RobotError: it is not a robot.
-    """
+    """Make a user's robot, named MODULE:CLASS, with `settings[MODULE]` as its arguments."""
     make = import_target(name)
     module = name.partition(":")[0]
     arguments = settings.get(module, {})
@@ -131,10 +119,9 @@ def open_robots(robots: Mapping[str, Robot]) -> Iterator[None]:
 def open_mailboxes(
     robots: Mapping[str, Robot], tell: Callable[[str], None]
 ) -> Iterator[dict[str, Mailbox]]:
-    """Open robots for a `with` block, each with a mailbox; all take the last event before it ends.
+    """Open robots in a `with` block, each with a mailbox; its end waits for their last events.
 
-    `tell` is called with a line about a robot that did not. Raises RobotError if one cannot be
-    reached.
+    Calls `tell` with a line for a robot that does not take them. Raises RobotError.
     """
     boxes = {name: Mailbox(name, robot) for name, robot in robots.items()}
     try:

@@ -19,15 +19,9 @@ MAX_COMMAND_LINE = 200
 
 
 def open_serial_port(name: str | Path) -> FileIO:
-    """Open a serial port for this process alone.
+    """Open a serial port, such as /dev/ttyUSB0, for this process alone.
 
-    It is locked as pyserial does with `exclusive=True`, until it is closed or the process ends.
-
-    Args:
-        name: of the port, such as /dev/ttyUSB0.
-
-    Returns:
-        The port, which can be read and written; its speed is as `stty` has set it.
+    It is locked as pyserial does with `exclusive=True`; its speed is as `stty` has set it.
 
     Raises:
         RobotError: it is no serial port, another process has it, or it cannot be opened.

@@ -73,11 +73,7 @@ class SimulatedRobot(Robot):
             self._said.append(TripMark(event.t, state.pose.x, state.pose.y, event.text))
 
     def state_at(self, t: float) -> WorldState:
-        """How everything is at a time, if nothing more comes until then; this changes nothing.
-
-        Args:
-            t: a time after the last event, s; for an earlier one it is the state after that event.
-        """
+        """Return the state at a time, s, if nothing more comes until then."""
         state, twist = self._now
         while state.t < t - TIME_STEP / 2:
             following = step(state, twist, TIME_STEP, self._settings)

@@ -9,14 +9,7 @@ from typing import Any
 
 
 def import_target(target: str) -> Any:
-    """Import something of the user's own; raises whatever their code does.
-
-    Args:
-        target: MODULE:NAME, where the module may be in the folder that the user is in.
-
-    Raises:
-        ModuleNotFoundError: there is no such module; another one that it imports tells itself.
-    """
+    """Import MODULE:NAME, also from the user's folder; raises whatever that code raises."""
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)  # a module beside voz.toml, as `python` itself would find it

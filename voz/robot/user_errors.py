@@ -25,14 +25,7 @@ MAX_MESSAGE_LENGTH = 1000
 
 @contextmanager
 def user_errors_as_mistake(name: str) -> Iterator[None]:
-    """Let what a robot's own code raises before the run, in a `with` block, be one line.
-
-    Args:
-        name: of the robot.
-
-    Raises:
-        RobotMistake: anything was raised; a `VozError` stays what it is.
-    """
+    """Turn what a robot's own code raises into a RobotMistake of one line; not a `VozError`."""
     try:
         yield
     except VozError:
@@ -63,14 +56,7 @@ def error_line(error: BaseException) -> str:
 
 
 def lost_reason(robot: Robot) -> str | None:
-    """Ask a robot whether it is lost; raises what it raises.
-
-    Returns:
-        One line that can be shown and sent, whatever the robot's `lost` returns.
-
-    Raises:
-        TypeError: it returns something that is no text.
-    """
+    """Ask a robot whether it is lost; return one printable line, whatever it returns."""
     said: object = robot.lost()
     if not said:
         return None

@@ -46,7 +46,7 @@ def run_node_session(
         say: receivers that speak.
         inbox: commands.
         clock: of the run.
-        listening: whether commands are obeyed before a `start speech`; so it is by `~listening`.
+        listening: whether commands are obeyed before a `start speech`; `~listening` says so, too.
         says_heard: whether the node publishes what is obeyed.
     """
     table = settings.table

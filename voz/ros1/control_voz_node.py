@@ -36,10 +36,10 @@ class RecognizerTopic:
     def __init__(
         self, topic: str, commands: Commands, inbox: Inbox, clock: Callable[[], float]
     ) -> None:
-        """Subscribe to it.
+        """Subscribe to a topic of strings, and to `trouble` beside it.
 
         Args:
-            topic: of its strings; voz's own recognizer reports problems beside it, on `trouble`.
+            topic: its name.
             commands: what has an effect; other strings are logged.
             inbox: gets the commands.
             clock: the time of the run, s.

@@ -28,18 +28,12 @@ LMTOOL_HINT = (
 def find_or_make_language(
     settings_lm: str | None, folder: Path, spoken: SpokenLanguage | None = None
 ) -> tuple[LanguageFiles, tuple[str, ...]]:
-    """Find the language files by the node's parameters, or make them.
+    """Find or make the language files by the node's parameters; return them with warnings.
 
     Args:
         settings_lm: the folder that voz.toml names.
         folder: an empty folder for new files.
         spoken: the language that voz.toml names; None is English.
-
-    Returns:
-        The files, and warnings.
-
-    Raises:
-        VozError: they cannot be used.
     """
     commands, lm, dictionary = text("commands"), text("lm"), text("dict")
     if commands:
@@ -59,9 +53,6 @@ def import_lmtool_files(lm: Path, dictionary: Path, folder: Path) -> LanguageFil
         lm: the ARPA model; a `.sent` of the same name is beside it, with its sentences.
         dictionary: the pronunciations.
         folder: gets the files, with voz's names.
-
-    Raises:
-        LanguageError: one of them cannot be read.
     """
     files = LanguageFiles(folder)
     sent = lm.with_suffix(".sent")

@@ -28,14 +28,7 @@ def make_hearing(
 ) -> Hearing:
     """Read the node's parameters and load the recognizer; its `with` block listens.
 
-    Args:
-        settings: how to recognize, and whether while the robot speaks.
-        inbox: gets what is heard.
-        clock: the time of the run, s.
-        loudspeaker: of this process, which the microphone hears too.
-
-    Raises:
-        VozError: the language files cannot be used.
+    The loudspeaker is one of this process, which the microphone hears too. Raises VozError.
     """
     with tempfile.TemporaryDirectory(prefix="voz-lm-") as folder:
         language, warnings = find_or_make_language(settings.lm, Path(folder), settings.language)

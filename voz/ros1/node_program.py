@@ -19,12 +19,7 @@ WRONG_CALL = 2
 
 
 def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
-    """Run a node until a signal or `rosnode kill` ends it, both of which are a good end.
-
-    Args:
-        name: of the node, unless the command line has another.
-        work: what the node does.
-    """
+    """Run `work` as a node until a signal or `rosnode kill` ends it: both are a good end."""
     signals.install(shell_exit_code=False)
     set_up()
     code = 1

@@ -28,13 +28,7 @@ class Replies:
 def replies(
     settings: Speech, prepared: Sequence[str], warn: Callable[[str], None]
 ) -> Iterator[Replies]:
-    """Let the replies be said, by `~sound`: `voz`, `ros` or `none`.
-
-    Args:
-        settings: the voice.
-        prepared: replies to render beforehand.
-        warn: called with problems, on any thread.
-    """
+    """Let the replies be said, by `~sound`: `voz`, `ros` or `none`; render `prepared` first."""
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "ros":
         yield Replies([_replies_on_robotsound(settings.voice)])

@@ -13,11 +13,7 @@ TRUE_WORDS, FALSE_WORDS = ("true", "1", "yes"), ("false", "0", "no")
 
 
 def text(name: str) -> str | None:
-    """Read a parameter, whatever it was taken for; None if it is not set, or empty.
-
-    Raises:
-        RobotError: the master does not answer.
-    """
+    """Read a parameter as text; None if it is not set, or empty. Raises RobotError."""
     try:
         value = load_rospy().get_param(f"~{name}", "")
     except OSError as error:

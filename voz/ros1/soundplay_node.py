@@ -25,15 +25,7 @@ END_CHECK_INTERVAL = 0.2
 
 
 def obey(client: SoundClient, request: Any) -> None:
-    """Do what a SoundRequest asks for; nothing here waits for a sound to end.
-
-    Args:
-        client: plays it.
-        request: the message.
-
-    Raises:
-        VozError: it cannot be played, or is no request.
-    """
+    """Do what a SoundRequest asks for, without waiting for a sound to end; raises VozError."""
     sound, command, volume = request.sound, request.command, request.volume
     if command not in (STOP, ONCE, START):
         raise VozError(f"{command} is not a sound command; give 0, 1 or 2")

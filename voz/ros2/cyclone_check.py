@@ -24,13 +24,7 @@ CHECK_TIMEOUT = 20.0
 
 
 def check_cyclone(number: int, configuration: str, environment: Mapping[str, str]) -> None:
-    """Raise ConfigError if Cyclone cannot make a domain with the users' environment variables.
-
-    Args:
-        number: of the domain.
-        configuration: of `cyclone_settings`.
-        environment: the variables.
-    """
+    """Raise ConfigError if Cyclone cannot make a domain with the users' environment variables."""
     said = " and ".join(name for name in VARIABLES if environment.get(name))
     if not said:
         return

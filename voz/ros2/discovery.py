@@ -24,11 +24,7 @@ Fast DDS tells of a list's type Cyclone cannot read: it would never connect to /
 
 
 def domain_number(settings: Ros2, environment: Mapping[str, str]) -> int:
-    """Which domain: the settings' or that of `ROS_DOMAIN_ID`.
-
-    Raises:
-        ConfigError: `ROS_DOMAIN_ID` is no number from 0 to 232.
-    """
+    """Return the domain of the settings, or of `ROS_DOMAIN_ID`; ConfigError if that is invalid."""
     if settings.domain is not None:
         return settings.domain
     said = environment.get("ROS_DOMAIN_ID") or "0"

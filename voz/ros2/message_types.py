@@ -255,11 +255,7 @@ class CycloneCancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelG
 
 
 def header(frame_id: str) -> HeaderMessage:
-    """A header with the time of day.
-
-    Args:
-        frame_id: the coordinate frame, if one matters.
-    """
+    """Return a header with the time of day, in a coordinate frame if one matters."""
     seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
     return HeaderMessage(Time(seconds, nanoseconds), frame_id)
 

@@ -79,13 +79,7 @@ class Ros2Node:
     def writer(
         self, topic: str, message: type[Message], *policies: BasePolicy
     ) -> DataWriter[Message]:
-        """A writer that ROS 2 nodes can read.
-
-        Args:
-            topic: its name.
-            message: its type.
-            policies: offered besides reliability.
-        """
+        """Return a writer that ROS 2 nodes can read; `policies` are offered besides reliability."""
         qos = self._qos(message, *policies)
         return DataWriter(self.participant, self._topic(topic, message), qos)
 
@@ -133,11 +127,7 @@ class Ros2Node:
 
 
 def write(writer: DataWriter[Message], message: Message) -> None:
-    """Publish a message.
-
-    Raises:
-        RobotError: it cannot be published, other than for a slow reader.
-    """
+    """Publish a message; a slow reader is no error. Raises RobotError."""
     try:
         writer.write(message)
     except DDSException as error:

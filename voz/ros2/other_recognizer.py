@@ -30,16 +30,12 @@ ROS2_SOURCE = "ros2"
 def listen_to_recognizer(
     settings: Ros2, heard: Callable[[str], None], failed: Callable[[str], None]
 ) -> Iterator[None]:
-    """Listen to the topic of commands for the length of a `with` block.
+    """Listen to the topic of commands for a `with` block.
 
     Args:
         settings: the domain and the topic.
         heard: called with each text of other processes, in another thread.
         failed: called there with a line, if that thread ends by an error.
-
-    Raises:
-        ConfigError: an environment variable is invalid.
-        RobotError: the domain cannot be joined.
     """
     node = Ros2Node(settings)
     reader = node.reader(settings.output, String, Policy.IgnoreLocal.Process)

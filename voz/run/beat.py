@@ -28,16 +28,13 @@ Look: TypeAlias = Callable[[float], None]
 def beat(
     controller: Controller, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
 ) -> Exception | None:
-    """Drive until the run is over.
+    """Drive until the run is over; return the error that ended it, if one did.
 
     Args:
         controller: what obeys.
         clock: the time, and what arrives.
         looks: called in each beat with its time, s.
-        at_once: whether a changed velocity is sent before the next beat, which comes when it would.
-
-    Returns:
-        The error that ended the run, if one did.
+        at_once: whether a changed velocity is sent before the next beat.
     """
     number = 0
     last = clock.now()

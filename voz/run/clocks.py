@@ -1,4 +1,4 @@
-"""What time it is in a run, and what arrives by then: by the clock, or as recordings tell it."""
+"""The clocks of a run, and what arrives by a time: real time, or that of recordings."""
 
 from __future__ import annotations
 
@@ -32,14 +32,7 @@ class Clock(Protocol):
         """Return the time, s."""
 
     def take(self, until: float) -> TakenMessage | None:
-        """Take what arrives.
-
-        Args:
-            until: when the next beat is due, s.
-
-        Returns:
-            A message, or None when it is time for that beat.
-        """
+        """Take a message that arrives before the next beat, due at `until`, s; None at the beat."""
 
     def skip(self, seconds: float) -> None:
         """Skip the seconds by which a beat came too late."""
@@ -67,9 +60,9 @@ class WallClock:
 
 
 class PacedClock:
-    """The time of recordings or lines that come at their own pace: in whole beats.
+    """The time of recordings or lines that come at their own pace, in whole beats.
 
-    It stands still while the beat is held up: what is said in a recording must not hurry then.
+    It stands still while a beat is late, so that a recording does not catch up in a hurry.
     """
 
     def __init__(self, inbox: Inbox) -> None:

@@ -13,16 +13,7 @@ MAX_SENTENCES_CHECKED = 64
 
 
 def check_list(commands: Commands, table: CommandTable, where: str) -> None:
-    """Refuse a list that could set a robot going and not stop it.
-
-    Args:
-        commands: the list.
-        table: what the commands do.
-        where: what messages call the list.
-
-    Raises:
-        ConfigError: it could.
-    """
+    """Raise ConfigError for a list, called `where`, that can move the robot and not stop it."""
     for state, name, step in table.all_steps():
         if name in commands.names and step.slots:
             known = _slots(commands, name)

@@ -22,9 +22,9 @@ class Controller:
     """Obeys commands and sends velocities; time comes in with each call.
 
     Attributes:
-        stopped_at: when a loss last ended the motion, s; what was said before begins no other.
+        stopped_at: when the robot was last stopped for a loss, s; older commands move nothing.
         table: what each command does.
-        rehearsing: whether commands are understood, but none is obeyed that does not stop.
+        rehearsing: whether only commands that stop the robot are obeyed.
     """
 
     def __init__(

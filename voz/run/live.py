@@ -70,12 +70,8 @@ class RunParts:
     """What a page shows of a run.
 
     Attributes:
-        controller: obeys.
-        hearing: listens.
-        mixer: plays what the robot says, if it speaks.
-        recognizer: understands.
-        settings: of the run.
-        recorder: keeps what is heard, if anything does.
+        mixer: plays what the robot says; None if it is silent.
+        recorder: keeps what is heard; None without `--record`.
     """
 
     controller: Controller
@@ -113,13 +109,6 @@ def run_live(
     settings: Config, recognizer: Recognizer, inbox: Inbox, robots: OpenRobots, options: LiveOptions
 ) -> None:
     """Drive a robot by a microphone and the keyboard until a signal ends the program.
-
-    Args:
-        settings: the safety rules and the voice.
-        recognizer: what understands; what it knows may be typed, too.
-        inbox: what is heard goes through it; the robots warn by it.
-        robots: what is driven.
-        options: of this run.
 
     Raises:
         AudioError: there is no such microphone.

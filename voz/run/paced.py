@@ -1,6 +1,6 @@
-"""Lets recordings and typed lines come at their own pace: for robots, whose clock is the real one.
+"""Lets recordings and typed lines come at their own pace, for robots that need the real time.
 
-The events are the same as without a clock, if the computer can follow and the lines are there.
+The events are the same as without a clock, if the computer is fast enough.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SOURCE_DIED = End(RuntimeError("nobody plays any more"))
 
 
 def pace(items: Iterator[Item], inbox: Inbox, clock: PacedClock) -> None:
-    """Begin to put items into an inbox, each at its time, on threads of their own.
+    """Put items into an inbox, each at its time, on threads of their own.
 
     Args:
         items: in the order of their times; their end, or an error, ends the run.

@@ -54,7 +54,7 @@ class Programs:
             table: what each command does.
             report: takes the end of each, on any thread.
             show: takes each line that a program prints, on any thread.
-            wait: whether each is waited for: where recordings tell the time.
+            wait: whether to wait for the end of each, as in a run without a clock.
 
         Raises:
             ConfigError: there is no such function, program or sound.

@@ -20,8 +20,8 @@ EVENT_FLUSH_TIMEOUT = 3.0
 class Queued:
     """Hands events to a receiver that may be slow, without waiting for it.
 
-    The `with` block opens the receiver, and at its end writes what waits and closes it. What the
-    receiver raises ends the run; if that is over already, the block raises it.
+    The `with` block opens the receiver; its end writes what is queued and closes it. An error of
+    the receiver ends the run; if the run is over already, the block raises it.
     """
 
     def __init__(
@@ -30,7 +30,7 @@ class Queued:
         opening: AbstractContextManager[Receiver],
         report: Callable[[Warning | End], None],
     ) -> None:
-        """Prepare to hand events on.
+        """Prepare a queue.
 
         Args:
             name: what is written, for messages.

@@ -24,13 +24,13 @@ State: TypeAlias = tuple[int, int] | None
 def renewing(
     recognizer: Recognizer, table: CommandTable, warn: Callable[[str, bool], None]
 ) -> Iterator[None]:
-    """Reload a recognizer whenever the commands in its folder are new, for a `with` block.
+    """Reload a recognizer in a `with` block whenever its language files are new.
 
-    They are loaded on a thread of its own while the old ones are still heard.
+    The old commands work until the new ones are loaded, on a thread of its own.
 
     Args:
-        recognizer: what understands.
-        table: what commands do: a list that could not stop the robot is not taken.
+        recognizer: what is reloaded.
+        table: what commands do; a list that cannot stop the robot is not loaded.
         warn: takes a line, and whether it is good news, on any thread.
     """
     end = threading.Event()

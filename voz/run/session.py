@@ -47,11 +47,7 @@ class SpeechInput(Protocol):
     source: str
 
     def trouble(self, moving: bool) -> str | None:
-        """Return why nothing is heard right now, without waiting; None if all is well.
-
-        Args:
-            moving: whether the robot moves.
-        """
+        """Return why nothing is heard now, without waiting; None if all is well."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +118,7 @@ class Session:
     def run(self, finish: Callable[[], None] = lambda: None) -> None:
         """Drive until the clock has no more; zero velocity is sent last (S7).
 
-        Args:
-            finish: called after the last beat; its events come before that zero.
+        Before that zero, `finish` is called; it may send events.
         """
         with zero_at_the_end(self._send_zero):
             self._drive()
@@ -132,11 +127,7 @@ class Session:
     def run_in_real_time(self, inbox: Inbox) -> None:
         """Drive until a message or a signal ends it; zero velocity is sent last (S7).
 
-        Args:
-            inbox: what the clock takes messages from; a signal puts the end into it.
-
-        Raises:
-            SystemExit: a signal came before.
+        The clock takes messages from the inbox. Raises SystemExit if a signal came before.
         """
         self._watches.append(Flood(self.controller, inbox))
         with (
@@ -157,12 +148,12 @@ class Session:
 def speaking(
     settings: Speech, replies: Sequence[str], warn: Callable[[str], None]
 ) -> Iterator[ReplySpeaker | None]:
-    """Open who says the replies, for a `with` block; None if the robot is to be silent.
+    """Open a speaker of the replies for a `with` block; None if the robot is silent.
 
     Args:
         settings: whose voice, and whether at all.
-        replies: what is said often, to be rendered beforehand.
-        warn: takes what goes wrong, on any thread.
+        replies: rendered beforehand.
+        warn: takes problems, on any thread.
     """
     if not settings.enabled:
         yield None
@@ -187,16 +178,9 @@ def replies_to(speaker: ReplySpeaker | None) -> list[Receiver]:
 def starting_programs(
     table: CommandTable, inbox: Inbox, clock: Clock, show: Callable[[str], None]
 ) -> Iterator[Receiver]:
-    """Open what starts the programs and functions of commands, for a `with` block.
+    """Open what starts programs and functions, for a `with` block; their ends go to the inbox.
 
-    Args:
-        table: what each command does.
-        inbox: gets the end of each.
-        clock: the time of that.
-        show: takes each line that a program prints, on any thread.
-
-    Raises:
-        ConfigError: there is no such program or function.
+    Each line that a program prints goes to `show`. Raises ConfigError if one does not exist.
     """
 
     def put(ended: Ended) -> None:

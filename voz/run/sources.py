@@ -1,7 +1,7 @@
 """What drives a robot besides a microphone: recordings, typed lines and bags, by their own time.
 
 Nothing here reads a clock: a recording lasts as long as its samples, a typed line 0.1 s. So a run
-goes as fast as it can and gives the same events each time.
+is as fast as the computer and gives the same events each time.
 """
 
 from __future__ import annotations
@@ -52,10 +52,7 @@ def lines_typed(
 ) -> Iterator[Item]:
     """Yield typed lines, one for each beat; `-` or nothing lets a beat pass.
 
-    Args:
-        lines: the typed text.
-        commands: what may be typed; any other text is not accepted.
-        now: returns the time of the run, s: a line may have been waited for.
+    The time of the run, `now`, may have gone on while a line was waited for.
     """
     beats = 0
     for line in lines:
@@ -72,10 +69,7 @@ def recordings_played(
 ) -> Iterator[Item]:
     """Yield what is heard in recordings, one after the other as one stream of time.
 
-    Args:
-        paths: the recordings.
-        recognizer: what understands them.
-        unreadable: gets a line for each that could not be read; each is a Warning too.
+    A recording that cannot be read is a Warning, and its message is added to `unreadable`.
     """
     heard = 0  # samples of all recordings so far
 
@@ -99,13 +93,7 @@ def recordings_played(
 
 
 def bag_replayed(path: Path, content: BagContent, commands: Commands) -> Iterator[Item]:
-    """Yield the sentences in a bag, each at its time.
-
-    Args:
-        path: the bag.
-        content: what it holds.
-        commands: what may be said; any other sentence is not accepted.
-    """
+    """Yield the sentences in a bag, each at its time."""
     end = content.seconds
     for sentence in content.sentences:
         text = normalize(sentence.text[:MAX_COMMAND_LENGTH])
@@ -119,7 +107,7 @@ def typed(text: str, commands: Commands, now: float, source: str = TYPED) -> Utt
 
     Args:
         text: the sentence, normalized; it may have digits and a full stop.
-        commands: what may be said; of another text the closest command is given.
+        commands: what may be said; for other text the closest command is given.
         now: the time, s.
         source: where it comes from.
     """

@@ -21,13 +21,7 @@ class TextCommands:
     def __init__(
         self, commands: Callable[[], Commands], inbox: Inbox, now: Callable[[], float]
     ) -> None:
-        """Prepare to take texts.
-
-        Args:
-            commands: returns the commands that are known at present.
-            inbox: gets them.
-            now: returns the time of the run, s.
-        """
+        """Prepare to take texts; `commands` returns those of now, `now` the time of the run, s."""
         self._commands = commands
         self._inbox = inbox
         self._now = now

@@ -17,11 +17,7 @@ Trouble: TypeAlias = Callable[[], str | None]
 
 
 class Watch:
-    """Stops the robot when one thing that a run needs is lost, and when it is back.
-
-    Attributes:
-        in_trouble: whether it was lost when last looked at.
-    """
+    """Stops the robot when one thing that a run needs is lost, and when it is back."""
 
     def __init__(
         self, controller: Controller, trouble: Trouble, again: str, source: str | None = None
@@ -31,7 +27,7 @@ class Watch:
         Args:
             controller: what stops.
             trouble: returns why the thing is lost.
-            again: says that it is back.
+            again: the message that it is back.
             source: of the utterances that come from it, if it hears.
         """
         self._controller = controller
@@ -41,11 +37,7 @@ class Watch:
         self.in_trouble = False
 
     def look(self, now: float) -> None:
-        """Stop, and say why, if it was lost or came back just now.
-
-        Args:
-            now: the time of the run, s.
-        """
+        """Stop, and say why, if it was lost or came back just now; `now` in s."""
         found = self._trouble()
         if bool(found) == self.in_trouble:
             return

@@ -53,11 +53,7 @@ class Simulator(Section, frozen=True, kw_only=True):
     arm_speed: Rate = 2.5
 
     def __post_init__(self) -> None:
-        """Refuse a room in which the robot has no place, or the objects are not on the table.
-
-        Raises:
-            ConfigError: so it is, or a field is wrong in itself.
-        """
+        """Raise ConfigError if the robot starts in a wall, or objects are not on the table."""
         super().__post_init__()
         table, (x, y, _) = Tabletop(*self.table), self.start
         if table.x + table.width > self.room[0] or table.y + table.depth > self.room[1]:

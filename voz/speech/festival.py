@@ -64,25 +64,18 @@ WAV_HEADER_BYTES = 44
 
 
 def installed_voices() -> list[str]:
-    """The installed ones of `VOICES`, in its order.
-
-    Raises:
-        SpeechError: festival is not installed or does not answer.
-    """
+    """List the installed ones of `VOICES`; raises SpeechError without festival."""
     answer = _run([_program("festival"), "--batch", "(print (voice.list))"])
     found = re.findall(r"\w+", answer)
     return [voice for voice in VOICES if voice in found]
 
 
 def speakable(text: str, voice: str = "") -> str:
-    """Reduce a text to words that a voice can speak.
+    """Reduce a text to one line of words that a voice can speak, for festival in ASCII.
 
     Args:
         text: anything.
         voice: one of espeak-ng's keeps all letters, any other is festival's.
-
-    Returns:
-        One line without words that have no sound, for festival in ASCII, without accents.
 
     Raises:
         SpeechError: nothing is left, or too much.

@@ -23,19 +23,10 @@ _KNOWN_TEXTS: set[tuple[str, str]] = set()
 
 
 def cached_speech(text: str, voice: str, cancelled: threading.Event | None = None) -> Path:
-    """A WAV file of a text, which is rendered the first time.
+    """Return a WAV file of a text, which is rendered the first time; raises SpeechError.
 
-    Args:
-        text: what to say; texts that sound the same share a file.
-        voice: one of `VOICES`, or of espeak-ng.
-        cancelled: as for `render`.
-
-    Returns:
-        A file in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be written
-        or is another user's, in a temporary folder of this process.
-
-    Raises:
-        SpeechError: as `render`.
+    It is in `$XDG_CACHE_HOME/voz/speech` or `~/.cache/voz/speech`; if that cannot be written or is
+    another user's, in a temporary folder of this process. The arguments are those of `render`.
     """
     plain = speakable(text, voice)
     check_known(voice)

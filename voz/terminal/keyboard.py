@@ -48,7 +48,7 @@ class TypedLine:
     """A line that is being typed, key by key.
 
     A space between two words of a command, just after the first, is text. Any other space stops the
-    robot, and is part of the line, too, so that its rest is not taken for a command.
+    robot; it stays in the line, so that the rest is not taken for a command.
     """
 
     def __init__(self, continues: Callable[[str], bool]) -> None:
@@ -110,16 +110,13 @@ def read_keyboard(
     continues: Callable[[str], bool],
     warn: Callable[[str], None],
 ) -> Iterator[TypedLine]:
-    """Read the keyboard in a `with` block, on a thread of its own.
+    """Read the keyboard in a `with` block, on a thread of its own; give the line being typed.
 
     Args:
         stop: called for each key that stops the robot.
         typed: called with each line.
         continues: returns whether a space after a text is part of a command.
         warn: called if input may be lost.
-
-    Yields:
-        The line that is being typed, to be shown.
     """
     line = TypedLine(continues)
     stream = sys.stdin

@@ -19,14 +19,9 @@ LEVEL_BAR_WIDTH = 30
 
 @contextmanager
 def level_bar(console: Console, indent: str = "") -> Iterator[Callable[[Samples], None]]:
-    """Show a bar during a `with` block, if the console is a terminal.
+    """Show a level bar in a `with` block, below what is printed, if the console is a terminal.
 
-    Args:
-        console: where it is shown, below what is printed there.
-        indent: text before it.
-
-    Yields:
-        A function that takes a block of the microphone and shows its level.
+    Yields a function that takes a block of the microphone.
     """
     columns = TextColumn(indent + "{task.description}"), BarColumn(LEVEL_BAR_WIDTH)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as p:

@@ -23,14 +23,7 @@ class ArrayConverter:
     """Converts a stream of arrays to `Samples`, block by block."""
 
     def __init__(self, rate: float | None) -> None:
-        """Start a stream.
-
-        Args:
-            rate: of its arrays, Hz.
-
-        Raises:
-            AudioError: the rate is missing or unusable.
-        """
+        """Start a stream of arrays at a rate, Hz; raises AudioError if the rate is unusable."""
         if rate is None:
             raise AudioError("an array does not hold its sample rate; give it, as in rate=44100")
         if not _is_usable(rate):
@@ -42,16 +35,9 @@ class ArrayConverter:
         self._finished = False
 
     def feed(self, array: npt.ArrayLike) -> Samples:
-        """Convert the next array.
+        """Convert samples, or samples x channels: int16, or floats from -1 to 1.
 
-        Args:
-            array: samples, or samples x channels: int16, or floats from -1 to 1.
-
-        Returns:
-            The mean of the channels, as far as it is known by now.
-
-        Raises:
-            AudioError: the array is something else, or the stream is finished.
+        Returns the mean of the channels, as far as it is known by now. Raises AudioError.
         """
         if self._finished:
             raise AudioError("this stream is finished; begin another one")

@@ -100,10 +100,7 @@ class Microphone:
 
 @contextmanager
 def open_microphone(device: str | None = None) -> Iterator[Microphone]:
-    """Open a microphone for a `with` block.
-
-    Args:
-        device: its number or a part of its name; None is the default one.
+    """Open a microphone for a `with` block: a number, or a part of a name; None is the default.
 
     Raises:
         AudioError: there is no such microphone, or it fails.

@@ -50,11 +50,7 @@ def list_sources() -> list[PulseSource]:
 
 @contextmanager
 def pulse_source_selected(source: str | None) -> Iterator[None]:
-    """Let streams that are opened in a `with` block record from a source.
-
-    Args:
-        source: its name; None leaves the choice as it is.
-    """
+    """Let streams that are opened in a `with` block record from a source; None changes nothing."""
     if source is None:
         yield
         return

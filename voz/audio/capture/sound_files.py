@@ -40,18 +40,14 @@ UNKNOWN_WAV_LENGTH = 0x7FFFF000
 
 
 def read_blocks(path: Path, start: int = 0) -> Iterator[Samples]:
-    """Read a recording block by block.
+    """Read a recording of any format, rate and channels in blocks of up to a second, 16 kHz.
 
     Args:
-        path: in any format, rate and number of channels that libsndfile reads.
-        start: samples at 16 kHz to skip; the recording is longer.
-
-    Yields:
-        Blocks of up to about a second, 16 kHz, the mean of the channels.
+        path: of the recording.
+        start: samples at 16 kHz to skip.
 
     Raises:
-        AudioError: the file is missing, no regular file, unreadable, empty, cut short or holds
-            samples that are no numbers. The blocks before the fault were yielded.
+        AudioError: it cannot be read, is empty, cut short, or holds samples that are no numbers.
     """
     with _open(path) as file:
         read = start
@@ -68,18 +64,7 @@ def header_seconds(path: Path) -> float:
 
 
 def read_sound(path: Path, rate: int) -> npt.NDArray[np.float32]:
-    """Read a sound that is to be played.
-
-    Args:
-        path: as for `read_blocks`, up to `MAX_SOUND_SECONDS`.
-        rate: of the result, Hz.
-
-    Returns:
-        The mean of the channels, -1 to 1.
-
-    Raises:
-        AudioError: as `read_blocks`, or the sound is too long.
-    """
+    """Read a sound to be played, resampled to `rate`, Hz; raises AudioError if it is too long."""
     with _open(path) as file:
         if file.frames > MAX_SOUND_SECONDS * file.samplerate:
             minutes = f"{MAX_SOUND_SECONDS / 60:g} minutes"

@@ -84,8 +84,7 @@ class Background:
     def follow(self, level: BandLevels, voice: bool) -> BandLevels:
         """Take the level of the next frame, and whether a voice may be in it.
 
-        Returns:
-            The levels of the background, this frame included.
+        Returns the levels of the background, this frame included.
         """
         self._add(level, voice)
         low, high = self._recent.quantile(BACKGROUND_QUANTILE)

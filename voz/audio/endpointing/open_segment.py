@@ -116,13 +116,13 @@ class OpenSegment:
             )
 
     def segment(self, end: int, heard: int, kept: Samples, kept_from: int) -> Segment:
-        """Make the segment from `start` to `end`.
+        """Make the segment from `start` to `end`; all positions are samples of the stream.
 
         Args:
-            end: in the stream, samples.
-            heard: position in the stream, samples.
+            end: of the segment.
+            heard: the position of now.
             kept: the last samples of the stream.
-            kept_from: where these begin in the stream, samples.
+            kept_from: where these begin.
         """
         first, last = self.start - kept_from, end - kept_from
         never_quiet = self.voices > 1 - MIN_SILENT_SHARE

@@ -22,7 +22,7 @@ def pieces(levels: Sequence[float], above: float, pause: int) -> tuple[float, li
     """Find what stands out of a steady noise.
 
     Args:
-        levels: of the frames of the stretch, dB.
+        levels: of the frames, dB.
         above: how far a frame stands out, dB.
         pause: number of quiet frames between two pieces.
 

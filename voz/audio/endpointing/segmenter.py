@@ -295,15 +295,8 @@ def segments(blocks: Iterable[Samples]) -> Iterator[Segment]:
 
 
 def sounds(blocks: Iterable[Samples]) -> Iterator[Sound]:
-    """Divide a whole recording into stretches of speech.
+    """Divide a whole recording, in blocks at 16 kHz, into stretches of speech.
 
-    Args:
-        blocks: its samples, 16 kHz, in blocks of any size.
-
-    Yields:
-        Each segment when its end is known, and the quiet after it when that is sure.
-
-    Raises:
-        AudioError: the blocks end in one; what was found before is yielded first.
+    Yields each segment when its end is known, and the quiet after it when that is sure.
     """
     return feed_all(Segmenter(), blocks)

@@ -72,11 +72,7 @@ class Silero:
 
     @on_one_thread
     def probabilities(self, samples: Samples) -> Floats:
-        """The probability of speech of each 32 ms.
-
-        Args:
-            samples: 16 kHz; an incomplete block at the end is left out.
-        """
+        """Return the probability of speech of each whole 32 ms, 16 kHz."""
         blocks = samples[: len(samples) // SILERO_BLOCK * SILERO_BLOCK].reshape(-1, SILERO_BLOCK)
         if not len(blocks):
             return np.empty(0, np.float32)

@@ -27,10 +27,9 @@ class VoiceDetector:
         self._network = Silero()
 
     def probability(self, samples: Samples) -> float:
-        """The highest mean probability of speech over 0.2 s, 0 to 1.
+        """Return the highest mean probability of speech over 0.2 s, 0 to 1.
 
-        Args:
-            samples: 16 kHz, with a run-up before the words; less than 32 ms give 0.
+        The samples, 16 kHz, have a run-up before the words; less than 32 ms give 0.
         """
         found = self._network.probabilities(samples[: EXAMINED_BLOCKS * SILERO_BLOCK])
         if not len(found):

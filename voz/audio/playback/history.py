@@ -59,11 +59,7 @@ class PlaybackHistory:
         self._write(block)
 
     def last(self, seconds: float, now: float) -> tuple[Wave, float]:
-        """The last seconds before `now`, to be passed to `to_16_khz`.
-
-        Args:
-            seconds: up to 5.9.
-            now: the time, s; after the last block there was silence.
+        """Return the last seconds before `now`, at most 5.9, to be passed to `to_16_khz`.
 
         Returns:
             The samples at `PLAYBACK_RATE` with `FILTER_MARGIN` on either side, and when the last

@@ -43,16 +43,7 @@ class Mixer:
         self._loudspeaker.wake()
 
     def play(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> PlayingSound:
-        """Start a sound beside those that are playing.
-
-        Args:
-            sound: at least one sample, at `PLAYBACK_RATE`.
-            volume: 0 to 1.
-            repeats: whether it repeats until it is stopped.
-
-        Returns:
-            The sound, for `stop` and `wait`.
-        """
+        """Start a sound, at `PLAYBACK_RATE`, beside those that are playing; volume 0 to 1."""
         source = PlayingSound(sound, volume, repeats)
         with self._changed:
             if self._closed:
@@ -76,10 +67,7 @@ class Mixer:
                 self._clear()
 
     def busy_until(self) -> float:
-        """The monotonic time when the last audible sample is heard, s, to about 10 ms.
-
-        It is past if nothing sounds, and infinite while a sound repeats.
-        """
+        """Return when the last audible sample is heard, monotonic s; infinite if one repeats."""
         with self._changed:
             left = max((source.audible_left for source in self._sources), default=0)
             if not left or self._loudspeaker.is_lost:
@@ -89,14 +77,9 @@ class Mixer:
             return max(now, handed) + left / PLAYBACK_RATE
 
     def recent(self, seconds: float) -> tuple[Wave, float]:
-        """What was played last, silence in between included.
+        """Return the sound of the last seconds, 16 kHz, and when its last sample is heard, s.
 
-        Args:
-            seconds: how much, up to 5.9.
-
-        Returns:
-            The samples at 16 kHz, -1 to 1, and the monotonic time when the last one is heard, s:
-            while the device is open, some 20 ms ahead.
+        Silence is included; at most 5.9 s.
         """
         with self._changed:
             cut, end = self._history.last(seconds, time.monotonic())

@@ -96,13 +96,7 @@ class PlayingSound:
 def mix(sources: Sequence[PlayingSound], frames: int, gain: float = 1.0) -> tuple[Wave, float]:
     """Add up the next samples of all sounds, turned down where the sum is too loud.
 
-    Args:
-        sources: the sounds; each advances by `frames`.
-        frames: how many samples.
-        gain: returned by the previous call.
-
-    Returns:
-        The samples, -1 to 1, and the gain at their end.
+    The gain comes from the call before. Returns the samples, -1 to 1, and the gain at their end.
     """
     total = np.zeros(frames, np.float32)
     for source in sources:

@@ -104,14 +104,9 @@ class AcousticModel:
         return np.asarray(-WEIGHT_UNIT * self._weights[:, :, senones].transpose(0, 2, 1))
 
     def expected(self, phones: Indices, senones: Indices) -> Floats:
-        """The mean cepstra of states, relative to the mean of an utterance.
+        """Return the mean cepstra of n states by their phones and senones, shape (n, 13).
 
-        Args:
-            phones: the phone number of each state, shape (n,).
-            senones: the number of each state, shape (n,).
-
-        Returns:
-            The weighted means of their Gaussians, shape (n, 13).
+        They are relative to the mean of an utterance.
         """
         weights = np.exp(self.log_weights(senones)[0])
         means = self.means[phones, 0]

@@ -33,16 +33,9 @@ class TooManyStatesError(Exception):
 
 
 def join_readers(readers: Sequence[SlotReader]) -> tuple[Automaton, list[SharedSentence]]:
-    """Make one automaton of templates: the subset construction.
+    """Make one automaton of templates by the subset construction; label it by their numbers.
 
-    Args:
-        readers: the templates; the first that gives a sentence has it.
-
-    Returns:
-        The automaton, labeled by template numbers, and which sentences are ambiguous.
-
-    Raises:
-        TooManyStatesError: they are too many.
+    A sentence of several belongs to the first; those are returned too. Raises TooManyStatesError.
     """
     joining = _Joining(readers)
     joining.join()

@@ -113,10 +113,10 @@ Slots: TypeAlias = Mapping[str, Slot]
 
 
 def slots(item: Expression, known: dict[int, Slots]) -> Slots:
-    """Find the slots of an expression.
+    """Find the slots of an expression without references.
 
     Args:
-        item: without references.
+        item: the expression.
         known: cache of the slots of resolved references, by id.
 
     Raises:

@@ -14,15 +14,9 @@ NEGATION = "!"
 
 
 def failed_expectations(commands: Commands, data: bytes, name: str) -> Iterator[str]:
-    """Report the lines whose expectation does not hold.
+    """Report each line whose expectation does not hold; raises CommandsError.
 
-    Args:
-        commands: what a list holds.
-        data: the sentences, one a line, UTF-8; `#` begins a comment.
-        name: what messages call the file.
-
-    Raises:
-        CommandsError: the file is not text.
+    The data has a sentence a line, UTF-8; messages call the file `name`.
     """
     none_follow = False
     for number, line in content_lines(data, name):

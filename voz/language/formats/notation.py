@@ -112,11 +112,7 @@ class Notation(Parser):
 
 
 def slot(passage: Passage) -> Slot:
-    """Parse the inside of braces: `colour`, `thing:object` or `angle: 5..180 by 5`.
-
-    Raises:
-        CommandsError: it is something else.
-    """
+    """Parse the inside of braces: `colour`, `thing:object` or `angle: 5..180 by 5`."""
     place = passage.place()
     match = _SLOT.fullmatch(passage.text)
     if not match:

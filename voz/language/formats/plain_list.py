@@ -38,14 +38,9 @@ class CommandList:
 
 
 def parse_commands(data: bytes, name: str) -> CommandList:
-    """Parse a command list: one sentence a line, `#` begins a comment.
+    """Parse a command list, UTF-8: one sentence a line, `#` begins a comment.
 
-    Args:
-        data: UTF-8.
-        name: what messages call the list.
-
-    Raises:
-        CommandsError: the list cannot be used.
+    Messages call it `name`. Raises CommandsError.
     """
     lines: dict[str, int] = {}
     repeats: list[str] = []

@@ -92,16 +92,7 @@ class RhasspyParser(Parser):
 
 
 def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSource:
-    """Parse a `sentences.ini`.
-
-    Args:
-        data: UTF-8.
-        name: what messages call it.
-        read_slots: reads the lists that it names.
-
-    Raises:
-        CommandsError: it cannot be used.
-    """
+    """Parse a `sentences.ini`, UTF-8, which messages call `name`; raises CommandsError."""
     source = TemplateSource(name)
     intent = ""
     own: dict[str, dict[tuple[DefinitionKind, str], str]] = {}

@@ -27,14 +27,7 @@ def is_templates(path: Path, data: bytes) -> bool:
 
 
 def read_templates(path: Path) -> tuple[TemplateSource, dict[Path, bytes]]:
-    """Read a file of templates and those that it imports.
-
-    Returns:
-        What they hold together, and the bytes of each file that was read.
-
-    Raises:
-        CommandsError: one of them cannot be read or used.
-    """
+    """Read templates with their imports; return them, and the bytes of each file."""
     read: dict[Path, bytes] = {}
     source = _read(path, read)
     return source, read

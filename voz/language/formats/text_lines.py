@@ -12,15 +12,7 @@ MAX_WARNINGS = 10
 
 
 def content_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
-    """Number the lines that hold more than a comment, without comment and outer space.
-
-    Args:
-        data: UTF-8 with any line ends.
-        name: what messages call the text.
-
-    Raises:
-        CommandsError: the text is too large or not UTF-8.
-    """
+    """Yield numbered lines without comments, outer space and empty lines; raises CommandsError."""
     for number, line in numbered_lines(data, name):
         text = line.partition("#")[0].strip(" \t")
         if text.strip():
@@ -28,7 +20,7 @@ def content_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
 
 
 def numbered_lines(data: bytes, name: str) -> Iterator[tuple[int, str]]:
-    """Number all lines, from 1; as `content_lines` otherwise."""
+    """Number all lines of UTF-8 text, from 1, whatever ends them; raises CommandsError."""
     if len(data) > MAX_TEXT_BYTES:
         raise CommandsError(f"{name}: larger than {MAX_TEXT_BYTES:,} bytes; make it smaller")
     data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")

@@ -75,12 +75,7 @@ def fingerprint(contents: Mapping[str, str]) -> str:
 
 @contextmanager
 def lock_folder(folder: Path, how: int) -> Iterator[None]:
-    """Lock the files of a folder against other processes of voz.
-
-    Args:
-        folder: the folder.
-        how: `fcntl.LOCK_SH` to read them, `fcntl.LOCK_EX` to write them.
-    """
+    """Lock a folder against other processes of voz: `fcntl.LOCK_SH` or `LOCK_EX`."""
     with ExitStack() as opened:
         with suppress(OSError):  # some network drives have no locks; then the fingerprint tells
             descriptor = os.open(folder, os.O_RDONLY)

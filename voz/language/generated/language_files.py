@@ -171,16 +171,13 @@ def read_language_info(files: LanguageFiles) -> LanguageInfo:
 def parse_dictionary(
     text: str, path: Path, advice: str = REBUILD_ADVICE, phones: Collection[str] = PHONES
 ) -> dict[str, tuple[str, ...]]:
-    """Parse a dictionary, as strictly as pocketsphinx needs it.
+    """Parse a dictionary, as strictly as pocketsphinx needs it; raises LanguageError.
 
     Args:
         text: what `read_plain_text` has read.
         path: what messages call it.
         advice: what the user can do if it cannot be used.
         phones: those of the acoustic model.
-
-    Raises:
-        LanguageError: a line is something else.
     """
     words: dict[str, tuple[str, ...]] = {}
     for number, line in enumerate(_lines(text), start=1):
@@ -211,14 +208,7 @@ def _lines(text: str) -> list[str]:
 
 
 def stale_warning(files: LanguageFiles) -> str | None:
-    """Warn if the command list has changed since the other files were generated.
-
-    Returns:
-        What to do; None if the list is unchanged or missing.
-
-    Raises:
-        LanguageError: the sentences cannot be read.
-    """
+    """Warn if the command list has changed since its files were generated; else None."""
     if stored := _stored(files):
         changed = [name for name, known in stored.sources.items() if _sha(files, name) != known]
         if not changed:

@@ -83,15 +83,7 @@ def _log(probability: float) -> str:
 
 
 def check_arpa(text: str, words: Collection[str]) -> None:
-    """Check a model, so strictly that pocketsphinx reads the same.
-
-    Args:
-        text: the model, with no control characters but tabs and line feeds.
-        words: those of the dictionary.
-
-    Raises:
-        ValueError: it cannot be used.
-    """
+    """Check a model with these words as strictly as pocketsphinx needs it; raises ValueError."""
     _, found, body = f"\n{text}".partition("\n\\data\\\n")
     counts, *sections = [part.split("\n") for part in re.split(r"\n{2,}", body.strip())]
     numbers = [_NUMBER_OF_GRAMS.fullmatch(line.strip()) for line in counts]

@@ -41,11 +41,7 @@ class LetterRules:
 
 
 def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """Read a published dictionary: sorted or not, separated by spaces or tabs.
-
-    Args:
-        path: of the dictionary, UTF-8; `##` and `;;;` begin comments.
-        phones: those of the acoustic model.
+    """Read a published dictionary, UTF-8, sorted or not; `##` and `;;;` begin comments.
 
     Returns:
         The pronunciations of each word in lower case, the usual one first.
@@ -72,11 +68,7 @@ def read_dictionary(path: Path, phones: Collection[str]) -> dict[str, tuple[str,
 
 
 def read_rules(path: Path, phones: Collection[str]) -> LetterRules:
-    """Read letter-to-sound rules.
-
-    Args:
-        path: lines `letters<TAB>PHONE PHONE`; UTF-8; `#` begins a comment.
-        phones: those of the acoustic model.
+    """Read letter-to-sound rules: lines `letters<TAB>PHONE PHONE`; `#` begins a comment.
 
     Raises:
         LanguageError: a line is no rule, or names an unknown phone.
@@ -99,11 +91,7 @@ def read_rules(path: Path, phones: Collection[str]) -> LetterRules:
 
 
 def apply_rules(word: str, rules: LetterRules) -> tuple[str, ...]:
-    """Pronounce a word from left to right, by the longest rule that fits at each place.
-
-    Returns:
-        Its phones; none if there is no rule for one of its letters.
-    """
+    """Pronounce a word by the longest rule that fits at each place; no phones if none fits."""
     marked, at = f"^{word}$", 1
     said: list[str] = []
     while at < len(marked) - 1:
@@ -147,10 +135,7 @@ def pronounce_from(
         rules: for words that neither has.
 
     Returns:
-        An entry for each word, sorted by word.
-
-    Raises:
-        CommandsError: a word cannot be pronounced.
+        An entry for each word, sorted by word; CommandsError is raised if one has none.
     """
     entries: dict[str, LexiconEntry] = {}
     for word in places:

@@ -26,17 +26,9 @@ class FestivalError(Exception):
 
 
 def guess(words: Sequence[str]) -> dict[str, str]:
-    """Guess how words are pronounced.
+    """Guess the phones of each word of the letters a to z, such as "Z AO R B L AE K S".
 
-    Args:
-        words: of the letters a to z and apostrophes, which are ignored.
-
-    Returns:
-        The phones of each word, such as "Z AO R B L AE K S"; words that festival cannot pronounce
-        are missing.
-
-    Raises:
-        FestivalError: festival is not installed, fails, or takes too long.
+    Words that festival cannot pronounce are missing. Raises FestivalError.
     """
     spellings = {word: word.replace("'", "") for word in words}
     letters = sorted({spelling for spelling in spellings.values() if spelling})

@@ -59,15 +59,7 @@ def read_cmudict() -> bytes:
 
 
 def look_up(cmudict: bytes, word: str) -> tuple[str, ...]:
-    """Look a word up by bisection.
-
-    Args:
-        cmudict: lines `word PH PH` and `word(2) PH PH`, sorted by word.
-        word: in lower case.
-
-    Returns:
-        Its pronunciations, none if the dictionary does not have it where it should.
-    """
+    """Look a lower-case word up in a sorted dictionary by bisection; it may have none."""
     offsets = range(len(cmudict))
     start = bisect_left(offsets, word.encode(), key=lambda offset: _word_at(cmudict, offset))
     return _pronunciations_at(cmudict, start, word)
@@ -95,15 +87,12 @@ def _pronunciations_at(cmudict: bytes, start: int, word: str) -> tuple[str, ...]
 def parse_pronunciations(
     data: bytes, name: str, phones_known: Collection[str] | None = None
 ) -> dict[str, tuple[str, ...]]:
-    """Parse the user's pronunciations: lines `word PH PH`, several for the same word if need be.
+    """Parse the user's pronunciations, UTF-8: lines `word PH PH`, `#` begins a comment.
 
     Args:
-        data: UTF-8; `#` begins a comment.
+        data: the lines; a word may have several.
         name: what messages call the file.
         phones_known: those of another language's acoustic model; None is English.
-
-    Raises:
-        CommandsError: a line is no pronunciation, or names an unknown phone.
     """
     found: dict[str, dict[str, None]] = {}
     for number, text in content_lines(data, name):
@@ -157,10 +146,7 @@ def pronounce(
         guess: guesses the phones of unknown words.
 
     Returns:
-        An entry for each word, sorted by word.
-
-    Raises:
-        CommandsError: a word cannot be pronounced.
+        An entry for each word, sorted by word; CommandsError is raised if one has none.
     """
 
     def known(word: str) -> tuple[str, ...]:
@@ -182,13 +168,7 @@ def pronounce(
 def split_compound(word: str, known: Callable[[str], object]) -> tuple[str, ...]:
     """Split a word into as few known words as possible, the shortest as long as possible.
 
-    Args:
-        word: in lower case.
-        known: whether a part is a word.
-
-    Returns:
-        The parts, none if it cannot be split. Of two equally good splits the one with the longer
-        beginning is taken.
+    Of two equally good splits the one with the longer beginning is taken.
     """
     for count in range(2, MAX_COMPOUND_PARTS + 1):
         splits = [parts for parts in _splits(word, count) if all(map(known, parts))]

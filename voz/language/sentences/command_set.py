@@ -113,8 +113,7 @@ class Commands(Collection[str]):
     def parse(self, text: str) -> Parse | None:
         """Find what a sentence means; None if it is not in the language.
 
-        Args:
-            text: spoken, or typed with digits, capitals and a full stop, perhaps without accents.
+        It may be typed with digits, capitals and a full stop, perhaps without accents.
         """
         words = text.split()
         label = self._label(words)
@@ -168,11 +167,9 @@ class Commands(Collection[str]):
         return drawn + self.automaton.sentences_with_words(set(self.vocabulary) - _words(drawn))
 
     def named(self, names: Collection[str], most: int) -> list[str]:
-        """Sentences that mean one of some commands, or are named themselves.
+        """Return sentences that mean one of some commands, or are named themselves.
 
-        Args:
-            names: of commands, or sentences.
-            most: of each template; the shortest come first.
+        Of each template at most `most` are returned, the shortest first.
         """
         labels = [n for n, meaning in enumerate(self.meanings) if meaning.command in names]
         found = [
@@ -181,13 +178,7 @@ class Commands(Collection[str]):
         return list(dict.fromkeys([*found, *(text for text in names if text in self)]))
 
     def neighbors(self, text: str, most: int, sound: WordCosts) -> list[str]:
-        """Find the sentences that sound most like one, the nearest first.
-
-        Args:
-            text: a sentence of the language.
-            most: how many at most.
-            sound: costs by how the words sound.
-        """
+        """Find at most `most` sentences that sound like one of the language, the nearest first."""
         return [near.sentence for near in nearest(self.automaton, text.split(), sound, most)]
 
     def closest_sentence(self, text: str) -> str | None:
@@ -205,7 +196,7 @@ class Commands(Collection[str]):
         return None if label == NO_LABEL else label
 
     def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
-        """Yield typed words with their accents, in all ways."""
+        """Return typed words with their accents, in all ways."""
         return [[word for way in ways for word in self._accents.get(way, [way])] for ways in typed]
 
     @cached_property
@@ -222,7 +213,7 @@ class Commands(Collection[str]):
                 yield words, self.automaton.labels[state]
 
     def _walked(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
-        """Yield the states to which typed text leads, with the words on the way."""
+        """Return the states to which typed text leads, with the words on the way."""
         begun: list[tuple[int, list[str]]] = [(0, [])]
         for ways in typed:
             begun = [

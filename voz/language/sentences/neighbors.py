@@ -53,7 +53,7 @@ class _Begun(NamedTuple):
 def nearest(
     automaton: Automaton, said: Sequence[str], costs: WordCosts, most: int, changes: int = 2
 ) -> list[Neighbor]:
-    """Find the sentences that are nearest to one, without itself, the nearest first.
+    """Find the sentences that are nearest to some words, without these, the nearest first.
 
     Args:
         automaton: the sentences.

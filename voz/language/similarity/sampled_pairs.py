@@ -34,11 +34,6 @@ def similar_pairs_by_sampling(
     """Find pairs that sound alike; of those that differ in the same words the most similar.
 
     The similarity depends on the words that differ, not on the length of the rest.
-
-    Args:
-        commands: of a long list.
-        pronunciations: of each of its words, such as "K OW L AH".
-        distances: of the phones; None for those of English.
     """
     spellings = {word: [way.split() for way in ways] for word, ways in pronunciations.items()}
     sound = WordDistances(spellings, distances)

@@ -26,17 +26,7 @@ def draw_matrix(
     path: Path,
     distances: PhoneDistances | None = None,
 ) -> None:
-    """Draw how alike all commands sound.
-
-    Args:
-        commands: normalized sentences, each once.
-        pronunciations: of each of their words.
-        path: the picture, PNG or SVG by its ending.
-        distances: of the phones; None for those of English.
-
-    Raises:
-        VozError: matplotlib is missing, there are too many commands, or `path` is not writable.
-    """
+    """Draw how alike all commands sound, as PNG or SVG; raises VozError."""
     if path.suffix.lower() not in (".png", ".svg"):
         raise VozError(f"{path}: not a picture name; end it with .png or .svg")
     if len(commands) > MAX_PICTURED_COMMANDS:

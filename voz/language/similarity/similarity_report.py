@@ -27,12 +27,7 @@ NEVER_REWORDED = frozenset({"stop"})
 
 
 def similarity_warnings(pairs: Sequence[SimilarPair], every: bool = False) -> tuple[str, ...]:
-    """Warn of risky pairs, and which of the two to reword.
-
-    Args:
-        pairs: those that sound alike, the most similar first.
-        every: whether each pair has a line; else there are at most `MAX_REPORT_LINES`.
-    """
+    """Warn of risky pairs, and which to reword; `MAX_REPORT_LINES` of them unless `every`."""
     risky = [pair for pair in pairs if pair.similarity >= WARNING_SIMILARITY]
     if every or len(risky) <= MAX_REPORT_LINES:
         return tuple(_warning(pair, pairs) for pair in risky)
@@ -44,7 +39,7 @@ def similarity_warnings(pairs: Sequence[SimilarPair], every: bool = False) -> tu
 def confusion_rate(alike: float) -> float:
     """Estimate how often a command is taken for another in noise, from their similarity.
 
-    Half the time if they sound the same; fitted by `benchmarks/mixing.py` in white noise at 5 dB.
+    Fitted by `benchmarks/mixing.py` in white noise at 5 dB.
     """
     return 0.5 * math.exp(-STEEPNESS * (1 - alike))
 
@@ -67,12 +62,7 @@ def command_to_reword(pair: SimilarPair, pairs: Iterable[SimilarPair]) -> str:
 
 
 def similarity_table(pairs: Sequence[SimilarPair], every: bool = False) -> str:
-    """Format the most similar pairs as a table.
-
-    Args:
-        pairs: the most similar first.
-        every: whether all are written; else at most `MAX_REPORT_LINES`.
-    """
+    """Format the most similar pairs; at most `MAX_REPORT_LINES` unless `every`."""
     if not pairs:
         return "no two commands sound alike"
     rows = [("alike", "mixed up in noise", "commands", "", "what differs")]

@@ -26,12 +26,7 @@ class WordDistances:
         spellings: Mapping[str, Sequence[Sequence[str]]],
         distances: PhoneDistances | None = None,
     ) -> None:
-        """Take the pronunciations of each word.
-
-        Args:
-            spellings: phones.
-            distances: of the phones; None for those of English.
-        """
+        """Take the phones of each word; without distances, those of English phones."""
         self._distances = distances or read_distances()
         self._spellings = {
             word: [tuple(way) for way in ways[:MAX_PRONUNCIATIONS]]

@@ -1,6 +1,6 @@
 """Pictures, animations and live drawings of what a simulated robot does.
 
-`terminal` needs nothing but rich; what writes files needs matplotlib, which is imported only then.
+Drawing in a terminal needs rich alone; files need matplotlib, which is imported only then.
 """
 
 from __future__ import annotations
@@ -19,26 +19,12 @@ ANIMATIONS = (".gif", ".mp4")
 
 
 def check_picture(path: Path) -> None:
-    """Find out whether a picture can be written, before the run that it will show.
-
-    Args:
-        path: where to; its ending decides between PNG and SVG.
-
-    Raises:
-        ConfigError: the ending is another, the place cannot be written, or matplotlib is missing.
-    """
+    """Raise ConfigError, before the run, if a PNG or SVG of it cannot be written."""
     _check(path, PICTURES, "a picture")
 
 
 def check_animation(path: Path) -> None:
-    """Find out whether an animation can be written, before the run that it will show.
-
-    Args:
-        path: where to; its ending decides between GIF and MP4.
-
-    Raises:
-        ConfigError: as for a picture, or ffmpeg is missing, which an MP4 needs.
-    """
+    """Raise ConfigError, before the run, if a GIF or MP4 of it cannot be written."""
     _check(path, ANIMATIONS, "an animation")
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         raise ConfigError(
@@ -47,15 +33,7 @@ def check_animation(path: Path) -> None:
 
 
 def save_picture(trip: Trip, path: Path) -> None:
-    """Draw the room, the way through it, the robot, its arm and what was said where.
-
-    Args:
-        trip: what to draw.
-        path: where to; its ending decides between PNG and SVG.
-
-    Raises:
-        ConfigError: see `check_picture`.
-    """
+    """Draw the room, the robot's way and what was said where; raises ConfigError."""
     check_picture(path)
     from voz.robot.drawing.scene import save
 
@@ -64,15 +42,7 @@ def save_picture(trip: Trip, path: Path) -> None:
 
 
 def save_animation(trip: Trip, path: Path) -> None:
-    """Show the same as it happened, at real speed.
-
-    Args:
-        trip: what to show.
-        path: where to; its ending decides between GIF and MP4.
-
-    Raises:
-        ConfigError: see `check_animation`.
-    """
+    """Draw the same as it happened, at real speed; raises ConfigError."""
     check_animation(path)
     from voz.robot.drawing.animation import save
 

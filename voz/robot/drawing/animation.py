@@ -36,15 +36,7 @@ MAX_GIF_FRAMES, MAX_MP4_FRAMES = 1200, 12_000
 
 
 def save(trip: Trip, path: Path) -> None:
-    """Write the animation of a trip.
-
-    Args:
-        trip: what to show.
-        path: where to; its ending decides the format.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write a trip as GIF or MP4, by the ending; raises OSError."""
     if path.suffix.lower() == ".gif":
         _save_gif(trip, path)
     else:
@@ -52,7 +44,7 @@ def save(trip: Trip, path: Path) -> None:
 
 
 def frames(trip: Trip, interval: float) -> Iterator[Frame]:
-    """Draw a trip at times that are so many seconds apart, and its end for a while."""
+    """Draw a trip at times `interval` s apart, and its end for a while."""
     scene = Scene(trip, ANIMATION_DPI)
     for artist in scene.show(0.0):
         artist.set_animated(True)

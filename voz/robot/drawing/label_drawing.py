@@ -44,13 +44,12 @@ class Label:
     """Some lines beside the way, which appear one after the other."""
 
     def __init__(self, axes: Axes, lines: Sequence[TripMark], commands: int = 0) -> None:
-        """Write it, wherever that is.
+        """Write the label.
 
         Args:
             axes: what to write on.
-            lines: the text of each line, the time since when it is there and what place it names.
-            commands: how many it tells; with any it has a frame, a dot at its place, and a line
-                between them.
+            lines: the text, time and place of each line.
+            commands: how many it has; a label with any has a frame, a dot and a leader.
         """
         self.place = lines[0].x, lines[0].y
         self._lines = lines
@@ -72,12 +71,7 @@ class Label:
         return box.width / point + 2 * self.air, box.height / point + 2 * self.air
 
     def put(self, corner: tuple[float, float], hook: tuple[float, float]) -> None:
-        """Move it to a place, m.
-
-        Args:
-            corner: its upper left one.
-            hook: where the line to it ends.
-        """
+        """Move its upper left corner to a place, m, with a leader that ends at `hook`."""
         self._text.set_position(corner)
         if self.commands:
             (x, y), look = self.place, _SAID
@@ -101,7 +95,7 @@ class Label:
 def write_along(
     axes: Axes, canvas: Any, trip: Trip, dots: Sequence[TimeMark], taken: Sequence[Artist]
 ) -> list[Label]:
-    """Write the commands and the times beside the way, so that no text covers another.
+    """Write commands and times beside the way, so that no text covers another.
 
     Args:
         axes: the room.
@@ -111,7 +105,7 @@ def write_along(
         taken: what no label may cover.
 
     Returns:
-        The labels; those that find no room are left out.
+        The labels; those without room are left out.
     """
     groups = [[TripMark(*dot)] for dot in dots if dot.text]
     labels = [Label(axes, group) for group in groups]

@@ -98,13 +98,11 @@ class LabelRequest(NamedTuple):
 
 
 class LabelOption(NamedTuple):
-    """A place that a label may have.
+    """A place that a label may have, and what it costs.
 
     Attributes:
-        cost: how bad it is.
-        box: the place.
         leader: points of the line to it, if there is one.
-        around: what the two of them take up.
+        around: a box around both.
     """
 
     cost: float
@@ -124,17 +122,15 @@ class LabelOption(NamedTuple):
 def place_labels(
     wishes: Sequence[LabelRequest], avoid: Points, taken: Sequence[Rectangle], area: Rectangle
 ) -> list[Rectangle | None]:
-    """Find a place for each label near what it names.
+    """Find a place for each label near its anchor; None where there is no room.
+
+    Labels do not overlap, nor does a leader cross another label.
 
     Args:
         wishes: the labels.
-        avoid: points that should rather not be covered.
+        avoid: points that should not be covered.
         taken: where no label may be.
         area: where labels may be.
-
-    Returns:
-        The place of each; None if there is no room for it. Labels do not overlap, nor does the
-        line from a label to its anchor cross another label.
     """
     anchors = np.reshape([wish.anchor for wish in wishes], (-1, 2))
     options = [

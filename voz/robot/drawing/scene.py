@@ -45,12 +45,7 @@ class Scene:
     """A figure of the room, and what of it changes with time."""
 
     def __init__(self, trip: Trip, dpi: int) -> None:
-        """Draw what does not change.
-
-        Args:
-            trip: what to draw.
-            dpi: pixels in an inch.
-        """
+        """Draw what does not change; `dpi` is the number of pixels in an inch."""
         self._trip = trip
         self._times = [state.t for state in trip.states]
         self._way = np.array([state.pose[:2] for state in trip.states])
@@ -72,14 +67,7 @@ class Scene:
         return self._title.get_text()
 
     def show(self, t: float) -> list[Artist]:
-        """Show the state of a time.
-
-        Args:
-            t: s; the end of the trip, or later, shows all of it.
-
-        Returns:
-            All that another time changes, in the order in which it is drawn.
-        """
+        """Show the state at a time, s; return all that changes with time, in drawing order."""
         count = max(1, bisect_right(self._times, t))
         for artist in self._moment:
             artist.remove()
@@ -149,15 +137,7 @@ def _empty(settings: Simulator, dpi: int) -> tuple[Figure, Axes]:
 
 
 def save(trip: Trip, path: Path) -> None:
-    """Write the picture of a whole trip.
-
-    Args:
-        trip: what to draw.
-        path: where to; its ending decides the format.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write the picture of a whole trip as PNG or SVG, by the ending; raises OSError."""
     scene = Scene(trip, PICTURE_DPI)
     scene.show(trip.states[-1].t)
     kind = path.suffix[1:].lower()

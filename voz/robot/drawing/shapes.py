@@ -36,11 +36,7 @@ OBJECT_RADIUS = 0.04
 
 
 def draw_room(axes: Axes, settings: Simulator) -> list[Artist]:
-    """Draw the walls, the table and what stands on it.
-
-    Returns:
-        What nothing else should cover.
-    """
+    """Draw walls, table and objects; return what nothing else should cover."""
     width, depth = settings.room
     axes.add_patch(Rectangle((0, 0), width, depth, facecolor="#fbfbf9", edgecolor="none", zorder=0))
     axes.add_patch(

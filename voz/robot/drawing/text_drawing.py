@@ -38,13 +38,7 @@ class Dots:
     """Dots of different styles; in a character the last one counts."""
 
     def __init__(self, width: int, height: int, room: tuple[float, float]) -> None:
-        """Choose the scale so that a room fits.
-
-        Args:
-            width: in characters.
-            height: in characters.
-            room: sizes along x and y, m.
-        """
+        """Choose the scale so that a room, m, fits into so many characters."""
         self._size = width, height
         across, down = width * DOT_COLUMNS - 1, height * DOT_ROWS - 1
         self._per_metre = min(across / room[0], down / room[1])
@@ -104,17 +98,9 @@ class Dots:
 def draw_in_text(
     settings: Simulator, state: WorldState, way: Sequence[WorldState], width: int, height: int
 ) -> Text:
-    """Draw the room from above.
+    """Draw the room from above, in `height` lines of `width` characters.
 
-    Args:
-        settings: the room.
-        state: where the robot and its arm are now.
-        way: where it was before.
-        width: of the drawing, in characters.
-        height: the same; the room keeps its proportions, so that one of the two may be too much.
-
-    Returns:
-        So many lines of so many characters.
+    The robot is now in `state`, and was before in those of `way`.
     """
     dots = Dots(width, height, settings.room)
     dots.rectangle(0, 0, *settings.room, WALL)

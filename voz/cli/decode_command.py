@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from voz.cli.decode_display import writer
+from voz.cli.decode_display import with_progress, writer
 from voz.cli.decode_options import Decoding
 from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
+    from voz.apps.batch.scheduler import Finished
     from voz.apps.batch.tasks import SimulationOptions
     from voz.config import Config
     from voz.language.generated.language_files import LanguageFiles
@@ -143,19 +144,17 @@ def _driving(
 def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.output import in_input_order
-    from voz.cli.decode_progress import progress
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
     write = writer(options)
+    finished: Iterator[Finished] = many.decode(names, range(len(names)))
+    if not sys.stdout.isatty():  # in between results a bar would be in the way
+        finished = with_progress(finished, len(names))
     failed = 0
-    # In between results a bar would be in the way.
-    with progress(shown=not sys.stdout.isatty()) as bar:
-        bar.begin(len(names))
-        for outcome in in_input_order(many.decode(names, range(len(names)))):
-            bar.heard(outcome)
-            for row in outcome.rows:
-                write(row)
-            failed += outcome.failed
+    for outcome in in_input_order(finished):
+        for row in outcome.rows:
+            write(row)
+        failed += outcome.failed
     return failed > 0
 
 

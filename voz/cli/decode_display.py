@@ -1,8 +1,9 @@
-"""What is heard in recordings, as `voz decode` shows it: a table, or lines of JSON."""
+"""What `voz decode` shows: a table or lines of JSON, and how far it is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from voz.cli.text_io import show, show_raw
 
 if TYPE_CHECKING:
     from voz.apps.batch.outcomes import Row, UtteranceRow
+    from voz.apps.batch.scheduler import Finished
     from voz.cli.decode_options import Decoding
 
 
@@ -51,3 +53,34 @@ def _show_heard(row: UtteranceRow, detailed: bool) -> None:
     )
     if detailed and (detail := evidence_in_words(row.score, row.next_best)):
         show(f"{'':35}{detail}")
+
+
+def with_progress(finished: Iterator[Finished], total: int) -> Iterator[Finished]:
+    """Show how far, how fast and how long a run goes on, where somebody sees standard error."""
+    if not sys.stderr.isatty():
+        yield from finished
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("Decoding"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=total, rate="")
+        seconds = 0.0
+        for done, one in enumerate(finished, start=1):
+            seconds += one.outcome.seconds
+            took = bar.tasks[0].elapsed or 1.0
+            bar.update(task, advance=1, rate=f"{done / took:.1f}/s, {seconds / took:.0f}x")
+            yield one

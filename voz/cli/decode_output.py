@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from voz.apps.batch.summary import Totals, results_for_clips
-from voz.cli.decode_progress import progress
+from voz.cli.decode_display import with_progress
 from voz.cli.text_io import info
 from voz.errors import ConfigError
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder
     from voz.apps.batch.fingerprint import Header
     from voz.apps.batch.inputs import Inputs
-    from voz.apps.batch.locations import Location
     from voz.apps.batch.outcomes import Outcome
+    from voz.apps.batch.scheduler import Finished
     from voz.cli.decode_options import Decoding
     from voz.config import Config
 
@@ -48,7 +48,7 @@ class Account:
         if (file := outcome.rows[0].file) in self.said:
             self.heard[file] = outcome
 
-    def report(self, output: Location, inputs: Inputs) -> None:
+    def report(self, output: str, inputs: Inputs) -> None:
         """Write all of it to the user."""
         known = self.whole.files - self.new.files
         kept = f" ({known:,} were known)" if known else ""
@@ -66,36 +66,35 @@ def keep(
 
     from voz.apps.batch.fingerprint import digest_of
     from voz.apps.batch.inputs import shard_of
-    from voz.apps.batch.locations import check_output, parse_location
+    from voz.apps.batch.locations import check_output
     from voz.apps.batch.output import ResumeOptions, decode_to_output
     from voz.apps.batch.remote import shown_name
 
     assert options.out
-    output, names = parse_location(options.out), inputs.names
+    output, names = options.out, inputs.names
     if options.shard:
         header = replace(header, shard=options.shard, inputs=digest_of(names))
         names = shard_of(names, options.shard)
     options.check_written(
-        settings, [output], [name for name in names if parse_location(name) == output]
+        settings, [output], [name for name in names if Path(name) == Path(output)]
     )
     check_output(output, options.resumes or options.overwrite, "continue it with --resume, ")
     account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
-    with progress() as bar, _explaining_resume(output):
 
-        def done(outcome: Outcome) -> None:
-            account.new.add(outcome)
-            bar.heard(outcome)
+    def decode(numbers: Sequence[int]) -> Generator[Finished, None, None]:
+        for finished in with_progress(many.decode(names, numbers), len(numbers)):
+            account.new.add(finished.outcome)
+            yield finished
 
-        flags = (options.resumes, options.retry_failed, options.overwrite)
-        how = ResumeOptions(*flags, done, bar.begin, info)
-        decode = partial(many.decode, names)
+    how = ResumeOptions(options.resumes, options.retry_failed, options.overwrite, info)
+    with _explaining_resume(output):
         decode_to_output(output, header, names, decode, how, whole=account.written)
     account.report(output, inputs)
     return account.whole.failed > 0
 
 
 @contextmanager
-def _explaining_resume(output: Location) -> Iterator[None]:
+def _explaining_resume(output: str) -> Iterator[None]:
     """If a signal ends the `with` block, say that the results so far are kept."""
     from voz.apps.batch.locations import journal_path
 

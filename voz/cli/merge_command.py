@@ -23,11 +23,11 @@ def merge(
 
     Example: voz merge heard-*.jsonl --out heard.jsonl
     """
-    from voz.apps.batch.locations import check_output, parse_location
+    from voz.apps.batch.locations import check_output
     from voz.apps.batch.merging import merge as merge_shards
     from voz.files import check_not_read
 
     check_not_read([out], shards)
-    check_output(parse_location(out), overwrite)
-    count = merge_shards([parse_location(shard) for shard in shards], parse_location(out))
+    check_output(out, overwrite)
+    count = merge_shards(shards, out)
     info(f"written: {out}, {count:,} recordings")

@@ -47,10 +47,10 @@ rows = st.lists(
 def test_what_is_written_is_read_back(ending: str, written: list[Row]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         one, other = Path(folder) / f"one{ending}", Path(folder) / f"other{ending}"
-        format_of(one).write(one, HEADER, written)
-        with open_output(one) as (header, read):
+        format_of(str(one)).write(one, HEADER, written)
+        with open_output(str(one)) as (header, read):
             back = list(read)
-        format_of(other).write(other, header, back)
+        format_of(str(other)).write(other, header, back)
         assert (header, back) == (HEADER, written)
         assert one.read_bytes() == other.read_bytes()
 
@@ -58,7 +58,7 @@ def test_what_is_written_is_read_back(ending: str, written: list[Row]) -> None:
 def test_parquet_has_the_header_and_types(tmp_path: Path) -> None:
     path = tmp_path / "heard.parquet"
     said = UtteranceRow("a.wav", 1.0, 2.0, "stop", 0.5, True, command="halt", slots={"n": 2})
-    format_of(path).write(path, HEADER, [said, SilentRow("b.wav", 3.0)])
+    format_of(str(path)).write(path, HEADER, [said, SilentRow("b.wav", 3.0)])
     table = pq.read_table(path)
     assert table.column("start").to_pylist() == [1.0, None]
     assert table.column("command").to_pylist() == ["halt", None]
@@ -69,10 +69,13 @@ def test_parquet_has_the_header_and_types(tmp_path: Path) -> None:
 def test_what_is_no_output_is_a_line(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"heard{ending}"
     path.write_text("something else\n")
-    with pytest.raises(ConfigError, match="is not an output of"), open_output(path) as (_, read):
+    with (
+        pytest.raises(ConfigError, match="is not an output of"),
+        open_output(str(path)) as (_, read),
+    ):
         list(read)
     path.unlink()
-    with pytest.raises(ConfigError, match="cannot be read"), open_output(path):
+    with pytest.raises(ConfigError, match="cannot be read"), open_output(str(path)):
         pass
 
 

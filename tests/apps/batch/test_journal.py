@@ -34,7 +34,7 @@ KNOWN = {name: outcome(name, number % 4) for number, name in enumerate(NAMES)}
 @given(st.permutations(NAMES), st.floats(0, 1))
 def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "heard.jsonl"
+        output = f"{folder}/heard.jsonl"
         path = journal_path(output)
         ends = []
         with open_journal(output, HEADER, NAMES, resume=False) as journal:
@@ -54,7 +54,7 @@ def test_wherever_it_is_cut_what_is_whole_is_kept(order: list[str], at: float) -
 
 
 def test_a_recording_gets_another_stamp_and_keeps_its_rows(tmp_path: Path) -> None:
-    output, later = tmp_path / "heard.jsonl", Stamp(9, "13", "abc")
+    output, later = str(tmp_path / "heard.jsonl"), Stamp(9, "13", "abc")
     with open_journal(output, HEADER, NAMES, resume=False) as journal:
         for name in NAMES[1:]:
             journal.add(name, KNOWN[name])
@@ -69,7 +69,7 @@ def test_a_recording_gets_another_stamp_and_keeps_its_rows(tmp_path: Path) -> No
 
 
 def test_what_failed_can_be_asked_for_again(tmp_path: Path) -> None:
-    output = tmp_path / "heard.jsonl"
+    output = str(tmp_path / "heard.jsonl")
     with open_journal(output, HEADER, NAMES, resume=False) as journal:
         for name in NAMES:
             journal.add(name, KNOWN[name])
@@ -81,7 +81,7 @@ def test_what_failed_can_be_asked_for_again(tmp_path: Path) -> None:
 
 
 def test_input_that_grows_is_missing_and_what_is_gone_is_not_asked_for(tmp_path: Path) -> None:
-    output = tmp_path / "heard.jsonl"
+    output = str(tmp_path / "heard.jsonl")
     with open_journal(output, HEADER, NAMES[:2], resume=False) as journal:
         for name in NAMES[:2]:
             journal.add(name, KNOWN[name])
@@ -90,7 +90,7 @@ def test_input_that_grows_is_missing_and_what_is_gone_is_not_asked_for(tmp_path:
 
 
 def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:
-    output = tmp_path / "heard.jsonl"
+    output = str(tmp_path / "heard.jsonl")
     with (
         open_journal(output, HEADER, NAMES, resume=False),
         pytest.raises(ConfigError, match="is being written by another run"),
@@ -100,7 +100,7 @@ def test_two_runs_on_one_output_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_run_that_has_not_ended_is_not_begun_anew_by_mistake(tmp_path: Path) -> None:
-    output = tmp_path / "heard.jsonl"
+    output = str(tmp_path / "heard.jsonl")
     with open_journal(output, HEADER, NAMES, resume=False):
         pass
     with (
@@ -122,7 +122,7 @@ def test_a_run_that_has_not_ended_is_not_begun_anew_by_mistake(tmp_path: Path) -
 def test_what_was_begun_otherwise_is_refused(
     tmp_path: Path, change: dict[str, object], said: str
 ) -> None:
-    output = tmp_path / "heard.jsonl"
+    output = str(tmp_path / "heard.jsonl")
     with open_journal(output, HEADER, NAMES, resume=False):
         pass
     other = replace(HEADER, fingerprint="another", **change)
@@ -134,7 +134,7 @@ def test_what_was_begun_otherwise_is_refused(
 
 
 def test_what_is_no_journal_is_refused(tmp_path: Path) -> None:
-    output = tmp_path / "heard.jsonl"
+    output = str(tmp_path / "heard.jsonl")
     journal_path(output).write_text("mine\n")
     with (
         pytest.raises(ConfigError, match="is not a journal"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import http.server
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,10 @@ from recordings import FIXTURES, GO_BACK
 
 from voz.apps.batch.batch_decoder import BatchDecoder
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.locations import Location, exists, journal_path, parse_location
+from voz.apps.batch.locations import exists, journal_path
 from voz.apps.batch.merging import merge
 from voz.apps.batch.output import ResumeOptions, decode_to_output
+from voz.apps.batch.scheduler import Finished
 from voz.apps.batch.tasks import WorkerSetup
 from voz.config import Recognition
 from voz.errors import ConfigError
@@ -75,28 +76,28 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def decode(output: Location, resume: bool = False) -> list[int]:
+def decode(output: str, resume: bool = False) -> list[int]:
     """Decode two recordings, of which one is not there; tells which it did not know yet."""
     many = BatchDecoder(WorkerSetup(str(PACKAGED_FOLDER), Recognition(second_ear=False)), jobs=1)
     asked: list[int] = []
 
-    def some(numbers: object) -> Iterator[object]:
+    def some(numbers: list[int]) -> Generator[Finished, None, None]:
         asked.extend(numbers)
         return many.decode(NAMES, numbers)
 
-    options = ResumeOptions(resume, False, False, lambda _: None, lambda _: None, lambda _: None)
+    options = ResumeOptions(resume, False, False, notice=lambda _: None)
     decode_to_output(output, HEADER, NAMES, some, options, whole=lambda _: None)
     return asked
 
 
 @pytest.fixture
 def on_the_disk(tmp_path: Path) -> bytes:
-    decode(tmp_path / "disk.jsonl")
+    decode(str(tmp_path / "disk.jsonl"))
     return (tmp_path / "disk.jsonl").read_bytes()
 
 
 def test_memory_gets_what_the_disk_gets(on_the_disk: bytes) -> None:
-    output = parse_location("memory://heard/all.jsonl")
+    output = "memory://heard/all.jsonl"
     assert not exists(output)
     assert decode(output) == [0, 1]
     assert exists(output)
@@ -110,7 +111,7 @@ def test_what_cannot_be_written_loses_nothing(
     store: tuple[str, type[Store]], on_the_disk: bytes, tmp_path: Path
 ) -> None:
     address, handler = store
-    output = parse_location(f"{address}/heard.jsonl")
+    output = f"{address}/heard.jsonl"
     handler.closed = True
     with pytest.raises(ConfigError, match=r"heard.jsonl: cannot be written \(403.*with --resume"):
         decode(output)
@@ -125,7 +126,7 @@ def test_what_cannot_be_written_loses_nothing(
 def test_what_another_run_wrote_meanwhile_is_not_written_over(
     there: bool, on_the_disk: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    output = parse_location((tmp_path / "bucket" / "heard.jsonl").as_uri())
+    output = (tmp_path / "bucket" / "heard.jsonl").as_uri()
     path = tmp_path / "bucket" / "heard.jsonl"
     path.parent.mkdir()
     if there:

@@ -34,9 +34,6 @@ class Blaming:
         self.given.put((future, task))
         return future
 
-    def result(self, future: Future[TaskResult]) -> TaskResult:
-        return future.result()
-
     def work(self) -> None:
         while (first := self.given.get()) is not None:
             under_way = [first, *self._others()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,9 @@ class BatchDecoder:
     careful: bool = False  # whether a recording must not end this process, however few there are
     cluster: str | None = None  # address of a dask scheduler; None for this machine
 
-    def decode(self, names: Sequence[str], numbers: Sequence[int]) -> Iterator[Finished]:
+    def decode(
+        self, names: Sequence[str], numbers: Sequence[int]
+    ) -> Generator[Finished, None, None]:
         """Decode the recordings with these indexes; yields the outcomes as they come.
 
         Raises:

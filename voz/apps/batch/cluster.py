@@ -9,13 +9,12 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Iterator
-from concurrent.futures import Future, InvalidStateError
+from concurrent.futures import Future, InvalidStateError, TimeoutError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from threading import Event, Lock, Thread
 from typing import Any
 
-from voz.apps.batch.executors import TaskTimeout
 from voz.apps.batch.tasks import BatchTask, TaskResult, WorkerSetup
 from voz.apps.batch.worker import work
 from voz.errors import ConfigError, VozError
@@ -88,10 +87,6 @@ class DaskExecutor:
         dask_future.add_done_callback(done)
         return future
 
-    def result(self, future: Future[TaskResult]) -> TaskResult:
-        """Return the result of a task; raises as `Executor.result`."""
-        return future.result()
-
     def _watch(self) -> None:
         while not self._over.wait(TIMEOUT_CHECK_INTERVAL):
             now = time.monotonic()
@@ -102,7 +97,7 @@ class DaskExecutor:
     def _give_up(self, each: RunningTask) -> None:
         """Restart the worker that has a task."""
         with suppress(InvalidStateError):
-            each.future.set_exception(TaskTimeout())
+            each.future.set_exception(TimeoutError())
         with suppress(Exception):  # it may have gone by itself
             busy = self._client.processing()
             at = [address for address, keys in busy.items() if each.dask_future.key in keys]

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import msgspec
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.locations import Location, local_copy, shown_location
+from voz.apps.batch.locations import local_copy
 from voz.apps.batch.outcomes import Row, parse_row
+from voz.apps.batch.remote import shown_name
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.extras import how_to_install
@@ -63,7 +64,7 @@ class OutputFormat:
     read: Callable[[Path], OpenedOutput]
 
 
-def format_of(output: Location) -> OutputFormat:
+def format_of(output: str) -> OutputFormat:
     """Return the format of an output, by the ending of its name.
 
     Raises:
@@ -73,7 +74,7 @@ def format_of(output: Location) -> OutputFormat:
     if ending == ".parquet":
         _pyarrow()
     if ending not in OUTPUT_FORMATS:
-        raise ConfigError(f"{shown_location(output)}: end it with {', '.join(OUTPUT_FORMATS)}")
+        raise ConfigError(f"{shown_name(output)}: end it with {', '.join(OUTPUT_FORMATS)}")
     return OUTPUT_FORMATS[ending]
 
 
@@ -150,7 +151,7 @@ OUTPUT_FORMATS = {
 
 
 @contextmanager
-def open_output(output: Location) -> Iterator[tuple[Header, Iterator[Row]]]:
+def open_output(output: str) -> Iterator[tuple[Header, Iterator[Row]]]:
     """Read the header and the rows of an output, in a `with` block.
 
     Raises:
@@ -163,11 +164,10 @@ def open_output(output: Location) -> Iterator[tuple[Header, Iterator[Row]]]:
         raise
     except OSError as error:
         reason = error.strerror or error
-        raise ConfigError(f"{shown_location(output)}: cannot be read ({reason})") from error
+        raise ConfigError(f"{shown_name(output)}: cannot be read ({reason})") from error
     except (ValueError, KeyError, TypeError, msgspec.MsgspecError) as error:
         raise ConfigError(
-            f"{shown_location(output)}: is not an output of `voz decode --out` ({error}); "
-            "name another"
+            f"{shown_name(output)}: is not an output of `voz decode --out` ({error}); name another"
         ) from error
 
 

@@ -20,10 +20,10 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header, difference
-from voz.apps.batch.locations import Location, journal_path, shown_location
+from voz.apps.batch.locations import journal_path
 from voz.apps.batch.outcomes import ErrorRow, Outcome, parse_row, row_type
-from voz.apps.batch.stamp_file import RecordingStamp
-from voz.apps.batch.stamps import Stamp
+from voz.apps.batch.remote import shown_name
+from voz.apps.batch.stamps import RecordingStamp, Stamp
 from voz.errors import ConfigError
 from voz.events import to_json
 from voz.files import os_errors_as_config_error, shown_path
@@ -121,7 +121,7 @@ class Journal:
 
 @contextmanager
 def open_journal(
-    output: Location,
+    output: str,
     header: Header,
     names: Sequence[str],
     *,
@@ -172,7 +172,7 @@ def _header_there(file: int, path: Path) -> Header | None:
         raise ConfigError(f"{shown_path(path)}: is not a journal of voz; remove it") from error
 
 
-def check_same_run(there: Header, header: Header, output: Location) -> None:
+def check_same_run(there: Header, header: Header, output: str) -> None:
     """Raise ConfigError if an output or a journal was begun with another header."""
     differing = difference(there, header)
     if not differing and there.shard != header.shard:
@@ -181,24 +181,24 @@ def check_same_run(there: Header, header: Header, output: Location) -> None:
         differing = "other rules to drive by" if there.drive else "no --drive"
     if differing:
         raise ConfigError(
-            f"{shown_location(output)}: was started with {differing}; use the same, or name "
+            f"{shown_name(output)}: was started with {differing}; use the same, or name "
             "another file by --out"
         )
 
 
 @contextmanager
-def _locked(path: Path, output: Location) -> Iterator[int]:
+def _locked(path: Path, output: str) -> Iterator[int]:
     file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     try:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ConfigError(
-                f"{shown_location(output)}: is being written by another run; wait for it, or name "
+                f"{shown_name(output)}: is being written by another run; wait for it, or name "
                 "another file by --out"
             ) from None
         if not _is_still(path, file):
-            raise ConfigError(f"{shown_location(output)}: was just written by another run")
+            raise ConfigError(f"{shown_name(output)}: was just written by another run")
         yield file
     finally:
         os.close(file)

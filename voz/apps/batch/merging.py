@@ -11,16 +11,17 @@ from msgspec.structs import replace
 from voz.apps.batch.fingerprint import Header, difference
 from voz.apps.batch.formats import format_of, group_by_file, open_output
 from voz.apps.batch.inputs import parse_shard
-from voz.apps.batch.locations import Location, journal_path, output_file, shown_location
+from voz.apps.batch.locations import journal_path, output_file
 from voz.apps.batch.outcomes import Row
-from voz.apps.batch.stamp_file import read_stamps, write_stamps
+from voz.apps.batch.remote import shown_name
+from voz.apps.batch.stamps import read_stamps, write_stamps
 from voz.errors import ConfigError
 
 Of = TypeVar("Of")
 """What is known of a recording."""
 
 
-def merge(shards: Sequence[Location], output: Location) -> int:
+def merge(shards: Sequence[str], output: str) -> int:
     """Merge the outputs of shards, in the order of the input; returns the number of recordings.
 
     Args:
@@ -54,30 +55,27 @@ def merge(shards: Sequence[Location], output: Location) -> int:
     return count
 
 
-def _ended(path: Location) -> Location:
+def _ended(path: str) -> str:
     if journal_path(path).exists():
         raise ConfigError(
-            f"{shown_location(path)}: its run is unfinished; continue it with --resume first"
+            f"{shown_name(path)}: its run is unfinished; continue it with --resume first"
         )
     return path
 
 
-def _check_headers(headers: Sequence[tuple[Location, Header]]) -> None:
+def _check_headers(headers: Sequence[tuple[str, Header]]) -> None:
     """Refuse shards that do not make a whole."""
     first_path, first = headers[0]
     there = set()
     for path, header in headers:
         if not header.shard:
-            raise ConfigError(
-                f"{shown_location(path)}: is not a shard: it was made without --shard"
-            )
+            raise ConfigError(f"{shown_name(path)}: is not a shard: it was made without --shard")
         differing = difference(first, header)
         if not differing and header.inputs != first.inputs:
             differing = "another list of recordings"
         if differing:
             raise ConfigError(
-                f"{shown_location(path)}: was made with {differing} than "
-                f"{shown_location(first_path)}"
+                f"{shown_name(path)}: was made with {differing} than {shown_name(first_path)}"
             )
         there.add(header.shard)
     count = parse_shard(first.shard)[1]

@@ -74,20 +74,8 @@ def make_outcome(file: str, heard: tuple[Row, ...], seconds: float, cpu: float) 
 
 def utterance_row(heard: Utterance, file: str) -> UtteranceRow:
     """The row of an utterance in a recording."""
-    return UtteranceRow(
-        file,
-        heard.start,
-        heard.end,
-        heard.text,
-        heard.confidence,
-        heard.accepted,
-        heard.reason,
-        heard.between,
-        heard.score,
-        heard.next_best,
-        heard.command,
-        heard.slots,
-    )
+    names = UtteranceRow.__struct_fields__[1:]
+    return UtteranceRow(file, *(getattr(heard, name) for name in names))
 
 
 def row_type(fields: Mapping[str, object]) -> type[Row]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -12,22 +12,14 @@ import msgspec
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.formats import format_of, group_by_file, open_output
 from voz.apps.batch.journal import Journal, JournalEntry, check_same_run, open_journal
-from voz.apps.batch.locations import (
-    Location,
-    exists,
-    journal_path,
-    object_state,
-    output_file,
-    shown_location,
-)
+from voz.apps.batch.locations import exists, journal_path, object_state, output_file
 from voz.apps.batch.outcomes import Outcome, Row
 from voz.apps.batch.remote import shown_name
 from voz.apps.batch.scheduler import Finished
-from voz.apps.batch.stamp_file import RecordingStamp, read_stamps, write_stamps
-from voz.apps.batch.stamps import check_stamps, stamp_of
+from voz.apps.batch.stamps import RecordingStamp, check_stamps, read_stamps, stamp_of, write_stamps
 from voz.errors import ConfigError
 
-DecodeFunction: TypeAlias = Callable[[Sequence[int]], Iterator[Finished]]
+DecodeFunction: TypeAlias = Callable[[Sequence[int]], Generator[Finished, None, None]]
 """Decodes the recordings with these indexes, in any order."""
 
 MOST_NAMED = 10
@@ -41,13 +33,11 @@ class ResumeOptions:
     resume: bool  # whether what is there is kept
     failed: bool  # whether recordings that failed are tried again
     overwrite: bool  # whether what is there is replaced
-    heard: Callable[[Outcome], None]  # called with each new outcome
-    total: Callable[[int], None]  # called first, with how many there will be
     notice: Callable[[str], None]  # shows the user a message
 
 
 def decode_to_output(
-    output: Location,
+    output: str,
     header: Header,
     names: Sequence[str],
     decode: DecodeFunction,
@@ -82,10 +72,10 @@ def decode_to_output(
     ) as journal:
         changed = _changed(journal, names, options) if options.resume else []
         left = sorted({*journal.missing(options.failed), *changed})
-        options.total(len(left))
-        for number, outcome in decode(left) if left else ():
-            journal.add(shown[number], outcome)
-            options.heard(outcome)
+        if left:
+            with closing(decode(left)) as outcomes:
+                for number, outcome in outcomes:
+                    journal.add(shown[number], outcome)
 
         def rows() -> Iterator[Row]:
             for outcome in journal.outcomes():
@@ -94,7 +84,7 @@ def decode_to_output(
 
         with _say_that_results_are_kept(), output_file(output) as path:
             if object_state(output) != before:
-                raise ConfigError(f"{shown_location(output)}: was written by another run meanwhile")
+                raise ConfigError(f"{shown_name(output)}: was written by another run meanwhile")
             write(path, header, rows())
         write_stamps(output, (stamped for _, stamped in journal.stamps()))
         journal_path(output).unlink()
@@ -125,7 +115,7 @@ def _changed(journal: Journal, names: Sequence[str], options: ResumeOptions) -> 
     return changed
 
 
-def _finished(output: Location, header: Header, options: ResumeOptions) -> Iterator[JournalEntry]:
+def _finished(output: str, header: Header, options: ResumeOptions) -> Iterator[JournalEntry]:
     """The entries of a finished output; none if there is no output."""
     if not exists(output):
         return
@@ -133,7 +123,7 @@ def _finished(output: Location, header: Header, options: ResumeOptions) -> Itera
         check_same_run(there, header, output)
         if stamps is None:
             options.notice(
-                f"{shown_location(output)}: has no .recordings file of its own, so its recordings "
+                f"{shown_name(output)}: has no .recordings file of its own, so its recordings "
                 "count as unchanged; --overwrite decodes them again"
             )
         for file, together in group_by_file(rows):

@@ -100,8 +100,12 @@ def _pieces(name: str) -> Iterator[bytes]:
     except (AudioError, MemoryError):
         raise
     except Exception as error:  # each of its file systems fails in its own way
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise AudioError(f"{name}: cannot be fetched ({reason})") from error
+        raise AudioError(f"{name}: cannot be fetched ({reason_of(error)})") from error
+
+
+def reason_of(error: Exception) -> str:
+    """The message of an error of fsspec in one line."""
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def require_fsspec() -> None:

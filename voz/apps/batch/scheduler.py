@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, TimeoutError
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from voz.apps.batch.executors import Executor, TaskTimeout
+from voz.apps.batch.executors import Executor
 from voz.apps.batch.long_recordings import (
     CutPlan,
     DecodedPart,
@@ -21,7 +22,7 @@ from voz.apps.batch.long_recordings import (
 from voz.apps.batch.outcomes import Outcome, failed_outcome
 from voz.apps.batch.remote import is_remote, shown_name
 from voz.apps.batch.stamps import stamp_of
-from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, PartTask
+from voz.apps.batch.tasks import BatchTask, CutTask, DecodeTask, PartTask, TaskResult
 from voz.errors import AudioError
 from voz.process.worker_pool import WorkerDied
 
@@ -88,7 +89,7 @@ class Scheduler:
         self._first: deque[ScheduledTask] = deque()  # before all others
         self._alone: deque[ScheduledTask] = deque()  # with nothing else running
         self._cut: dict[int, CutRecording] = {}
-        self._ended: SimpleQueue[tuple[ScheduledTask, Any]] = SimpleQueue()
+        self._ended: SimpleQueue[tuple[ScheduledTask, Future[TaskResult]]] = SimpleQueue()
 
     def run(self) -> Iterator[Finished]:
         """Decode; yields the outcomes as they come."""
@@ -141,11 +142,11 @@ class Scheduler:
         names = [self._names[number] for number in scheduled.numbers]
         return 60.0 + sum(_size(name) for name in names) / LEAST_BYTES_PER_SECOND
 
-    def _take(self, scheduled: ScheduledTask, future: Any) -> Iterator[Finished]:
+    def _take(self, scheduled: ScheduledTask, future: Future[TaskResult]) -> Iterator[Finished]:
         """Handle a task that has ended, one way or the other."""
         try:
-            result = self._executor.result(future)
-        except TaskTimeout:
+            result = future.result()
+        except TimeoutError:
             yield from self._suspect(scheduled, "takes too long; raise --time-limit", again=False)
         except WorkerDied as death:
             said = f"made its worker end twice ({death}); leave it out, or raise --memory-limit"

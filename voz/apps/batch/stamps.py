@@ -1,6 +1,7 @@
 """Stamps: size, time and checksum of a recording when it was decoded, to find changed ones.
 
-The checksum is compared only if size or time differ.
+The checksum is compared only if size or time differ. Beside a finished output is a file with those
+of its recordings; its first line is that of the output itself: it is never used for another one.
 """
 
 from __future__ import annotations
@@ -8,16 +9,21 @@ from __future__ import annotations
 import stat
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
 from msgspec.structs import replace
 
+from voz.apps.batch.locations import local_copy, stamps_path
 from voz.apps.batch.remote import is_remote, local_recording, remote_info
-from voz.errors import VozError
+from voz.errors import ConfigError, VozError
+from voz.events import to_json
+from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 CHECKSUM_CHUNK_BYTES = 1 << 20
 
@@ -37,6 +43,13 @@ class Stamp(msgspec.Struct, frozen=True, omit_defaults=True):
     size: int | None  # bytes; None if a server does not say it
     version: str  # time of the last change of a file, ns; digest of what a store says of an object
     checksum: str = ""  # of the bytes; empty if they were not read
+
+
+class RecordingStamp(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The stamp of a recording; None if the file was missing."""
+
+    file: str
+    stamp: Stamp | None = None
 
 
 @dataclass(frozen=True)
@@ -147,3 +160,54 @@ def _stamp_of_object(name: str) -> Stamp | None:
     )
     version = sha256(repr(said).encode()).hexdigest()[:16] if said else ""
     return Stamp(info.get("size"), version)
+
+
+def write_stamps(output: str, stamped: Iterable[RecordingStamp]) -> None:
+    """Write the stamps of the recordings of a finished output, in the order of its rows.
+
+    Nothing is written for an output that is no regular file, as a pipe.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    seen = stamp_of(output)
+    if seen is None:
+        return
+    with local_copy(output) as written:
+        stamp = with_checksum(seen, written)
+    path = stamps_path(output)
+    with os_errors_as_config_error(path), atomic_write(path) as file:
+        file.write(to_json(stamp) + "\n")
+        file.writelines(to_json(each) + "\n" for each in stamped)
+
+
+@contextmanager
+def read_stamps(output: str) -> Iterator[Iterator[RecordingStamp] | None]:
+    """Read the stamps of the recordings of an output, in a `with` block.
+
+    Yields:
+        The stamps in the order of its rows; None if there are none for this output.
+    """
+    path = stamps_path(output)
+    try:
+        file = path.open("rb")
+    except OSError:
+        yield None
+        return
+    with file:
+        yield _stamped(file, path) if _is_of(output, file.readline()) else None
+
+
+def _stamped(file: BinaryIO, path: Path) -> Iterator[RecordingStamp]:
+    try:
+        for line in file:
+            yield msgspec.json.decode(line, type=RecordingStamp)
+    except msgspec.MsgspecError as error:
+        raise ConfigError(f"{shown_path(path)}: is damaged ({error}); remove it") from error
+
+
+def _is_of(output: str, line: bytes) -> bool:
+    try:
+        return is_unchanged(output, msgspec.json.decode(line, type=Stamp))
+    except msgspec.MsgspecError:
+        return False

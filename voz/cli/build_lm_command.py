@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.build_lm_options import Building
 from voz.cli.exit_codes import STALE, WRONG_CALL
 from voz.cli.options import DEFAULT_SETTINGS_FILE, with_options
 from voz.cli.text_io import info, show, warn
@@ -19,6 +19,34 @@ if TYPE_CHECKING:
 
 MAX_LINES_SHOWN = 20
 """Lines of `tests.txt` that fail, and lines of the table of costs, that are shown."""
+
+
+@dataclass
+class Building:
+    """The options of `voz build-lm`."""
+
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where to write; else beside the list.")
+    ] = None
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; exit with 1 if files are stale.")
+    ] = False
+    count: Annotated[
+        bool, typer.Option("--count", help="Also show how many sentences each line gives.")
+    ] = False
+    sample: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Also show N sentences, drawn by chance.")
+    ] = 0
+    alike: Annotated[
+        bool, typer.Option("--alike", help="Also show the commands that sound most alike.")
+    ] = False
+    every_pair: Annotated[
+        bool, typer.Option("--all", help="Show all pairs that sound alike, not ten lines of them.")
+    ] = False
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.png|.svg", help="Also draw how alike all commands sound."),
+    ] = None
 
 
 @with_options
@@ -50,7 +78,7 @@ def build_lm(
     source = read_list(commands, _spoken(settings))
     _check_expected(source, commands.parent)
     check_list(source.commands, settings.table, str(commands))
-    _show_more(options, commands, source)
+    _show_more(options, source)
     folder = options.out or commands.parent
     if options.check:
         _check_fresh(commands, folder, source)
@@ -62,7 +90,7 @@ def build_lm(
     show(*(f"  {path}" for path in result.paths))
 
 
-def _show_more(options: Building, commands: Path, source: CommandSource) -> None:
+def _show_more(options: Building, source: CommandSource) -> None:
     from voz.language.command_source import draw_similarity, similar_pairs
     from voz.language.similarity.similarity_report import similarity_table
 
@@ -73,7 +101,7 @@ def _show_more(options: Building, commands: Path, source: CommandSource) -> None
     if options.alike:
         show(*similarity_table(similar_pairs(source), options.every_pair).split("\n"))
     if options.picture:
-        draw_similarity(commands, options.picture, source)
+        draw_similarity(source, options.picture)
 
 
 def _check_fresh(commands: Path, folder: Path, source: CommandSource) -> None:

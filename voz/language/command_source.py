@@ -121,11 +121,6 @@ def _of_templates(
     )
 
 
-def similar_commands(commands: Path) -> list[SimilarPair]:
-    """The commands of a list that sound alike, most similar first; raises CommandsError."""
-    return similar_pairs(read_list(commands))
-
-
 def similar_pairs(source: CommandSource) -> list[SimilarPair]:
     """Find sentences that sound alike and mean different things; in a long list some."""
     commands, phones = source.commands, _phones(source.entries)
@@ -137,9 +132,8 @@ def similar_pairs(source: CommandSource) -> list[SimilarPair]:
     return distinct_pairs(pairs, commands)
 
 
-def draw_similarity(commands: Path, picture: Path, source: CommandSource | None = None) -> None:
+def draw_similarity(source: CommandSource, picture: Path) -> None:
     """Draw how alike the commands of a list sound, as PNG or SVG; raises VozError."""
-    source = source or read_list(commands)
     if len(source.commands) > MAX_PICTURED_COMMANDS:
         raise CommandsError(
             f"{source.name}: has {len(source.commands):,} sentences, too many for a picture; "

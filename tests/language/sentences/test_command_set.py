@@ -15,8 +15,7 @@ from voz.language.generated.fsg import to_fsg
 from voz.language.generated.template_grammar import structured_jsgf
 from voz.language.sentences.automaton import prefix_tree
 from voz.language.sentences.command_set import Commands, plain_commands
-from voz.language.sentences.letter_distance import LetterDistances
-from voz.language.sentences.neighbors import nearest
+from voz.language.sentences.neighbors import LetterDistances, nearest
 from voz.language.similarity.word_distances import WordDistances
 
 WORD = st.sampled_from(["go", "stop", "back", "left", "up"])

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import ROOT, Recording
 
-from voz.language.command_source import similar_commands
+from voz.language.command_source import read_list, similar_pairs
 from voz.language.generated.language_files import LanguageFiles, read_sentences
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict
 from voz.language.similarity.confusion import SimilarPair, find_similar
@@ -31,7 +31,7 @@ def alikeness(one: str, other: str) -> float:
 
 @pytest.fixture(scope="module")
 def pairs() -> list[SimilarPair]:
-    return similar_commands(COMMANDS)
+    return similar_pairs(read_list(COMMANDS))
 
 
 def names(pairs: list[SimilarPair]) -> list[set[str]]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from language.template_texts import commands_of
 from recordings import ROOT
 
-from voz.language.command_source import similar_commands
+from voz.language.command_source import read_list, similar_pairs
 from voz.language.sentences.command_set import Commands
 from voz.language.similarity.confusion import SimilarPair
 from voz.language.similarity.distinct_pairs import distinct_pairs
@@ -28,7 +28,7 @@ def risky(path: Path, text: str) -> list[set[str]]:
     path.write_text(text)
     return [
         {pair.first, pair.second}
-        for pair in similar_commands(path)
+        for pair in similar_pairs(read_list(path))
         if pair.similarity >= WARNING_SIMILARITY
     ]
 
@@ -77,7 +77,7 @@ def test_pairs_of_two_commands_are_reported_once_by_the_most_alike() -> None:
 
 
 def test_the_pairs_of_a_plain_list_are_all_reported() -> None:
-    pairs = similar_commands(ROOT / "lm" / "comandos_voz.txt")
+    pairs = similar_pairs(read_list(ROOT / "lm" / "comandos_voz.txt"))
     assert len([pair for pair in pairs if pair.similarity >= WARNING_SIMILARITY]) == 4
 
 

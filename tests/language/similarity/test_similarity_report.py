@@ -10,7 +10,7 @@ from recordings import ROOT
 
 from voz.errors import VozError
 from voz.language.build import build
-from voz.language.command_source import draw_similarity, similar_commands
+from voz.language.command_source import draw_similarity, read_list, similar_pairs
 from voz.language.pronunciation.lexicon import read_cmudict
 from voz.language.similarity.confusion import SimilarPair, find_similar
 from voz.language.similarity.similarity_report import (
@@ -25,7 +25,7 @@ COMMANDS = ROOT / "lm" / "comandos_voz.txt"
 
 @pytest.fixture(scope="module")
 def pairs() -> list[SimilarPair]:
-    return similar_commands(COMMANDS)
+    return similar_pairs(read_list(COMMANDS))
 
 
 def pair(first: str, second: str, alike: float = 0.9) -> SimilarPair:
@@ -107,7 +107,7 @@ def test_of_a_long_list_some_are_compared_with_their_neighbors(tmp_path: Path):
     usable = [word for word in words if word.isalpha()][:120]
     path = tmp_path / "list.txt"
     path.write_text("\n".join(f"go {one} {other}" for one in usable for other in usable[:3]))
-    pairs = similar_commands(path)
+    pairs = similar_pairs(read_list(path))
     assert pairs
     assert pairs == sorted(pairs, key=lambda pair: -pair.similarity)
     assert len(similarity_warnings(pairs)) <= 10
@@ -123,7 +123,7 @@ def test_what_means_the_same_may_sound_alike(tmp_path: Path):
 
 @pytest.mark.parametrize(("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
 def test_the_picture_is_written(name: str, begin: bytes, tmp_path: Path):
-    draw_similarity(COMMANDS, tmp_path / name)
+    draw_similarity(read_list(COMMANDS), tmp_path / name)
     assert (tmp_path / name).read_bytes().startswith(begin)
 
 
@@ -132,14 +132,14 @@ def test_without_matplotlib_the_message_says_how_to_install_it(
 ):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(VozError, match=r"pip install .*\[report\]"):
-        draw_similarity(COMMANDS, tmp_path / "a.png")
+        draw_similarity(read_list(COMMANDS), tmp_path / "a.png")
 
 
 def test_a_picture_of_another_kind_is_refused(tmp_path: Path):
     with pytest.raises(VozError, match=r"end it with \.png or \.svg"):
-        draw_similarity(COMMANDS, tmp_path / "a.jpg")
+        draw_similarity(read_list(COMMANDS), tmp_path / "a.jpg")
 
 
 def test_a_picture_that_cannot_be_written_is_refused(tmp_path: Path):
     with pytest.raises(VozError, match="cannot be written"):
-        draw_similarity(COMMANDS, tmp_path / "none" / "a.png")
+        draw_similarity(read_list(COMMANDS), tmp_path / "none" / "a.png")

@@ -17,11 +17,16 @@ from voz.language.compiling.layout import MAX_TEMPLATE_ARCS, TooManyArcsError, l
 from voz.language.compiling.resolve import resolve
 from voz.language.formats.text_lines import summarize_warnings
 from voz.language.sentences.command_set import Commands, Meaning
-from voz.language.sentences.expression import Expression, NumberRange, ResolvedReference, Word
+from voz.language.sentences.expression import (
+    Expression,
+    NumberRange,
+    ResolvedReference,
+    Word,
+    children,
+)
 from voz.language.sentences.expression_size import Size, default_name, size
 from voz.language.sentences.location import error_at
 from voz.language.sentences.number_range import tagged_wordings
-from voz.language.sentences.references import inside
 from voz.language.sentences.slot_reader import SlotReader
 from voz.language.sentences.template_source import (
     Definition,
@@ -196,7 +201,7 @@ def _words(item: Expression) -> Iterator[str]:
         yield item.text
     elif isinstance(item, NumberRange):
         yield from _words(tagged_wordings(item))
-    for inner in inside(item):
+    for inner in children(item):
         yield from _words(inner)
 
 
@@ -232,5 +237,5 @@ def _names(item: Expression, seen: set[int]) -> Iterator[ResolvedReference]:
             return
         seen.add(id(item))
         yield item
-    for inner in inside(item):
+    for inner in children(item):
         yield from _names(inner, seen)

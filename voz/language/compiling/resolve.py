@@ -7,24 +7,20 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from voz.language.sentences.expression import (
-    Choice,
     Concatenation,
+    DefinitionKey,
+    DefinitionKind,
     Expression,
-    NumberRange,
     Permutation,
     Reference,
     ResolvedReference,
     Slot,
-    Word,
+    children,
+    references,
+    with_children,
 )
 from voz.language.sentences.location import Location, error_at
-from voz.language.sentences.references import inside, references
-from voz.language.sentences.template_source import (
-    DefinitionKind,
-    Template,
-    TemplateSource,
-    reference_text,
-)
+from voz.language.sentences.template_source import Template, TemplateSource, reference_text
 
 MAX_REFERENCE_DEPTH = 30
 """Rules within rules; Python's own limit is not far above."""
@@ -58,10 +54,10 @@ def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
 class _Resolver:
     def __init__(self, source: TemplateSource) -> None:
         self._source = source
-        self._open: list[tuple[DefinitionKind, str]] = []
-        self.known: dict[tuple[DefinitionKind, str], ResolvedReference] = {}
+        self._open: list[DefinitionKey] = []
+        self.known: dict[DefinitionKey, ResolvedReference] = {}
         self.slots: dict[int, Slots] = {}
-        self._depths: dict[tuple[DefinitionKind, str], int] = {}
+        self._depths: dict[DefinitionKey, int] = {}
 
     def named(self, kind: DefinitionKind, name: str, place: Location) -> ResolvedReference:
         if (kind, name) in self.known:
@@ -102,11 +98,7 @@ class _Resolver:
         """Return an expression without references."""
         if isinstance(item, Reference):
             return self.named(item.kind, item.name, item.place)
-        if isinstance(item, (Word, NumberRange, ResolvedReference)):
-            return item
-        if isinstance(item, (Concatenation, Choice, Permutation)):
-            return replace(item, items=tuple(map(self.resolved, item.items)))
-        return replace(item, item=self.resolved(item.item))
+        return with_children(item, self.resolved)
 
 
 Slots: TypeAlias = Mapping[str, Slot]
@@ -124,7 +116,7 @@ def slots(item: Expression, known: dict[int, Slots]) -> Slots:
     """
     if id(item) in known:
         return known[id(item)]
-    each = [slots(inner, known) for inner in inside(item)]
+    each = [slots(inner, known) for inner in children(item)]
     if isinstance(item, (Concatenation, Permutation)):
         _check_twice(each)
     merged = {name: slot for found in each for name, slot in found.items()}

@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING
 from voz.language.formats.notation import Notation
 from voz.language.formats.yaml_text import Yaml
 from voz.language.sentences.expression import (
+    DefinitionKey,
     Expression,
     NumberRange,
     Tag,
     Value,
     choice,
     parse_value,
+    renamed,
 )
 from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.number_range import check_range
-from voz.language.sentences.references import renamed
-from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
+from voz.language.sentences.template_source import Template, TemplateSource
 
 if TYPE_CHECKING:
     from yaml import Node
@@ -94,7 +95,7 @@ def _sentence(
     intent: str | None,
     node: Node,
     constants: dict[str, Value],
-    names: dict[tuple[DefinitionKind, str], str],
+    names: dict[DefinitionKey, str],
 ) -> Template:
     passage = text.text(node)
     expression = renamed(HassilNotation(passage).parse(), names)
@@ -103,11 +104,11 @@ def _sentence(
 
 def _definitions(
     text: Yaml, source: TemplateSource, parts: dict[str, Node], scope: str
-) -> dict[tuple[DefinitionKind, str], str]:
+) -> dict[DefinitionKey, str]:
     """Add lists and rules; return the global names of one intent's own."""
     lists = text.mapping(parts["lists"], "lists") if "lists" in parts else {}
     rules = text.mapping(parts["expansion_rules"], "rules") if "expansion_rules" in parts else {}
-    names: dict[tuple[DefinitionKind, str], str] = {}
+    names: dict[DefinitionKey, str] = {}
     if scope:
         names.update((("list", name), scope + name) for name in lists)
         names.update((("rule", name), scope + name) for name in rules)

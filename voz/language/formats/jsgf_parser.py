@@ -21,9 +21,9 @@ from voz.language.sentences.expression import (
     Tag,
     concatenation,
     parse_value,
+    references,
 )
 from voz.language.sentences.location import Location, error_at
-from voz.language.sentences.references import references
 from voz.language.sentences.template_source import Template, TemplateSource
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)

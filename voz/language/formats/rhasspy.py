@@ -15,6 +15,7 @@ from voz.language.formats.parser import Parser, Passage, Token
 from voz.language.formats.text_lines import numbered_lines
 from voz.language.sentences.expression import (
     NO_WORDS,
+    DefinitionKey,
     Expression,
     NumberRange,
     Reference,
@@ -22,11 +23,12 @@ from voz.language.sentences.expression import (
     Tag,
     choice,
     parse_value,
+    references,
+    renamed,
 )
 from voz.language.sentences.location import Location, error_at
 from voz.language.sentences.number_range import check_range
-from voz.language.sentences.references import references, renamed
-from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
+from voz.language.sentences.template_source import Template, TemplateSource
 
 _INTENT = re.compile(r"\s*\[([^\[\]|()]+)\]\s*")
 _RHASSPY_RULE = re.compile(r"\s*([\w-]+)\s*=")
@@ -95,7 +97,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
     """Parse a `sentences.ini`, UTF-8, which messages call `name`; raises CommandsError."""
     source = TemplateSource(name)
     intent = ""
-    own: dict[str, dict[tuple[DefinitionKind, str], str]] = {}
+    own: dict[str, dict[DefinitionKey, str]] = {}
     for number, line in numbered_lines(data, name):
         text = line.partition("#")[0].rstrip()
         if not text.strip() or text.lstrip().startswith(";"):
@@ -112,9 +114,7 @@ def parse_rhasspy(data: bytes, name: str, read_slots: ReadSlots) -> TemplateSour
     return source
 
 
-def _add(
-    source: TemplateSource, intent: str, line: Passage, own: dict[tuple[DefinitionKind, str], str]
-) -> None:
+def _add(source: TemplateSource, intent: str, line: Passage, own: dict[DefinitionKey, str]) -> None:
     if match := _RHASSPY_RULE.match(line.text):
         own["rule", match[1]] = f"{intent}.{match[1]}"
         body = RhasspyParser(line.part(match.end())).parse()
@@ -127,9 +127,7 @@ def _add(
     source.templates.append(Template(intent, expression, line.place(begin)))
 
 
-def _use_names(
-    source: TemplateSource, own: dict[str, dict[tuple[DefinitionKind, str], str]]
-) -> None:
+def _use_names(source: TemplateSource, own: dict[str, dict[DefinitionKey, str]]) -> None:
     """Replace the names of an intent's own rules by their global names."""
     source.templates = [
         Template(t.command, renamed(t.expression, own.get(t.command or "", {})), t.place)

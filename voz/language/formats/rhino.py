@@ -13,6 +13,7 @@ from voz.language.formats.parser import Parser, Token
 from voz.language.formats.yaml_text import Yaml
 from voz.language.sentences.expression import (
     Concatenation,
+    DefinitionKind,
     Expression,
     NumberRange,
     Reference,
@@ -21,7 +22,7 @@ from voz.language.sentences.expression import (
     phrase,
 )
 from voz.language.sentences.location import error_at
-from voz.language.sentences.template_source import DefinitionKind, Template, TemplateSource
+from voz.language.sentences.template_source import Template, TemplateSource
 
 BUILT_IN_NUMBERS: Mapping[str, int] = {
     "SingleDigitInteger": 9,

@@ -12,8 +12,7 @@ import msgspec
 from voz.errors import LanguageError
 from voz.language.sentences.automaton import NO_LABEL, Automaton, prefix_tree
 from voz.language.sentences.expression import Value
-from voz.language.sentences.letter_distance import LetterDistances
-from voz.language.sentences.neighbors import WordCosts, nearest
+from voz.language.sentences.neighbors import LetterDistances, WordCosts, nearest
 from voz.language.sentences.slot_reader import SlotReader
 from voz.language.sentences.spelling import strip_accents
 from voz.language.sentences.typed_text import spoken_forms

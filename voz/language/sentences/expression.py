@@ -1,12 +1,18 @@
-"""A template as a tree that never changes; pure."""
+"""A template as a tree that never changes, and the names in it; pure."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from voz.language.sentences.location import Location
+
+DefinitionKind = Literal["rule", "list"]
+
+DefinitionKey: TypeAlias = tuple[DefinitionKind, str]
+"""The kind and name of a rule or a list."""
 
 Value: TypeAlias = str | int | float
 """Of a slot: words, or a number."""
@@ -77,7 +83,7 @@ class Slot:
 class Reference:
     """The name of a rule or a list that is defined elsewhere."""
 
-    kind: Literal["rule", "list"]
+    kind: DefinitionKind
     name: str
     place: Location = field(compare=False)
 
@@ -86,7 +92,7 @@ class Reference:
 class ResolvedReference:
     """What a reference stands for, with its name."""
 
-    kind: Literal["rule", "list"]
+    kind: DefinitionKind
     name: str
     item: Expression
 
@@ -105,6 +111,37 @@ Expression: TypeAlias = (
 )
 
 NO_WORDS = Concatenation(())
+
+
+def children(item: Expression) -> tuple[Expression, ...]:
+    """Return what an expression is made of."""
+    if isinstance(item, (Concatenation, Choice, Permutation)):
+        return item.items
+    return (item.item,) if isinstance(item, (Optional, Tag, Slot, ResolvedReference)) else ()
+
+
+def with_children(item: Expression, change: Callable[[Expression], Expression]) -> Expression:
+    """Return an expression whose children are changed."""
+    if isinstance(item, (Concatenation, Choice, Permutation)):
+        return replace(item, items=tuple(map(change, item.items)))
+    if isinstance(item, (Optional, Tag, Slot)):
+        return replace(item, item=change(item.item))
+    return item
+
+
+def references(item: Expression) -> Iterator[Reference]:
+    """Yield the names of rules and lists in an expression."""
+    if isinstance(item, Reference):
+        yield item
+    for inner in children(item):
+        yield from references(inner)
+
+
+def renamed(item: Expression, names: Mapping[DefinitionKey, str]) -> Expression:
+    """Give the references in an expression the names that are known elsewhere."""
+    if isinstance(item, Reference):
+        return replace(item, name=names.get((item.kind, item.name), item.name))
+    return with_children(item, lambda one: renamed(one, names))
 
 
 def concatenation(items: list[Expression]) -> Expression:

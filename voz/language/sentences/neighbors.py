@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from functools import lru_cache
 from heapq import nsmallest
 from operator import itemgetter
@@ -33,6 +34,26 @@ class WordCosts(Protocol):
 
     def gap_cost(self, word: str) -> float:
         """Cost of leaving a word out, or inserting it."""
+
+
+class LetterDistances:
+    """`WordCosts` by the letters that differ."""
+
+    def __init__(self) -> None:
+        """Begin with an empty cache."""
+        self.substitution_cost = lru_cache(maxsize=10_000)(self._instead)
+
+    def _instead(self, word: str, other: str) -> float:
+        alike = SequenceMatcher(None, word, other, autojunk=False).ratio()
+        return (1 - alike) * max(len(word), len(other))
+
+    def rough_cost(self, word: str, other: str) -> float:
+        """Count the letters that only one of two words has."""
+        return len(set(word) ^ set(other))
+
+    def gap_cost(self, word: str) -> float:
+        """Half the letters: a missing word is half a mistake."""
+        return len(word) / 2 + 0.5
 
 
 @dataclass(frozen=True)

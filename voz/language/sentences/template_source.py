@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
 
-from voz.language.sentences.expression import Expression, Value
+from voz.language.sentences.expression import DefinitionKey, DefinitionKind, Expression, Value
 from voz.language.sentences.location import Location, error_at
-
-DefinitionKind = Literal["rule", "list"]
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ class TemplateSource:
 
     name: str
     templates: list[Template] = field(default_factory=list)
-    definitions: dict[tuple[DefinitionKind, str], Definition] = field(default_factory=dict)
+    definitions: dict[DefinitionKey, Definition] = field(default_factory=dict)
     imports: list[tuple[str, Location]] = field(default_factory=list)
 
     def define(

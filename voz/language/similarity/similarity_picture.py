@@ -29,11 +29,6 @@ def draw_matrix(
     """Draw how alike all commands sound, as PNG or SVG; raises VozError."""
     if path.suffix.lower() not in (".png", ".svg"):
         raise VozError(f"{path}: not a picture name; end it with .png or .svg")
-    if len(commands) > MAX_PICTURED_COMMANDS:
-        raise VozError(
-            f"{len(commands)} commands are too many for a picture; give a list of at most "
-            f"{MAX_PICTURED_COMMANDS}"
-        )
     try:
         from matplotlib.figure import Figure
     except ImportError:

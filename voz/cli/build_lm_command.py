@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.exit_codes import STALE, WRONG_CALL
 from voz.cli.options import DEFAULT_SETTINGS_FILE, with_options
 from voz.cli.text_io import info, show, warn
+from voz.process.exit_codes import STALE, WRONG_CALL
 
 if TYPE_CHECKING:
     from voz.config import Config

@@ -13,10 +13,10 @@ import typer
 
 from voz.cli.decode_display import with_progress, writer
 from voz.cli.decode_options import Decoding
-from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
 from voz.cli.text_io import MAX_INPUT_LINE
 from voz.errors import ConfigError
+from voz.process.exit_codes import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.batch.batch_decoder import BatchDecoder

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.exit_codes import NOT_WELL
 from voz.cli.options import Common, DeviceOption, with_options
 from voz.cli.text_io import show, show_raw
 from voz.errors import ConfigError
+from voz.process.exit_codes import NOT_WELL
 
 if TYPE_CHECKING:
     from voz.apps.doctor.finding import Finding

@@ -10,9 +10,9 @@ import typer
 
 from voz.cli.eval_options import RECOGNIZING, Evaluating, ManifestsArgument
 from voz.cli.eval_output import show_evaluation
-from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
 from voz.cli.text_io import info, with_bar
+from voz.process.exit_codes import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.evaluation.engines import EngineChoice

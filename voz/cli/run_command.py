@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeAlias
 
 import typer
 
-from voz.cli.exit_codes import SOME_UNREADABLE
 from voz.cli.options import with_options
 from voz.cli.run_options import Running
 from voz.cli.run_page import chosen_microphone, page_of, page_site
 from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
 from voz.cli.text_io import info, open_text, warn
+from voz.process.exit_codes import SOME_UNREADABLE
 
 if TYPE_CHECKING:
     from voz.apps.recordings.recorder import Recorder

@@ -105,7 +105,7 @@ def _made(plan: RobotPlan) -> list[str]:
 
 
 def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
-    from voz.robot.user_errors import user_errors_as_mistake
+    from voz.robot.user_code import user_errors_as_mistake
 
     def place(t: float) -> Place | None:
         for name, robot in robots.items():

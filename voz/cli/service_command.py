@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.exit_codes import NOT_WELL
 from voz.cli.help import CommandGroup
 from voz.cli.options import with_options
 from voz.cli.run_options import Running
 from voz.cli.text_io import show, show_raw
+from voz.process.exit_codes import NOT_WELL
 
 service = typer.Typer(
     cls=CommandGroup,

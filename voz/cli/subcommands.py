@@ -18,7 +18,6 @@ from voz.cli.decode_command import decode
 from voz.cli.devices_command import devices
 from voz.cli.doctor_command import doctor
 from voz.cli.eval_command import evaluate
-from voz.cli.exit_codes import WRONG_CALL
 from voz.cli.fit_confidence_command import fit_confidence
 from voz.cli.help import CommandGroup
 from voz.cli.language_command import languages
@@ -32,6 +31,7 @@ from voz.cli.sound_command import sound
 from voz.cli.text_io import info, show, writing_results
 from voz.cli.view_command import view
 from voz.errors import CommandsError, RobotMistake, VozError
+from voz.process.exit_codes import WRONG_CALL
 from voz.process.signals import SIGNAL_EXIT_CODE
 
 UsageError: Any = typer.BadParameter.__mro__[1]  # typer's own or click's, as its version has it

@@ -20,7 +20,7 @@ from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.factory import make_in_process
 from voz.robot.robot_process import EventAnswer, RobotSpec
-from voz.robot.user_errors import error_line, lost_reason, user_errors_as_mistake
+from voz.robot.user_code import error_line, lost_reason, user_errors_as_mistake
 
 RUN_TIMEOUT = 0.5
 """Without an event for this time, s, the run is lost; bases wait as long for a velocity."""

@@ -14,8 +14,7 @@ from voz.robot.kinds import ROBOTS, RobotSetup
 from voz.robot.mailbox import Mailbox
 from voz.robot.robot_process import RobotProcess, RobotSpec
 from voz.robot.slow import SlowRobot
-from voz.robot.user_code import import_target
-from voz.robot.user_errors import user_errors_as_mistake
+from voz.robot.user_code import import_target, user_errors_as_mistake
 
 
 def need_real_time(names: Sequence[str]) -> bool:

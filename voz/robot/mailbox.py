@@ -9,7 +9,7 @@ from collections import deque
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
-from voz.robot.user_errors import describe_error, error_line, lost_reason, user_errors_as_mistake
+from voz.robot.user_code import describe_error, error_line, lost_reason, user_errors_as_mistake
 
 EVENTS_BEFORE_VELOCITY = 4
 """A velocity waits behind no more other events: a command causes a partial, an utterance, an

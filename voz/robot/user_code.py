@@ -1,11 +1,29 @@
-"""What users write themselves: found beside their voz.toml, by its name."""
+"""Code of users: imported by its name, and its mistakes described in one line."""
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module, invalidate_caches
 from pathlib import Path
 from typing import Any
+
+from voz.errors import RobotMistake, VozError
+from voz.printable import printable
+from voz.process.signals import first_signal
+from voz.robot.base import Robot
+
+VOZ_FOLDER = str(Path(__file__).parents[1]) + os.sep
+
+IMPORT_MACHINERY = ("<frozen importlib", "importlib/__init__.py")
+"""How the names of Python's own files begin and end that stand between voz and theirs."""
+
+MAX_MESSAGE_LENGTH = 1000
+"""Characters that are shown of a text from a robot's own code."""
 
 
 def import_target(target: str) -> Any:
@@ -24,3 +42,84 @@ def import_target(target: str) -> Any:
             f"there is no module {module} in the folder you are in; name a file without its .py",
             name=module,
         ) from None
+
+
+@contextmanager
+def user_errors_as_mistake(name: str) -> Iterator[None]:
+    """Turn what a robot's own code raises into a RobotMistake of one line; not a `VozError`."""
+    try:
+        yield
+    except VozError:
+        raise
+    except (Exception, SystemExit, KeyboardInterrupt) as error:
+        if is_by_signal(error):
+            raise
+        raise RobotMistake(
+            f"the robot {name} cannot be used here: {describe_error(error)}"
+        ) from error
+
+
+def describe_error(error: BaseException) -> str:
+    """Say in one line what was raised, and where in the file of whoever wrote it."""
+    message = " ".join(_text(lambda: _message(error)).split())
+    said = f"{type(error).__name__}: {message}" if message else type(error).__name__
+    place = _text(lambda: _place(error))
+    return printable(f"{said} ({place})" if place else said)
+
+
+def error_line(error: BaseException) -> str:
+    """Say in one line what went wrong: voz's own errors say it themselves."""
+    return (
+        printable(_text(lambda: str(error)))
+        if isinstance(error, VozError)
+        else describe_error(error)
+    )
+
+
+def lost_reason(robot: Robot) -> str | None:
+    """Ask a robot whether it is lost; return one printable line, whatever it returns."""
+    said: object = robot.lost()
+    if not said:
+        return None
+    if not isinstance(said, str):
+        raise TypeError(f"lost() returned {type(said).__name__}; return a text, or None")
+    return printable(" ".join(said[:MAX_MESSAGE_LENGTH].split()))
+
+
+def _text(ask: Callable[[], str]) -> str:
+    """Get a text from a robot's own code; empty if that raises, too."""
+    try:
+        return ask()[:MAX_MESSAGE_LENGTH]
+    except BaseException:
+        return ""
+
+
+def _message(error: BaseException) -> str:
+    return str(error.msg if isinstance(error, SyntaxError) else error)
+
+
+def _place(error: BaseException) -> str:
+    if isinstance(error, SyntaxError) and error.filename and Path(error.filename).is_file():
+        return _shown(error.filename, error.lineno)
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if _is_theirs(f.filename)]
+    # What their code calls of a library is no place that they could mend.
+    own = [f for f in frames if Path(f.filename).parent == Path(frames[0].filename).parent]
+    return _shown(own[-1].filename, own[-1].lineno) if own else ""
+
+
+def _is_theirs(file: str) -> bool:
+    return not (
+        file.startswith((VOZ_FOLDER, IMPORT_MACHINERY[0])) or file.endswith(IMPORT_MACHINERY[1])
+    )
+
+
+def _shown(file: str, line: int | None) -> str:
+    here = Path.cwd()
+    path = Path(file)
+    return f"{path.relative_to(here) if path.is_relative_to(here) else path}, line {line}"
+
+
+def is_by_signal(error: BaseException) -> bool:
+    """Whether somebody ends the program, by Ctrl-C also the one of who uses voz as a library."""
+    by_python = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return first_signal() is not None or (isinstance(error, KeyboardInterrupt) and by_python)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 from typing import NoReturn
 
 from voz.errors import VozError
 from voz.printable import printable
 from voz.process import signals
+from voz.process.exit_codes import WRONG_CALL
 from voz.process.setup import set_up
 from voz.process.standard_streams import quiet_libraries, unblocked_output
 from voz.ros1.node import Ros1Node
-
-WRONG_CALL = 2
-"""Exit code when there is no master, or a parameter cannot be used; as that of `voz`."""
 
 
 def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
@@ -41,9 +38,3 @@ def run_node(name: str, work: Callable[[Ros1Node], None]) -> NoReturn:
         if signals.is_audio_thread_left():
             signals.force_exit(code)
     sys.exit(code)
-
-
-def clock_from_now() -> Callable[[], float]:
-    """A clock that starts at 0, s."""
-    begun = time.monotonic()
-    return lambda: time.monotonic() - begun

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import queue
+import time
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from voz.events import SelectedObject, Twist
 from voz.robot.simulator import SimulatedRobot
 from voz.ros1.node import Ros1Node, load_rospy
-from voz.ros1.node_program import clock_from_now, run_node
+from voz.ros1.node_program import run_node
 from voz.ros1.odometry import Ros1OdometryPublisher
 from voz.ros1.parameters import read_settings
 
@@ -23,10 +24,13 @@ def simulate(node: Ros1Node) -> None:
     from rospy import Subscriber
     from std_msgs.msg import Int16
 
-    settings, clock = read_settings(), clock_from_now()
+    settings, begun = read_settings(), time.monotonic()
     rospy = load_rospy()
     robot = SimulatedRobot(settings.simulator, lambda warning: rospy.logwarn(warning.text))
     inbox: SimpleQueue[Twist | SelectedObject] = SimpleQueue()
+
+    def clock() -> float:
+        return time.monotonic() - begun
 
     def velocity(message: Any) -> None:
         inbox.put(Twist(clock(), message.linear.x, message.angular.z))

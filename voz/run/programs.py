@@ -21,8 +21,7 @@ from voz.control.steps import SLOT
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
 from voz.events import Call, Ended, Event, Run
-from voz.robot.user_code import import_target
-from voz.robot.user_errors import describe_error, is_by_signal
+from voz.robot.user_code import describe_error, import_target, is_by_signal
 from voz.speech.builtin_sounds import BuiltinSound
 
 MAX_PROGRAMS = 8

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from voz.control.table import CommandTable
 from voz.language.generated.language_files import LanguageFiles, list_name
 from voz.recognition.recognizer import Recognizer
-from voz.robot.user_errors import error_line
+from voz.robot.user_code import error_line
 from voz.run.command_check import check_list
 
 RELOAD_CHECK_INTERVAL = 1.0

@@ -13,7 +13,7 @@ from voz.config import Config
 from voz.errors import RobotError, SpeechError
 from voz.robot.factory import make_robots, open_robots
 from voz.robot.kinds import RobotSetup
-from voz.robot.user_errors import user_errors_as_mistake
+from voz.robot.user_code import user_errors_as_mistake
 
 ARM = "from voz.robot.base import Robot\n\nclass Arm(Robot):\n"
 

@@ -83,7 +83,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
             msgspec.structs.force_setattr(self, "command", self.text)
 
     def __hash__(self) -> int:
-        """Slots cannot be hashed, the rest tells utterances well enough apart."""
+        """Hash without the slots, which cannot be hashed."""
         return hash((self.t, self.text, self.source))
 
     @property
@@ -199,7 +199,7 @@ class Call(CheckedRecord, frozen=True, tag_field="type", tag="call", omit_defaul
         t: when it is called, s.
         function: `module:function`.
         arguments: what it gets.
-        seconds: how long it may take until that is told, s; None is a minute.
+        seconds: after this time, s, it is reported that it has not ended; None is a minute.
     """
 
     t: Finite
@@ -259,7 +259,7 @@ Receiver: TypeAlias = Callable[[Event], None]
 def to_json(event: msgspec.Struct) -> str:
     """Write an event, or another record, as one line of JSON, without the newline.
 
-    A command that is called as it is said is not written twice.
+    A `command` that equals the text is left out.
     """
     written: object = event
     if getattr(event, "command", None) is not None:
@@ -301,7 +301,7 @@ def explain_not_obeyed(utterance: Utterance) -> str:
 
 
 def evidence_in_words(score: float | None, next_best: str | None) -> str:
-    """Say in words how good the evidence for an utterance is; empty if nothing is known of it."""
+    """Say in words how good the evidence for an utterance is; empty if unknown."""
     parts = [] if score is None else [f"score {score:.1f}"]
     if next_best:
         parts.append(f'next best "{next_best}"')

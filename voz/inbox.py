@@ -12,7 +12,7 @@ from typing import TypeAlias
 from voz.events import Ended, Partial, Utterance, Warning
 
 MAX_QUEUED_MESSAGES = 64
-"""Messages that stop, and as many others; nobody says so much in 0.1 s."""
+"""Limit for messages that stop, and for others; nobody says so much in 0.1 s."""
 
 
 @dataclass(frozen=True)

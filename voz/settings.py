@@ -35,8 +35,8 @@ class Recognition(Section, frozen=True, kw_only=True):
             there is no phoneme network.
         never_missed: commands that stop the robot, so that missing one is worse than obeying one
             that was not said. In doubt they are taken rather than another command.
-        missed_cost: how many times worse it is; by so much lower odds are enough for them, and as
-            many times more often, at most, are they heard in talk.
+        missed_cost: how many times worse it is. Odds that are lower by this factor are enough for
+            these commands, which talk then triggers up to this many times as often.
         early_decision: a command is understood when its speaker pauses for so long, s; less is
             faster, and cuts slow speakers off.
         threshold: the confidence (0 to 1) that every command needs, in place of the three above.

@@ -29,7 +29,7 @@ def load_sounddevice() -> ModuleType:
     """Import sounddevice; raises AudioError if PortAudio is not installed."""
     _silence_alsa()
     try:
-        import sounddevice  # looks for devices as it is imported, which takes its time
+        import sounddevice  # importing it takes long: it looks for devices
     except OSError as error:
         raise AudioError(
             "PortAudio is not installed; install it with: sudo apt-get install libportaudio2"

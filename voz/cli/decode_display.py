@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def writer(options: Decoding) -> Callable[[Row], None]:
-    """What shows one row after the other; a table has its head by then."""
+    """Return what shows each row, after the head of a table."""
     if options.as_json:
         return _show_json
     show(f"   start      end  sure  accepted  {'text':32}  file")

@@ -49,7 +49,7 @@ class Account:
             self.heard[file] = outcome
 
     def report(self, output: str, inputs: Inputs) -> None:
-        """Write all of it to the user."""
+        """Show the counts to the user."""
         known = self.whole.files - self.new.files
         kept = f" ({known:,} were known)" if known else ""
         info(f"written: {output}, {self.whole.files:,} recordings{kept}")

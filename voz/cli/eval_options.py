@@ -78,7 +78,7 @@ class Evaluating(Recognizing):
                 check_new(Path(name), self.overwrite)
 
     def described(self, manifests: Sequence[Path], settings: Recognition) -> dict[str, str]:
-        """Say what was asked for, as the results tell it."""
+        """Describe the options for the results."""
         return {
             "manifests": ", ".join(map(shown_path, manifests)),
             "engine": printable(self.engine),

@@ -15,7 +15,7 @@ from voz.cli.text_io import show as show_line
 from voz.terminal.level_bar import level_bar, level_line
 
 RECORDING_SECONDS = 3
-"""Time for a command, and for a pause that tells how loud the background is."""
+"""Time for a command, and for a pause that shows the background level."""
 
 SAMPLES_PER_LINE = SAMPLE_RATE // 2
 """Samples from one line to the next where no bar can move."""

@@ -17,7 +17,7 @@ Place: TypeAlias = tuple[float, float, float]
 MAX_DELAY_FACTOR = 1.5
 """With odometry, a motion may take this many times longer than its velocity promises.
 
-A base accelerates slowly and slips; odometry that stands still must not drive it for ever.
+A base accelerates slowly and slips; odometry that stands still must not let it drive forever.
 """
 
 MAX_ODOMETRY_AGE = 0.5
@@ -68,7 +68,7 @@ class BoundedMotion(msgspec.Struct, frozen=True):
 
 
 def begin_bounded(step: Step, t: float, place: Place | None) -> BoundedMotion:
-    """Begin the motion of a step whose slots are fill_slots; `place` is where odometry has it."""
+    """Begin the motion of a step without slots; `place` is that of the robot by odometry."""
     seconds, metres, degrees = (_number(x) for x in (step.seconds, step.metres, step.degrees))
     return BoundedMotion(
         t,

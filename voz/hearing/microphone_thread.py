@@ -207,7 +207,7 @@ class Hearing:
 
     def _begin(self, microphone: OpenMicrophone) -> None:
         self.device = microphone.name
-        microphone.alive = time.monotonic()  # to open it may have taken long
+        microphone.alive = time.monotonic()  # opening may have taken long
         self._microphone = microphone
         self._opened.set()
 
@@ -236,7 +236,7 @@ class Hearing:
             self.deaf = duplex.deaf
             self.background = duplex.background - FULL_SCALE_DB
             self._problem, self._failures = None, 0
-            if time.monotonic() - microphone.arrived < NO_SOUND_TIMEOUT:  # else more of it waits
+            if time.monotonic() - microphone.arrived < NO_SOUND_TIMEOUT:  # else more sound waits
                 self._busy_since = None
             if self._recognizer.commands is not commands:
                 break

@@ -22,7 +22,7 @@ LOSS_WARNING_INTERVAL = 5.0
 
 ONLY_SILENCE = "the microphone gives only silence"
 
-MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` tells"
+MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` shows it"
 
 
 class SilenceCheck:
@@ -32,7 +32,7 @@ class SilenceCheck:
         self._matters = False
 
     def trouble(self, silent: bool, moving: bool) -> str | None:
-        """What is wrong, if the microphone is silent and the robot moves or has moved."""
+        """Return what is wrong, if the microphone is silent and the robot moves or has moved."""
         self._matters = silent and (moving or self._matters)
         return ONLY_SILENCE if self._matters else None
 

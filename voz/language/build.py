@@ -174,7 +174,7 @@ def _guess_warnings(source: CommandSource) -> tuple[str, ...]:
 def _alike_warnings(source: CommandSource, every: bool) -> tuple[str, ...]:
     brought = read_sentences(LanguageFiles(PACKAGED_FOLDER))
     if source.commands.can_be_listed and set(source.commands) == set(brought):
-        return ()  # docs/commands.md tells of these
+        return ()  # docs/commands.md names these
     return similarity_warnings(similar_pairs(source), every)
 
 
@@ -190,7 +190,7 @@ def _write(contents: Mapping[str, str], out: Path) -> None:
                 for name, text in contents.items():
                     file = last_first.enter_context(atomic_write(out / name, "wb"))
                     file.write(text.encode())
-                    file.flush()  # a full disk is told before any is replaced
+                    file.flush()  # a full disk is noticed before any file is replaced
             for old in (LanguageFiles(out).templates, LanguageFiles(out).spoken):
                 if old.name not in contents:  # the list had templates before, or was in Spanish
                     old.unlink(missing_ok=True)

@@ -129,7 +129,7 @@ def add_language(folder: Path, name: str, dictionary: Path | None = None) -> Lan
         LanguageError: it cannot be used or copied.
         ConfigError: the name is not usable as that of a folder.
     """
-    target = _folder_of(name)  # what it is called is told at once, what it holds takes seconds
+    target = _folder_of(name)  # checks the name before the work, which takes seconds
     words = dictionary or _only(_found(folder, _DICTIONARIES), folder, "dictionary")
     model = _only(_found(folder, ("mdef",)), folder, "mdef of an acoustic model").parent
     rules = words.with_name(RULES_FILE)

@@ -27,7 +27,7 @@ class Robot:
         slow: whether what is no velocity may take long, as an arm that moves. Then `receive` gets
             those events on a thread of its own, one after the other, while velocities go on coming
             on the first one. A robot of a user's sets it in its class: `slow = True`.
-        where: tells where a simulated robot of the same run is at a time, s; None if there is
+        where: returns where a simulated robot of the same run is at a time, s; None if there is
             none, or this one is in another process.
     """
 
@@ -73,7 +73,7 @@ class Robot:
         """
 
     def place(self, t: float) -> Place | None:
-        """Tell where the robot is by its odometry; it must not wait for anything.
+        """Return where the robot is by its odometry; it must not wait for anything.
 
         Args:
             t: the time of the run, s.
@@ -84,8 +84,8 @@ class Robot:
         return None
 
     def lost(self) -> str | None:
-        """Tell why the robot cannot be reached now; None if it can. Asked after each event (S5)."""
+        """Return why the robot cannot be reached now, or None; called after each event (S5)."""
         return None
 
     def close(self) -> None:
-        """Let go of what `open` took; called once after the last event, which is zero velocity."""
+        """Release what `open` took; called once after the last event, which is zero velocity."""

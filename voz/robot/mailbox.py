@@ -91,7 +91,7 @@ class Mailbox:
         self._closing = False
         self._failure: str | None = None
         self._answer: str | None = None  # why the robot said that it is lost, after the last event
-        self._untold: str | None = None  # the same, until who looks after it has been told
+        self._untold: str | None = None  # the same, until `lost` has returned it
         self._busy_since: float | None = None
         self._put_at = 0.0  # the velocity that waits, on the monotonic clock, s
         self._taken_put_at = 0.0  # the same of the one that was taken last
@@ -127,7 +127,7 @@ class Mailbox:
             self._changed.notify()
 
     def lost(self) -> str | None:
-        """Tell why the robot is lost, or was since the last call; None if not. This never waits."""
+        """Return why the robot is lost, or was since the last call; None if not. Never waits."""
         untold, self._untold = self._untold, None
         problem = self._failure or self._answer or untold
         busy_since = self._busy_since
@@ -144,9 +144,9 @@ class Mailbox:
         while not over:
             try:
                 over = self._hand_over()
-            except BaseException as error:  # between two events; the robot is still to be stopped
+            except BaseException as error:  # between two events; the robot must still be stopped
                 self._failure = self._failure or describe_error(error)
-        with contextlib.suppress(BaseException):  # nothing more is asked of it
+        with contextlib.suppress(BaseException):  # it is used no more
             self._robot.close()
 
     def _hand_over(self) -> bool:

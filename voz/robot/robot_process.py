@@ -109,7 +109,7 @@ class RobotProcess(Robot):
             self._answer = EventAnswer(trouble="its process had ended")
 
     def lost(self) -> str | None:
-        """Tell why the robot was lost after the last event."""
+        """Return why the robot was lost after the last event."""
         return self._answer.trouble
 
     def close(self) -> None:
@@ -121,7 +121,7 @@ class RobotProcess(Robot):
         """End the process, whatever it does; called by whoever made it."""
         if not hasattr(self, "_process"):
             return
-        self._link.close()  # it ends by that
+        self._link.close()  # this ends the process
         try:
             self._process.wait(PROCESS_EXIT_TIMEOUT)
         except subprocess.TimeoutExpired:

@@ -92,7 +92,7 @@ class SimulatedRobot(Robot):
             pass
 
     def trip(self) -> Trip:
-        """What happened so far."""
+        """Return what happened so far."""
         now, states = self._now[0], tuple(self._states)
         if states[-1] != now:
             states = (*states, now)

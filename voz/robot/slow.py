@@ -47,7 +47,7 @@ class SlowRobot(Robot):
             raise self._failure.with_traceback(self._place)  # else it grows each time it is raised
 
     def lost(self) -> str | None:
-        """Tell why the robot is lost; also while too much waits for it."""
+        """Return why the robot is lost; also while too many events wait."""
         return "cannot keep up" if self._box.full else self._robot.lost()
 
     def close(self) -> None:
@@ -62,7 +62,7 @@ class SlowRobot(Robot):
         while event := self._next():
             try:
                 self._robot.receive(event)
-            except BaseException as error:  # `sys.exit` too: the next velocity tells of it
+            except BaseException as error:  # `sys.exit` too; it is raised at the next velocity
                 self._place = error.__traceback__
                 self._failure = error
                 return

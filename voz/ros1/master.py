@@ -1,4 +1,4 @@
-"""Calls the ROS master, with a time limit; rospy itself waits for ever."""
+"""Calls the ROS master, with a time limit; rospy itself waits forever."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 from voz.errors import ConfigError
 
 MASTER_TIMEOUT = 1.0
-"""Limit for an answer, s; a master takes a thousandth of it."""
+"""Limit for an answer, s; a master takes a millisecond."""
 
 
 def master_uri() -> str:

@@ -68,7 +68,7 @@ class Ros1Node:
         return bool(self._rospy.is_shutdown())
 
     def trouble(self) -> str | None:
-        """Tell why ROS cannot be reached now; None if all is well."""
+        """Return why ROS cannot be reached now; None if all is well."""
         return "the ROS node was ended" if self.over else self._problem
 
     def on_shutdown(self, act: Callable[[], None]) -> None:

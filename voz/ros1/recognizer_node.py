@@ -58,7 +58,7 @@ class _SwitchedHearing:
         hearing = self._hearing
         if hearing is None:
             return RecognizerStatus(STOPPED)
-        # Whether silence matters is for who drives the robot: nobody knows here whether it moves.
+        # Silence matters only while the robot moves, which only the other node knows.
         return RecognizerStatus(hearing.trouble(moving=False) or "", hearing.only_silence)
 
 

@@ -104,7 +104,7 @@ class Ros1Robot(Robot):
         return self._base.place() if self._base else None
 
     def lost(self) -> str | None:
-        """Tell why ROS cannot be reached now; None if it can."""
+        """Return why ROS cannot be reached now; None if it can."""
         return self._node.trouble() if self._node else "ROS was not joined yet"
 
     def close(self) -> None:

@@ -19,7 +19,7 @@ ODOMETRY_PERIOD = 0.05
 
 
 def simulate(node: Ros1Node) -> None:
-    """Follow `cmd_vel` and `selected_object`, and tell where the robot is, until the end."""
+    """Follow `cmd_vel` and `selected_object`, and publish the odometry, until the end."""
     from geometry_msgs.msg import Twist as Velocity
     from rospy import Subscriber
     from std_msgs.msg import Int16
@@ -44,7 +44,7 @@ def simulate(node: Ros1Node) -> None:
     odometry = Ros1OdometryPublisher()
     due = 0.0
     while not node.over:
-        due = max(due + ODOMETRY_PERIOD, clock())  # what was missed is left out
+        due = max(due + ODOMETRY_PERIOD, clock())  # missed periods are left out
         while (left := due - clock()) > 0:
             try:
                 robot.receive(inbox.get(timeout=left))

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from voz.errors import ConfigError
 
 VARIABLES = ("ROS_STATIC_PEERS", "CYCLONEDDS_URI")
-"""What users write into Cyclone's configuration; the rest of it is known to be good."""
+"""What users write into Cyclone's configuration; the rest is valid."""
 
 CHECK_PROGRAM = """
 import resource, sys
@@ -20,7 +20,7 @@ Domain(int(sys.argv[1]), sys.argv[2])
 """
 
 CHECK_TIMEOUT = 20.0
-"""Limit for finding the names, s."""
+"""Time limit for resolving the names, s."""
 
 
 def check_cyclone(number: int, configuration: str, environment: Mapping[str, str]) -> None:

@@ -19,8 +19,11 @@ MAX_SHOWN_DIGITS = 20
 """Characters of an invalid number that are shown."""
 
 IGNORED_VENDORS = "1.15,1.16"
-"""Fast DDS and Cyclone, by their vendor numbers. ROS 2 goes by the names of types alone, and what
-Fast DDS tells of a list's type Cyclone cannot read: it would never connect to /diagnostics."""
+"""Fast DDS and Cyclone, by their vendor numbers.
+
+ROS 2 matches types by name alone. Cyclone cannot read the type of a list from Fast DDS, and would
+never connect to /diagnostics.
+"""
 
 
 def domain_number(settings: Ros2, environment: Mapping[str, str]) -> int:
@@ -69,7 +72,7 @@ def _names_interfaces(uri: str) -> bool:
         uri: names of files and pieces of XML, with commas between them.
     """
     texts = [uri]
-    for name in uri.split(","):  # pieces of XML are no files, and Cyclone tells what is missing
+    for name in uri.split(","):  # pieces of XML are no files; Cyclone reports missing ones
         try:
             with Path(name.strip().removeprefix("file://")).open("rb") as file:
                 texts.append(file.read(MAX_SETTINGS_BYTES).decode(errors="replace"))

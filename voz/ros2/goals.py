@@ -33,7 +33,7 @@ class GoalCanceller:
     def look(self) -> None:
         """Make a writer of requests for each new server; of several, for the last.
 
-        Fast DDS would ask for ever for a request in Cyclone's longer format.
+        Fast DDS would wait forever for a request in Cyclone's longer format.
         """
         arrived = {one.topic_name: one.key for one in self._arriving.new(MAX_NEW_ENDPOINTS)}
         for service in self._services:

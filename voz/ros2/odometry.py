@@ -67,7 +67,7 @@ class Ros2OdometryListener:
     def newest(self) -> tuple[float, msg.Odometry] | None:
         """The last message and its time, s, without waiting."""
         for message in self._reader.take(MAX_TAKEN):
-            if isinstance(message, msg.Odometry):  # else it tells that a writer is gone
+            if isinstance(message, msg.Odometry):  # else a writer is gone
                 self._newest = self._clock(), message
         return self._newest
 

@@ -74,8 +74,8 @@ def _waiting(reader: DataReader[String]) -> Iterator[str]:
         try:
             samples = reader.take(1)
         except UnicodeDecodeError:
-            continue  # a command it was not
+            continue  # it was no command
         if not samples:
             return
-        # That a writer has gone is told by a sample without a message.
+        # A sample without a message means that a writer has gone.
         yield from (sample.data for sample in samples if isinstance(sample, String))

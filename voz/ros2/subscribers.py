@@ -29,7 +29,7 @@ class Endpoints:
 
     def all(self) -> list[Any]:
         """Return those that are there now."""
-        self._endpoints.take(MAX_ENDPOINTS, self._gone)  # or they would be kept for ever
+        self._endpoints.take(MAX_ENDPOINTS, self._gone)  # else they would be kept forever
         return list(self._endpoints.read(MAX_ENDPOINTS, self._there))
 
     def new(self, most: int) -> list[Any]:

@@ -19,7 +19,7 @@ BEATS_PER_SECOND = 10
 """How often `cmd_vel` goes out, also while nothing is said."""
 
 MAX_BEAT_GAP = 0.5
-"""Between two beats, s: a base stops by itself then, and must not start again."""
+"""Longest time between two beats, s; a base has stopped by itself then, and must stay so."""
 
 
 Look: TypeAlias = Callable[[float], None]
@@ -42,7 +42,7 @@ def beat(
         due = number / BEATS_PER_SECOND
         taken = clock.take(due)
         now = clock.now()
-        # First of all: a process that was suspended must not go on as if nothing had been.
+        # First of all: a process that was suspended must not drive on.
         if now - last > MAX_BEAT_GAP:
             gap = now - last
             clock.skip(now - due)
@@ -53,7 +53,7 @@ def beat(
                 look(now)
             controller.send(now)
             last = now
-            number = max(number, int(now * BEATS_PER_SECOND)) + 1  # what was missed is left out
+            number = max(number, int(now * BEATS_PER_SECOND)) + 1  # missed beats are left out
         elif isinstance(taken.message, End):
             return taken.message.error
         else:

@@ -10,13 +10,13 @@ from voz.events import Partial, Utterance, Warning
 from voz.inbox import End, Inbox, TakenMessage
 
 Item: TypeAlias = Utterance | Partial | Warning | float
-"""Of a recording or a text: an event, or how far its time has come, s."""
+"""An event of a recording or a text, or the time that it has reached, s."""
 
 START_DELAY = 0.2
-"""From its start to time 0 of a paced run, s: the first of a recording is decoded meanwhile."""
+"""Between the start and time 0 of a paced run, s: recordings are decoded meanwhile."""
 
 LATE_TOLERANCE = 0.1
-"""A beat that is late by less, s, counts as on time in a paced run."""
+"""In a paced run, a beat that is late by less than this, s, counts as on time."""
 
 
 def elapsed() -> float:
@@ -95,7 +95,7 @@ class PacedClock:
 
 
 class RecordedClock:
-    """The time as recordings or lines tell it: nobody waits, and each run gives the same."""
+    """The time of recordings or lines: nothing waits, and each run gives the same events."""
 
     def __init__(self, items: Iterator[Item]) -> None:
         """Begin at time 0; the items come in the order of their times."""

@@ -86,7 +86,7 @@ class Controller:
         """
         if isinstance(event, Partial):
             self.emit(event)
-            # A needless halt is better than a late one, and what else it was is settled later.
+            # A needless halt is better than a late one; the utterance follows.
             if self.moving and not self._preview(event).state.moving:
                 self.halt()
         elif not event.accepted:
@@ -118,7 +118,7 @@ class Controller:
         self.halt()
         _check_time(now)
         self.stopped_at = now
-        # What is back stops nothing: the robot stands still since it was lost.
+        # Good news stops nothing: the robot has stood still since the loss.
         self.emit(Warning(now, why, good, stops=not good))
 
     def stop_by_hand(self, now: float, why: str, pressed: float = 0.0) -> None:

@@ -42,7 +42,7 @@ TakeText: TypeAlias = Callable[[str, str], None]
 OtherRecognizer: TypeAlias = Callable[
     [TakeText, Callable[[str], None]], AbstractContextManager[None]
 ]
-"""Opens another recognizer, given what obeys it, and what takes why it is heard no more."""
+"""Opens another recognizer, given what obeys it, and what takes the reason of its loss."""
 
 
 class Page(Protocol):
@@ -59,10 +59,10 @@ class Page(Protocol):
         """Take an event; it never waits."""
 
     def trouble(self, moving: bool) -> str | None:
-        """Return why nobody drives by it any more, if that matters."""
+        """Return why it does not drive any more, if that matters."""
 
     def serving(self, parts: RunParts) -> AbstractContextManager[SpeechInput]:
-        """Serve it for a `with` block; gives what listens."""
+        """Serve it for a `with` block; yields what to watch in place of the microphone."""
 
 
 @dataclass(frozen=True)
@@ -90,10 +90,10 @@ class LiveOptions:
         device: the microphone's number or a part of its name; None is the default one.
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
-        announce: where there is no display, takes the line that it listens.
-        record: opens what keeps what is heard; given what takes a warning if it cannot.
-        other_recognizer: its sentences are obeyed, too.
-        page: makes a page that shows the run, from where its commands go and the time.
+        announce: takes the line that says what is listened to, where there is no display.
+        record: opens the recorder of what is heard, given what takes its warnings.
+        other_recognizer: opens another recognizer, which is obeyed, too.
+        page: makes a page that shows the run, given the inbox and the clock.
     """
 
     device: str | None = None

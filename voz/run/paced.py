@@ -18,10 +18,10 @@ MAX_ITEMS_AHEAD = 256
 """Items that are decoded or read before their time."""
 
 HANDOVER_LEAD = 0.02
-"""An item is handed over so long before its time, s, that it comes before the beat of that time."""
+"""An item is handed over this long before its time, s: before the beat of that time."""
 
 
-SOURCE_DIED = End(RuntimeError("nobody plays any more"))
+SOURCE_DIED = End(RuntimeError("the source of commands died"))
 """A thread that dies ends the run: the next line may be `stop`."""
 
 
@@ -47,7 +47,7 @@ def _read_ahead(items: Iterator[Item], ready: queue.Queue[Item | End]) -> None:
         for item in items:
             ready.put(item)
         end = End()
-    except Exception as error:  # it belongs to who waits for the items
+    except Exception as error:  # it is raised where the items are awaited
         end = End(error)
     finally:
         ready.put(end)

@@ -14,7 +14,7 @@ from voz.robot.user_code import error_line
 from voz.run.command_check import check_list
 
 RELOAD_CHECK_INTERVAL = 1.0
-"""Between two looks at the files, s."""
+"""Time between two checks of the files, s."""
 
 State: TypeAlias = tuple[int, int] | None
 """Modification time and inode of a file; None if there is none."""

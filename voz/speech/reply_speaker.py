@@ -120,8 +120,8 @@ class ReplySpeaker:
 
     def _render(self) -> None:
         for reply in self._prepared:
-            with contextlib.suppress(VozError):  # which is told when the reply is said
-                # Read too: the first time, that takes a library.
+            with contextlib.suppress(VozError):  # reported when the reply is said
+                # Read it too: the first read loads a library.
                 read_sound(cached_speech(reply, self._voice, self._closing), PLAYBACK_RATE)
         while (text := self._unrendered.get()) is not None:
             try:

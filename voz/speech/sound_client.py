@@ -197,7 +197,7 @@ class SoundClient:
     def wait(self) -> None:
         """Wait until all sounds that do not repeat have ended."""
         for order in self._orders.heard_once():
-            with suppress(VozError):  # which was told
+            with suppress(VozError):  # reported before
                 self._orders.wait(order)
 
     def close(self) -> None:

@@ -37,7 +37,7 @@ class ArrayConverter:
     def feed(self, array: npt.ArrayLike) -> Samples:
         """Convert samples, or samples x channels: int16, or floats from -1 to 1.
 
-        Returns the mean of the channels, as far as it is known by now. Raises AudioError.
+        Returns the mean of the channels; its last samples may come later. Raises AudioError.
         """
         if self._finished:
             raise AudioError("this stream is finished; begin another one")

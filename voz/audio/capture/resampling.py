@@ -20,12 +20,12 @@ class Resampler:
         """Start a stream of this rate, Hz."""
         self._stream: Any = None
         if rate != SAMPLE_RATE:
-            import soxr  # 20 ms that who hears 16 kHz need not wait for
+            import soxr  # takes 20 ms, and 16 kHz needs none
 
             self._stream = soxr.ResampleStream(rate, SAMPLE_RATE, 1, dtype="float32")
 
     def feed(self, block: Mono) -> Samples:
-        """Convert the next block, as far as it is known by now."""
+        """Convert the next block; the resampler may keep its last samples for later."""
         return to_int16(self._stream.resample_chunk(block) if self._stream else block)
 
     def finish(self) -> Samples:

@@ -83,7 +83,7 @@ class OpenSegment:
 
     @property
     def is_click(self) -> bool:
-        """Whether it is too short for speech, so far."""
+        """Whether it is still too short for speech."""
         return self.loud < MIN_LOUD_FRAMES
 
     def paused_at(self, heard: int) -> int:

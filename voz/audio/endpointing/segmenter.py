@@ -37,7 +37,7 @@ BEGIN_ABOVE = 6.0
 """Level above the background that begins a segment, dB."""
 
 MAX_STEADY_RANGE, MAX_NOISE_RANGE = 7.0, 16.0
-"""How much a noise changes in 0.4 s, dB: any noise, and one that is surely no voice.
+"""How much a noise may change in 0.4 s, dB: any noise, and one that is surely no voice.
 
 Motors change by 5 to 12, vowels by as little as 3.
 """
@@ -64,10 +64,10 @@ MIN_KEPT_SAMPLES = int(MAX_WORD_SECONDS * SAMPLE_RATE)
 """A word may have begun before the segment's start."""
 
 QUIET_AFTER = MAX_PAUSE_SAMPLES + SEGMENT_MARGIN + 2 * FRAME
-"""Samples after a segment; what began within the pause stands out by then."""
+"""Samples after a segment until a sound that began within the pause stands out."""
 
 QUIET_AFTER_ONSET = MAX_PAUSE_SAMPLES + ONSET_SAMPLES
-"""Samples after a segment; what began within the pause is a segment by then."""
+"""Samples after a segment until a sound that began within the pause is a segment."""
 
 WARM_UP_FRAMES = 300
 """Frames that determine the whole state; the background takes 266."""
@@ -167,7 +167,7 @@ class Segmenter:
         return self._background.level
 
     def mark_command(self) -> None:
-        """Note that what was heard so far was for the robot, not talk of others."""
+        """Note that the sound so far was said to the robot, and is no talk of others."""
         self._command_until = self._heard
 
     def _unheard(self) -> Samples:

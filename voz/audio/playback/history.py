@@ -20,7 +20,7 @@ MAX_JITTER = 0.02
 """A larger difference means that the device's delay has changed, s."""
 
 CLOCK_SLEW = 0.05
-"""Share of a smaller difference that is corrected: single blocks jitter by some ms."""
+"""Share of a smaller difference that is corrected; single blocks jitter by some ms."""
 
 DECIMATION = PLAYBACK_RATE // SAMPLE_RATE
 
@@ -81,7 +81,7 @@ class PlaybackHistory:
 
 def to_16_khz(cut: Wave) -> Wave:
     """Resample what `PlaybackHistory.last` returned, and remove its margins."""
-    import soxr  # 20 ms that who never asks need not wait for
+    import soxr  # takes 20 ms, and not every run needs it
 
     margin = FILTER_MARGIN // DECIMATION
     heard: Wave = soxr.resample(cut, PLAYBACK_RATE, SAMPLE_RATE)

@@ -96,7 +96,7 @@ class Loudspeaker:
                 portaudio.abandon_streams()
 
     def _work(self) -> None:
-        with suppress(AudioError):  # which is told when there is something to play
+        with suppress(AudioError):  # reported when there is something to play
             portaudio.load_sounddevice()
             # After sounddevice has registered its own end, and so called before it: Python must
             # not end while PortAudio still asks for blocks.
@@ -117,7 +117,7 @@ class Loudspeaker:
                 problem = self._attend()
                 if not problem or time.monotonic() - opened > MIN_UPTIME:
                     self._failures = 0
-                if problem:  # told before it is closed, which may take long
+                if problem:  # reported before closing, which may take long
                     self._fail(problem)
         except AudioError as error:
             self._fail(str(error))

@@ -35,7 +35,7 @@ BINARY_MDEF_MAGIC = 0x46444D42
 """`BMDF`, the first bytes of a binary mdef."""
 
 MAX_SELF_TRANSITION = 0.95
-"""Probability; silence repeats for ever."""
+"""Probability; silence repeats forever."""
 
 SILENCE_PHONE = "SIL"
 

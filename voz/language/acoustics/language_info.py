@@ -61,7 +61,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
     def folder(self, language: Path) -> Path:
         """The folder of the acoustic model; `language` is that of the language files."""
         if self.acoustic_model is None:
-            import pocketsphinx  # 20 ms that who types commands need not wait for
+            import pocketsphinx  # takes 20 ms, which typed commands save
 
             return Path(pocketsphinx.get_model_path(ENGLISH_MODEL))
         return language / self.acoustic_model

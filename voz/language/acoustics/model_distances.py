@@ -26,7 +26,7 @@ from voz.language.acoustics.acoustic_model import (
 from voz.language.acoustics.phone_distances import PhoneDistances
 
 SAMPLED_FRAMES = 48
-"""Per state of a phone; four times as many change a distance by some percent."""
+"""Frames for each state of a phone; four times as many change a distance by a few percent."""
 
 MAX_FRAME_LOSS = 60.0
 """Nats; a single outlier says no more."""

@@ -39,7 +39,7 @@ MAX_TEMPLATE_WORDS = 30
 """Words of one sentence; a plain list allows 12."""
 
 MAX_SENTENCES = 10**10
-"""No recognizer tells more apart."""
+"""No recognizer distinguishes more."""
 
 MAX_READINGS = 50
 """Interpretations of one ambiguous sentence that are compared."""

@@ -102,7 +102,7 @@ def _jsgf(data: bytes, name: str, path: Path, read: dict[Path, bytes]) -> Templa
 
 
 FormatParser: TypeAlias = Callable[[bytes, str, Path, dict[Path, bytes]], TemplateSource]
-"""Parses data called name; the path and the files read so far are for further files."""
+"""Parses data called name; the path and the read files are for imported files."""
 
 PARSERS: Mapping[str, FormatParser] = {
     ".ini": _rhasspy,

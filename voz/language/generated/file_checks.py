@@ -77,7 +77,7 @@ def fingerprint(contents: Mapping[str, str]) -> str:
 def lock_folder(folder: Path, how: int) -> Iterator[None]:
     """Lock a folder against other processes of voz: `fcntl.LOCK_SH` or `LOCK_EX`."""
     with ExitStack() as opened:
-        with suppress(OSError):  # some network drives have no locks; then the fingerprint tells
+        with suppress(OSError):  # some network drives have no locks; the fingerprint shows changes
             descriptor = os.open(folder, os.O_RDONLY)
             opened.callback(os.close, descriptor)
             fcntl.flock(descriptor, how)

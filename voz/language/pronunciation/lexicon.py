@@ -53,7 +53,7 @@ def read_cmudict() -> bytes:
 
     To parse its 135,000 lines would take longer than the rest of a build.
     """
-    import pocketsphinx  # 20 ms that who types commands need not wait for
+    import pocketsphinx  # takes 20 ms, which typed commands save
 
     return Path(pocketsphinx.get_model_path("en-us/cmudict-en-us.dict")).read_bytes()
 

@@ -12,7 +12,7 @@ from voz.language.sentences.number_words import wordings
 from voz.language.similarity.confusion import SimilarPair
 
 ANY_NUMBER = "{number}"
-"""Stands for every spoken number: nobody can choose another word for one."""
+"""Stands for every spoken number, which nobody can reword."""
 
 
 def distinct_pairs(pairs: Iterable[SimilarPair], commands: Commands) -> list[SimilarPair]:

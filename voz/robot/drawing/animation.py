@@ -29,10 +29,10 @@ FINAL_PAUSE = 2.0
 """How long the end is shown, s."""
 
 FRAME_INTERVAL = 0.1
-"""From frame to frame, s: so often comes a velocity."""
+"""Time between frames, s: that between velocities."""
 
 MAX_GIF_FRAMES, MAX_MP4_FRAMES = 1200, 12_000
-"""Frames. Pillow keeps those of a GIF in memory. A longer trip has fewer in a second."""
+"""A longer trip has fewer frames a second; Pillow keeps those of a GIF in memory."""
 
 
 def save(trip: Trip, path: Path) -> None:

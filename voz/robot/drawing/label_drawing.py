@@ -1,4 +1,4 @@
-"""What is written into the picture: the commands and times along the way. Needs matplotlib."""
+"""The labels in the picture: commands and times along the way. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from voz.robot.simulator import Trip, TripMark
 from voz.simulation.world import place_of
 
 MAX_LABEL_LINES = 10
-"""In a label; of more commands in a place it says how many they are."""
+"""Lines of a label; the last one counts the other commands of the place."""
 
 MAX_LABELS = 60
-"""So many of the last places have labels at most: far more than there is room for."""
+"""Places that have labels at most, the last ones: more than there is room for."""
 
 FIGURE_SPACE = "\u2007"
-"""As wide as a digit: numbers below each other stand right."""
+"""A space as wide as a digit, to align numbers."""
 
 LABEL_PADDING, FRAME_PADDING = 1.0, 5.0
 """Space around a label without and with a frame, 1/72 inch."""
@@ -35,7 +35,7 @@ WALL_MARGIN = 4.0
 """From the middle of a wall to the nearest label, 1/72 inch."""
 
 UNUSED_MARGIN = 20.0
-"""Of the margin on the right, 1/72 inch, nothing is used."""
+"""Part of the right margin that stays empty, 1/72 inch."""
 
 _SAID: Any = {"color": shapes.SAID, "zorder": 7, "clip_on": False}
 
@@ -65,7 +65,7 @@ class Label:
         self.artists: list[Artist] = [self._text]
 
     def size(self, canvas: Any) -> tuple[float, float]:
-        """Its width and height with some air around it, 1/72 inch."""
+        """Return its width and height with padding, 1/72 inch."""
         box = self._text.get_window_extent(canvas.get_renderer())
         point = canvas.figure.dpi / 72
         return box.width / point + 2 * self.air, box.height / point + 2 * self.air
@@ -80,7 +80,7 @@ class Label:
             self.artists += [leader, dot]
 
     def remove(self) -> None:
-        """Take it away: there is no room for it."""
+        """Remove it: there is no room for it."""
         self._text.remove()
         self.artists = []
 
@@ -116,7 +116,7 @@ def write_along(
     (left, bottom), (right, top) = on_paper([(0, 0), trip.settings.room])
     right = max(
         right, canvas.figure.bbox.width / point - UNUSED_MARGIN
-    )  # beside a narrow room is space
+    )  # beside a narrow room there is space
     boxes = [Rectangle(*artist.get_window_extent().extents / point) for artist in taken]
     wishes = [
         LabelRequest(tuple(on_paper(label.place)), label.size(canvas), label.commands > 0)

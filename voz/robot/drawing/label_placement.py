@@ -16,25 +16,25 @@ Points: TypeAlias = npt.NDArray[np.float64]
 Position: TypeAlias = tuple[float, float]
 
 DISTANCES = (12, 20, 32, 48, 70, 95, 125, 160, 200, 250)
-"""How far from its place a label with a leader may be."""
+"""Distances of a label with a leader from its anchor."""
 
 NEAR_DISTANCES = (4, 6)
-"""The same for one without."""
+"""The same for a label without."""
 
 DIRECTIONS = 24
-"""In so many directions from it."""
+"""Number of directions from the anchor that are tried."""
 
 COVERED_COST, CROSSED_COST, MISSING_COST = 12, 60, 10_000
-"""As bad as so much more distance: a point covered, a leader or an anchor crossed, no label."""
+"""Costs, as distances: a covered point, a crossed leader or anchor, a missing label."""
 
 COVER_MARGIN, ANCHOR_MARGIN = 4, 10
-"""What is nearer to a label or its leader than this is covered, but for what is at its anchor."""
+"""Points nearer to a label or its leader are covered, unless they are nearer to its anchor."""
 
 LAYOUT_ROUNDS = 3
-"""So often each label looks for a better place, now that the others have theirs."""
+"""Times that each label looks for a better place among the others."""
 
 MAX_HOOK_OFFSET = 20
-"""How far from its corner a leader meets a label at most."""
+"""Largest distance from the corner of a label to the end of its leader."""
 
 
 class Rectangle(NamedTuple):
@@ -63,7 +63,7 @@ class Rectangle(NamedTuple):
         )
 
     def is_within(self, other: Rectangle) -> bool:
-        """Whether nothing of it is outside another."""
+        """Whether it is completely inside another."""
         return (
             other.left <= self.left
             and self.right <= other.right
@@ -72,11 +72,11 @@ class Rectangle(NamedTuple):
         )
 
     def grown(self, by: float) -> Rectangle:
-        """The same with more on all sides."""
+        """Return a larger rectangle, with `by` more on each side."""
         return Rectangle(self.left - by, self.bottom - by, self.right + by, self.top + by)
 
     def hook(self) -> Position:
-        """Where its leader ends: at the first line, near the beginning."""
+        """Return where its leader ends: near the beginning of the first line."""
         width, height = self.right - self.left, self.top - self.bottom
         return self.left + min(width / 2, MAX_HOOK_OFFSET), self.top - min(
             height / 2, MAX_HOOK_OFFSET / 2
@@ -84,10 +84,10 @@ class Rectangle(NamedTuple):
 
 
 class LabelRequest(NamedTuple):
-    """A label that looks for its place.
+    """A label that needs a place.
 
     Attributes:
-        anchor: what it names.
+        anchor: the place that it describes.
         size: its width and height.
         leader: whether a line leads from it to its anchor; else it must be near and cover nothing.
     """
@@ -111,7 +111,7 @@ class LabelOption(NamedTuple):
     around: Rectangle
 
     def excludes(self, other: LabelOption) -> bool:
-        """Whether one of them would cover the other, or the line that leads to it."""
+        """Whether one would cover the other, or its leader."""
         return self.around.meets(other.around) and (
             self.box.meets(other.box)
             or bool(self.box.holds(other.leader).any())
@@ -138,7 +138,7 @@ def place_labels(
         for wish in wishes
     ]
     numbers = range(len(wishes))
-    # Those that must be near come first. Among the others no order is always the best.
+    # Those that must be near come first; for the others no order is always best.
     orders = (
         sorted(numbers, key=lambda i: (wishes[i].leader, -prod(wishes[i].size))),
         sorted(numbers, key=lambda i: (wishes[i].leader, i)),

@@ -1,4 +1,4 @@
-"""The picture of a trip at any moment of it. Needs matplotlib."""
+"""The picture of a trip at any time. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PLOT_STYLE: Any = {  # its type would be a literal of all names that matplotlib 
 
 
 class Scene:
-    """A figure of the room, and what of it changes with time."""
+    """A figure of the room, and the parts that change with time."""
 
     def __init__(self, trip: Trip, dpi: int) -> None:
         """Draw what does not change; `dpi` is the number of pixels in an inch."""

@@ -12,7 +12,7 @@ from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, place_of
 
 DOT_COLUMNS, DOT_ROWS = 2, 4
-"""Dots in a character; they are about as far apart across as down."""
+"""Dots in a character, about equally far apart across and down."""
 
 BRAILLE = 0x2800
 """The character without a dot."""
@@ -25,17 +25,17 @@ ARM, RAY = "bold magenta", "magenta"
 OBJECT_LETTERS = (("B", "bold yellow"), ("C", "bold red"))
 
 RAY_EVERY = 3.0
-"""From dot to dot of the line to what the arm points at, in dots."""
+"""Distance of the dots in the line to what the arm points at, in dots."""
 
 CIRCLE_DOTS = 90
 """Dots around the base."""
 
 MAX_DRAWN_STATES = 2000
-"""So many places of a way are drawn; more are not to be told apart."""
+"""Places of a way that are drawn; more cannot be distinguished."""
 
 
 class Dots:
-    """Dots of different styles; in a character the last one counts."""
+    """Dots of different styles; each character has the style of its last dot."""
 
     def __init__(self, width: int, height: int, room: tuple[float, float]) -> None:
         """Choose the scale so that a room, m, fits into so many characters."""
@@ -56,7 +56,7 @@ class Dots:
     def line(
         self, start: Sequence[float], end: Sequence[float], style: str, every: float = 1.0
     ) -> None:
-        """Draw a straight line between two places, m, with a dot at every so many."""
+        """Draw a line between two places, m, with `every` dots between drawn ones."""
         length = hypot(end[0] - start[0], end[1] - start[1])
         steps = max(1, ceil(length * self._per_metre / every))
         for step in range(steps + 1):
@@ -78,7 +78,7 @@ class Dots:
         self._styles[cell] = style
 
     def text(self) -> Text:
-        """All of it, in lines of the same length."""
+        """Return the drawing in lines of the same length."""
         width, height = self._size
         lines = (
             Text.assemble(*(self._character((column, row)) for column in range(width)))

@@ -1,4 +1,4 @@
-"""What of a trip is worth a mark in its picture: pure functions of the trip."""
+"""The marks in the picture of a trip: times, commands, pointing. Pure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from voz.simulation.arm import pointing
 from voz.simulation.world import WorldState, place_of
 
 INTERVALS = ((1, 2), (1, 5), (2, 10), (5, 30), (10, 60), (60, 300), (300, 1800), (1800, 7200))
-"""From a time mark to the next, and from one with a number to the next, s."""
+"""Seconds between time marks, and between numbered ones."""
 
 MAX_NUMBERED_MARKS = 8
 
@@ -21,7 +21,7 @@ SAME_PLACE = 0.04
 """Commands said within this distance, m, one after the other, share a label."""
 
 POINTING_TOLERANCE = 0.05
-"""An arm this near to the angles it shall have, rad, points."""
+"""An arm points if its angles are this near to the wanted ones, rad."""
 
 
 class TimeMark(NamedTuple):
@@ -61,7 +61,7 @@ def seconds_between(marks: Sequence[TimeMark]) -> float:
 
 
 def same_place(said: Iterable[TripMark]) -> list[list[TripMark]]:
-    """Put together what was said one after the other in the same place."""
+    """Group commands that were said one after the other in the same place."""
     groups: list[list[TripMark]] = []
     for mark in said:
         if groups and hypot(mark.x - groups[-1][0].x, mark.y - groups[-1][0].y) < SAME_PLACE:
@@ -72,7 +72,7 @@ def same_place(said: Iterable[TripMark]) -> list[list[TripMark]]:
 
 
 def pointings(trip: Trip) -> list[WorldState]:
-    """The last moments in which the arm pointed at each object, before it was told another."""
+    """Return the last moment in which the arm pointed at each object."""
     states = trip.states
     last = {
         state.selected: state

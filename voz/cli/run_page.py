@@ -60,8 +60,7 @@ def check_installed() -> None:
 def page_site(options: Running) -> Iterator[PageAddress]:
     """Take the page's address for a `with` block, and show it; raises ConfigError."""
     check_installed()
-    from voz.apps.web.host_addresses import qr_code
-    from voz.apps.web.page_address import open_page_address
+    from voz.apps.web.page_address import open_page_address, qr_code
 
     authority = data_folder("certificates") if options.https else None
     with open_page_address(options.web_host, options.web_port, authority) as site:

@@ -30,8 +30,7 @@ def view(
     check_installed()
     from voz.apps.recordings.sessions import read_session
     from voz.apps.web.page_address import open_page_address
-    from voz.apps.web.session_page import show_session
-    from voz.apps.web.session_record import session_record
+    from voz.apps.web.session_page import session_record, show_session
     from voz.files import shown_path
 
     record = session_record(str(shown_path(session)), read_session(session))

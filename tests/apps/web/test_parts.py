@@ -16,7 +16,7 @@ from voz.apps.web.driver_lock import DRIVER_TIMEOUT, RELEASE_TIMEOUT, DriverLock
 from voz.apps.web.event_history import MAX_REMEMBERED, EventHistory, encode_record
 from voz.apps.web.open_page import MAX_PENDING_RECORDS, OpenPage
 from voz.apps.web.picture import DeadReckoningPicture
-from voz.apps.web.rate_limits import RateLimit, RateLimitPerClient
+from voz.apps.web.rate_limits import RateLimit, rate_limit_per_client
 from voz.events import Twist, Utterance, Warning
 
 # Limits
@@ -33,11 +33,11 @@ def test_no_more_comes_through_than_is_allowed(pauses: list[float]) -> None:
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 10)), max_size=200))
 def test_each_one_has_a_limit_of_its_own(asked: list[tuple[str, float]]) -> None:
-    limits, now = RateLimitPerClient(2.0, 5.0), 0.0
+    limit_of, now = rate_limit_per_client(2.0, 5.0), 0.0
     own = {one: RateLimit(2.0, 5.0) for one in "abc"}
     for one, pause in asked:
         now += pause
-        assert limits.allows(one, now) == own[one].allows(now)
+        assert limit_of(one).allows(now) == own[one].allows(now)
 
 
 # Who drives

@@ -14,7 +14,7 @@ from calls import VOZ, in_process
 from live_robot import signals_as_a_terminal_has_them
 from playwright.sync_api import BrowserContext, Page, expect
 
-from voz.apps.web.session_record import session_record
+from voz.apps.web.session_page import session_record
 from voz.events import Event, SelectedObject, Twist, Utterance, Warning
 
 LINES = ["start speech", "go forward", *"-----", "make coffee", "point beer", *"-----", "stop", "-"]

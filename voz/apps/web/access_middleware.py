@@ -12,7 +12,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from voz.apps.web.access_control import AccessControl
 from voz.apps.web.listening_socket import ListeningSocket
-from voz.apps.web.rate_limits import RateLimitPerClient
+from voz.apps.web.rate_limits import rate_limit_per_client
 
 MAX_BODY_BYTES = 4096
 """Of a request; a command has at most 200 letters."""
@@ -53,7 +53,7 @@ class AccessMiddleware:
         self._app = app
         self._access = access
         self._listener = listener
-        self._limits = RateLimitPerClient(REQUEST_RATE, REQUEST_BURST)
+        self._limit_of = rate_limit_per_client(REQUEST_RATE, REQUEST_BURST)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request or a WebSocket."""
@@ -79,7 +79,7 @@ class AccessMiddleware:
         if why := self._access.refusal(headers):
             return HTTPStatus.FORBIDDEN, why
         client = (scope["client"] and scope["client"][0], authenticated)
-        if path != STOP_PATH and not self._limits.allows(client, time.monotonic()):
+        if path != STOP_PATH and not self._limit_of(client).allows(time.monotonic()):
             return HTTPStatus.TOO_MANY_REQUESTS, "too many requests"
         if path.startswith("/api/") and path not in PUBLIC_PATHS and not authenticated:
             return HTTPStatus.UNAUTHORIZED, "open the link that `voz run` shows: it has the token"

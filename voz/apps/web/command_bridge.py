@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from voz.control.table import STOP
+from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 from voz.inbox import Halt, Inbox
 from voz.language.sentences.command_set import Commands
@@ -25,10 +26,6 @@ COMMAND_TIMEOUT = 1.0
 
 MIN_TIME_STEP = 0.0001
 """Between the times of two commands, s, by which their answers are told apart."""
-
-
-class ControlLoopTimeoutError(Exception):
-    """The control loop did not answer in time."""
 
 
 class CommandBridge:
@@ -50,7 +47,7 @@ class CommandBridge:
         self._obeyed: list[asyncio.Future[float]] = []  # stops that await zero velocity
 
     async def command(self, text: str) -> Utterance:
-        """Give a command; returns what became of it, or raises ControlLoopTimeoutError."""
+        """Give a command; returns what became of it; raises RobotError without an answer."""
         text = normalize(text[:MAX_COMMAND_LENGTH])
         t = self._unique_time()
         self._commands[t] = asyncio.get_running_loop().create_future()
@@ -58,7 +55,7 @@ class CommandBridge:
         return await _answer(self._commands, t)
 
     async def stop(self) -> float:
-        """Stop the robot; returns when it stood, s, or raises ControlLoopTimeoutError."""
+        """Stop the robot; returns when it stood, s; raises RobotError without an answer."""
         t = self._unique_time()
         self._stops[t] = asyncio.get_running_loop().create_future()
         self._inbox.put(Utterance(t, STOP, 1.0, True, t, t, PAGE_SOURCE))
@@ -92,6 +89,6 @@ async def _answer(awaited: dict[float, asyncio.Future[Answer]], t: float) -> Ans
     try:
         return await asyncio.wait_for(awaited[t], COMMAND_TIMEOUT)
     except asyncio.TimeoutError:
-        raise ControlLoopTimeoutError from None
+        raise RobotError("the control loop does not answer") from None
     finally:
         del awaited[t]

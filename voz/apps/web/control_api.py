@@ -9,25 +9,21 @@ from pathlib import Path
 
 import msgspec
 from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from voz.apps.web.access_control import AccessControl
-from voz.apps.web.command_bridge import ControlLoopTimeoutError
 from voz.apps.web.diagnostic_bundle import diagnostic_bundle
 from voz.apps.web.event_history import Record
-from voz.apps.web.json_requests import decode_body, error_response
+from voz.apps.web.json_requests import ERROR_HANDLERS, decode_body
 from voz.apps.web.open_page import OpenPage
 from voz.apps.web.page_messages import Command, Login
-from voz.apps.web.page_registry import (
-    AlreadyDrivenError,
-    OvertakenError,
-    PageRegistry,
-    TooManyError,
-)
+from voz.apps.web.page_registry import PageRegistry
 from voz.config import Config
+from voz.errors import RobotError
 
 PAGE_FILES = Path(__file__).with_name("page")
 
@@ -75,10 +71,10 @@ class ControlApi:
 
     async def login(self, request: Request) -> Response:
         """POST /api/login: exchanges the token for a cookie that scripts cannot read."""
-        login = await decode_body(request, Login)
-        session = self._access.log_in(login.token) if login else None
+        login = await decode_body(request, Login, "send JSON with token")
+        session = self._access.log_in(login.token)
         if session is None:
-            return error_response(HTTPStatus.FORBIDDEN, "wrong token: open the link again")
+            raise HTTPException(HTTPStatus.FORBIDDEN, "wrong token: open the link again")
         answer = JSONResponse({"ok": True})
         answer.set_cookie(
             self._access.cookie, session, path="/api", httponly=True, samesite="strict",
@@ -88,25 +84,8 @@ class ControlApi:
 
     async def command(self, request: Request) -> Response:
         """POST /api/command: obeys a sentence, and returns what became of it."""
-        command = await decode_body(request, Command)
-        if command is None:
-            return error_response(
-                HTTPStatus.BAD_REQUEST, 'send JSON such as {"text": "go forward"}'
-            )
-        try:
-            utterance = await self._registry.command(command.text, command.page, command.stops)
-        except AlreadyDrivenError:
-            return error_response(
-                HTTPStatus.CONFLICT, "another page drives, or none: press Drive first"
-            )
-        except TooManyError:
-            return error_response(HTTPStatus.TOO_MANY_REQUESTS, "too many commands")
-        except OvertakenError:
-            return error_response(HTTPStatus.CONFLICT, "a stop came after it: give it again")
-        except ControlLoopTimeoutError:
-            return error_response(
-                HTTPStatus.SERVICE_UNAVAILABLE, "the control loop does not answer"
-            )
+        command = await decode_body(request, Command, 'send JSON such as {"text": "go forward"}')
+        utterance = await self._registry.command(command.text, command.page, command.stops)
         return JSONResponse(msgspec.to_builtins(utterance))
 
     async def stop(self, request: Request) -> Response:
@@ -123,8 +102,8 @@ async def stop_answer(
     """Stop the robot; returns the answer to a page or a program."""
     try:
         return {"stopped": True, "t": await registry.stop(page, number)}, HTTPStatus.OK
-    except ControlLoopTimeoutError:
-        error = "the control loop does not answer: use the switch that cuts its power"
+    except RobotError as late:
+        error = f"{late}: use the switch that cuts its power"
         return {"stopped": False, "error": error}, HTTPStatus.SERVICE_UNAVAILABLE
 
 
@@ -139,9 +118,9 @@ def application(routes: Sequence[BaseRoute], authority: bytes | None) -> Starlet
 
     async def certificate(_: Request) -> Response:
         if authority is None:
-            return error_response(HTTPStatus.NOT_FOUND, "this page needs no certificate")
+            raise HTTPException(HTTPStatus.NOT_FOUND, "this page needs no certificate")
         return Response(authority, media_type="application/x-x509-ca-cert")
 
     more = [Route("/", index), Route("/api/authority.crt", certificate)]
     files = Mount("/page", StaticFiles(directory=PAGE_FILES))
-    return Starlette(routes=[*more, *routes, files])
+    return Starlette(routes=[*more, *routes, files], exception_handlers=ERROR_HANDLERS)

@@ -7,7 +7,10 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from http import HTTPStatus
 from itertools import count
+
+from starlette.exceptions import HTTPException
 
 from voz.apps.web.access_control import secrets_equal
 from voz.apps.web.browser_microphone import BrowserMicrophone
@@ -26,18 +29,6 @@ COMMAND_RATE, COMMAND_BURST = 5.0, 20.0
 
 MAX_RECENT_EVENTS = 6000
 """Events kept for the diagnostics: ten minutes."""
-
-
-class AlreadyDrivenError(Exception):
-    """Another page is driving."""
-
-
-class TooManyError(Exception):
-    """Commands come faster than `COMMAND_RATE`."""
-
-
-class OvertakenError(Exception):
-    """The page has asked for a stop since it sent the command."""
 
 
 class PageRegistry:
@@ -181,18 +172,19 @@ class PageRegistry:
             The utterance, with what became of it.
 
         Raises:
-            AlreadyDrivenError: another page is driving.
-            TooManyError: commands come too fast.
-            OvertakenError: the page has asked for a stop since.
-            ControlLoopTimeoutError: the control loop did not answer.
+            HTTPException: another page is driving, commands come faster than `COMMAND_RATE`, or
+                the page has asked for a stop since it sent this one.
+            RobotError: the control loop did not answer.
         """
         page = self.page_with_secret(secret) if secret else None
         if self._driver_lock.driver != (page.number if page else None) or (secret and not page):
-            raise AlreadyDrivenError
+            raise HTTPException(
+                HTTPStatus.CONFLICT, "another page drives, or none: press Drive first"
+            )
         if not self._command_limit.allows(time.monotonic()):
-            raise TooManyError
+            raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, "too many commands")
         if page and stops is not None and stops < page.stops:
-            raise OvertakenError
+            raise HTTPException(HTTPStatus.CONFLICT, "a stop came after it: give it again")
         return await self._bridge.command(text)
 
     async def stop(self, page: OpenPage | None = None, number: int = 0) -> float:
@@ -206,7 +198,7 @@ class PageRegistry:
             When zero velocity was sent, s.
 
         Raises:
-            ControlLoopTimeoutError: the control loop did not answer.
+            RobotError: the control loop did not answer.
         """
         if page:
             page.stops = max(page.stops, number)
@@ -216,10 +208,12 @@ class PageRegistry:
         """Find the page that a secret belongs to."""
         return next((p for p in self._pages.values() if secrets_equal(secret, p.secret)), None)
 
-    def is_driving_secret(self, secret: str) -> bool:
-        """Whether the page with this secret is driving."""
+    def check_driving(self, secret: str) -> None:
+        """Raise HTTPException unless the page with this secret is driving."""
         page = self.page_with_secret(secret)
-        return page is not None and self.is_driving(page)
+        if page is None or not self.is_driving(page):
+            why = "only the page that drives may do that: press Drive first"
+            raise HTTPException(HTTPStatus.CONFLICT, why)
 
     def is_driving(self, page: OpenPage) -> bool:
         """Whether this page is driving."""

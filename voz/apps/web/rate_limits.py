@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
+from functools import lru_cache
 
 MAX_CLIENTS = 1000
 """Clients that are counted; for one more, the one that was silent for longest is forgotten."""
@@ -27,18 +27,6 @@ class RateLimit:
         return True
 
 
-class RateLimitPerClient:
-    """A `RateLimit` for each client."""
-
-    def __init__(self, rate: float, burst: float) -> None:
-        self._rate = rate
-        self._burst = burst
-        self._limits: OrderedDict[Hashable, RateLimit] = OrderedDict()
-
-    def allows(self, client: Hashable, now: float) -> bool:
-        """Return whether one more of a client may come, and count it if so."""
-        limit = self._limits.pop(client, None) or RateLimit(self._rate, self._burst)
-        self._limits[client] = limit
-        if len(self._limits) > MAX_CLIENTS:
-            self._limits.popitem(last=False)
-        return limit.allows(now)
+def rate_limit_per_client(rate: float, burst: float) -> Callable[[Hashable], RateLimit]:
+    """Return a function from a client to the limit of its own."""
+    return lru_cache(MAX_CLIENTS)(lambda _client: RateLimit(rate, burst))

@@ -24,8 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifests
+from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.build import build

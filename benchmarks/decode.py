@@ -17,7 +17,7 @@ from pathlib import Path
 
 from machine import machine, peak_megabytes
 
-from voz.apps.recordings.manifest_text import MANIFEST_NAME, parse_records
+from voz.apps.recordings.manifest import MANIFEST_NAME, parse_records
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"

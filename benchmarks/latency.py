@@ -36,8 +36,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from pulseaudio import playing_on, sound_server
 
 from voz.apps.evaluation.noise import speech_power
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifests
+from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks, to_int16
 

@@ -18,8 +18,7 @@ import numpy.typing as npt
 from machine import machine
 
 from voz.apps.evaluation.noise import generator_for, mix, random_stretch
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifests
+from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.audio.recording_level import Fault, RecordingLevel, find_faults, measure_level

@@ -22,8 +22,7 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 
 Sound = npt.NDArray[np.float32]

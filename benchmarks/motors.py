@@ -24,8 +24,7 @@ from machine import machine
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import estimate_text
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifests
+from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks, to_int16
 from voz.events import Event, Utterance

@@ -22,7 +22,7 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from voz.apps.recordings.manifest_text import parse_records
+from voz.apps.recordings.manifest import parse_records
 from voz.recognition.phoneme_network import BLANKS
 from voz.recognition.phoneme_scorer import PHONE_SYMBOLS_FILE, load_network
 

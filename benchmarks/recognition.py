@@ -30,8 +30,7 @@ from voz.apps.evaluation.results import Result
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import alarm_rate_text, estimate_text
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import AudioError, ConfigError, VozError
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles

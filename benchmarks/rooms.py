@@ -22,7 +22,7 @@ from voz.apps.evaluation.recognize import Task, in_processes, recognize, tasks_f
 from voz.apps.evaluation.results import OUT_OF_NOTHING, Result
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.tables import alarm_rate_text
-from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import Clip
 from voz.errors import AudioError, ConfigError, VozError
 from voz.files import read_json
 from voz.language.generated.language_files import LanguageFiles

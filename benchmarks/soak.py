@@ -30,8 +30,7 @@ from live_robot import LiveRobot, live_robot, speak, velocity
 from pulseaudio import sound_server
 
 from voz.apps.evaluation.noise import mix
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 

@@ -45,8 +45,7 @@ from operator_page import (
 from recordings import FIXTURES
 from websockets.sync.client import ClientConnection
 
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifests
+from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.audio import SAMPLE_RATE
 
 SAID = ("go_forward", "go_back")

@@ -29,9 +29,7 @@ from mix_rooms import is_held_back
 from rich.console import Console
 from rich.progress import track
 
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.manifest_text import MANIFEST_NAME
+from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from voz.apps.recordings.manifest_text import MANIFEST_NAME, parse_records
+from voz.apps.recordings.manifest import MANIFEST_NAME, parse_records
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from voz.apps.recordings.manifest_text import parse_lines
+from voz.apps.recordings.manifest import parse_lines
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "audio_fixtures"

@@ -23,7 +23,7 @@ import pocketsphinx
 import typer
 from rich.progress import track
 
-from voz.apps.recordings.manifest_text import parse_records
+from voz.apps.recordings.manifest import parse_records
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.acoustics.language_info import ENGLISH_MODEL

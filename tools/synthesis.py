@@ -20,7 +20,7 @@ import numpy.typing as npt
 import soundfile
 import soxr
 
-from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines, parse_lines
+from voz.apps.recordings.manifest import MANIFEST_NAME, join_lines, parse_lines
 from voz.audio import SAMPLE_RATE
 from voz.errors import SpeechError
 

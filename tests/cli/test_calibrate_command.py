@@ -16,7 +16,7 @@ from calls import VOZ
 from recordings import FIXTURES, ROOT, Recording
 
 from voz.apps.recordings.enrollment import choose_prompts, read_saved_recordings
-from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines
+from voz.apps.recordings.manifest import MANIFEST_NAME, join_lines
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segmenter import segments
 from voz.language.generated.language_files import LanguageFiles, read_sentences

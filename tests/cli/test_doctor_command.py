@@ -93,7 +93,7 @@ def test_language_files_that_are_damaged_or_stale_are_told_of(
 def test_an_extra_that_is_missing_is_told_with_how_to_install_it() -> None:
     code = (
         "import sys, json; sys.modules['rosbags'] = None\n"
-        "from voz.apps.doctor.extras_check import check_extras\n"
+        "from voz.apps.doctor.all_checks import check_extras\n"
         "from voz.events import to_json\n"
         "print(to_json(next(check_extras())))"
     )

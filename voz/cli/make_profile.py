@@ -17,7 +17,7 @@ from voz.apps.recordings.enrollment import (
     read_saved_recordings,
     record_prompts,
 )
-from voz.apps.recordings.manifest_text import MANIFEST_NAME
+from voz.apps.recordings.manifest import MANIFEST_NAME
 from voz.audio.capture.microphone import open_microphone
 from voz.cli.text_io import show, warn
 from voz.errors import ConfigError

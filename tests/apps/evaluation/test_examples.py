@@ -9,8 +9,7 @@ from msgspec.structs import replace
 from recordings import FIXTURES
 
 from voz.apps.evaluation.examples import check_talk, collect_examples, describe_set
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import ConfigError
 
 

@@ -13,7 +13,7 @@ from voz.apps.evaluation import failure_sounds
 from voz.apps.evaluation.failure_sounds import LONGEST_SOUND, sounds_of_failures
 from voz.apps.evaluation.failures import OBEYED, UNREAD, Failure
 from voz.apps.evaluation.recognize import Task, prepared
-from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE, Samples
 
 SESSION = FIXTURES / "long" / "session.wav"

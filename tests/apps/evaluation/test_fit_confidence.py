@@ -21,8 +21,7 @@ from voz.apps.evaluation.fit_confidence import (
     with_alarms,
     with_costs,
 )
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import ConfigError
 from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import (

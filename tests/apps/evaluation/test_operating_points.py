@@ -5,7 +5,7 @@ from __future__ import annotations
 from voz.apps.evaluation.operating_points import operating_points
 from voz.apps.evaluation.results import Result, Understood
 from voz.apps.evaluation.statistics import alarm_rate
-from voz.apps.recordings.clips import Kind
+from voz.apps.recordings.manifest import Kind
 from voz.config import Recognition
 from voz.recognition.confidence_model import Model
 from voz.recognition.miss_rates import alarm_rates_near

@@ -20,8 +20,7 @@ from voz.apps.evaluation.recognize import (
     recognize_all,
     tasks_for,
 )
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.config import Recognition
 from voz.errors import ConfigError
 from voz.language.generated.language_files import LanguageFiles

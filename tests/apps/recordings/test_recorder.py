@@ -13,8 +13,7 @@ from live_robot import live_robot, speak, warns
 from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
-from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.manifest_text import MANIFEST_NAME
+from voz.apps.recordings.manifest import MANIFEST_NAME, read_manifest
 from voz.apps.recordings.recorder import Recorder
 from voz.audio import SAMPLE_RATE
 from voz.errors import AudioError

@@ -14,8 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recordings import FIXTURES, GO_BACK
 
-from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.manifest_text import MANIFEST_NAME
+from voz.apps.recordings.manifest import MANIFEST_NAME, read_manifest
 from voz.apps.recordings.recent_sound import Excerpt
 from voz.apps.recordings.recorder import BYTES_PER_GIGABYTE
 from voz.apps.recordings.recording_folder import FOLDER_COLUMNS, RecordingFolder

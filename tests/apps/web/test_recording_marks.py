@@ -17,8 +17,7 @@ from playwright.sync_api import BrowserContext, expect
 from programs import wait_until
 from recordings import FIXTURES
 
-from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.manifest_text import MANIFEST_NAME
+from voz.apps.recordings.manifest import MANIFEST_NAME, read_manifest
 
 pytestmark = pytest.mark.slow
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from voz.apps.batch.remote import is_remote, require_fsspec
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
+from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import ConfigError
 from voz.files import shown_path
 

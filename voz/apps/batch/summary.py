@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from voz.apps.batch.outcomes import Outcome, SilentRow, UtteranceRow
 from voz.apps.evaluation.results import Result, Understood, empty_result
-from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import Clip
 from voz.files import shown_path
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.apps.evaluation.examples import TOO_LITTLE_TALK, Example
-from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import Clip
 from voz.errors import ConfigError
 from voz.recognition.confidence import discount_for_context, probability
 from voz.recognition.confidence_model import (

@@ -18,7 +18,7 @@ from voz.apps.evaluation import noise
 from voz.apps.evaluation.engines import Engine, EngineChoice, load_engine
 from voz.apps.evaluation.results import OUT_OF_NOTHING, Result, Understood, empty_result
 from voz.apps.evaluation.stretches import Stretch, assign_to_stretches, seconds_outside
-from voz.apps.recordings.clips import Clip
+from voz.apps.recordings.manifest import Clip
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError

@@ -6,7 +6,7 @@ from typing import Literal
 
 import msgspec
 
-from voz.apps.recordings.clips import BETWEEN_COMMANDS, Clip, Kind
+from voz.apps.recordings.manifest import BETWEEN_COMMANDS, Clip, Kind
 
 OUT_OF_NOTHING = "out-of-nothing"
 """The kind of the parts of a stream where nobody said anything."""

@@ -11,7 +11,7 @@ import msgspec
 
 from voz.apps.evaluation.results import Result, ScoredKind
 from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
-from voz.apps.recordings.clips import BETWEEN_COMMANDS
+from voz.apps.recordings.manifest import BETWEEN_COMMANDS
 
 GroupedBy = Literal["all", "condition", "snr", "noise", "speaker"]
 

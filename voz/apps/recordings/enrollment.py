@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from voz.apps.recordings.clips import Clip
-from voz.apps.recordings.manifest import read_manifest
-from voz.apps.recordings.manifest_text import MANIFEST_NAME
-from voz.apps.recordings.saving import save_recording
+from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
+from voz.apps.recordings.recording_folder import save_recording
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segment import Segment

@@ -1,17 +1,24 @@
-"""Reads manifests: lists of recordings with what is said in them. An edge."""
+"""Manifests: lists of recordings with what is said in them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import cast, get_args
+from typing import Literal, NamedTuple, cast, get_args
 
-from voz.apps.recordings.clips import Clip, Kind
-from voz.apps.recordings.manifest_text import ManifestLine, parse_lines
+import msgspec
+
 from voz.errors import ConfigError
 from voz.files import read_text, shown_path
 from voz.language.sentences.spelling import normalize
+
+MANIFEST_NAME = "manifest.tsv"
+
+Kind = Literal["command", "near-miss", "talk", "noise", "long"]
+
+BETWEEN_COMMANDS = " | "
+"""Separates the commands in the text of a `long` recording."""
 
 REQUIRED_COLUMNS = {
     "file": ("path", "file"),
@@ -28,6 +35,28 @@ OPTIONAL_COLUMNS = ("condition", "start", "end")
 
 ALL_CONDITIONS = "all"
 """The condition where a manifest has none."""
+
+
+class Clip(msgspec.Struct, frozen=True):
+    """A recording with a known text, or a stretch of one."""
+
+    set: str  # name of the manifest
+    file: str  # path as in the manifest; with `set` the name in reports
+    path: Path
+    text: str  # lower case; the commands of a `long` one with ` | ` between them
+    speaker: str  # the file itself if the manifest has none
+    # one `command` or several (`long`); `near-miss`, `talk` and `noise` should move nothing
+    kind: Kind
+    condition: str  # a group of recordings that is scored by itself
+    start: float | None = None  # in a stream, s; None if it is a whole recording
+    end: float | None = None  # s
+
+
+class ManifestLine(NamedTuple):
+    """A line of a manifest: its number, from 1, and its fields."""
+
+    number: int
+    fields: list[str]
 
 
 def read_manifest(path: Path, streams: bool = False) -> list[Clip]:
@@ -138,3 +167,27 @@ def _stretch(
             "write both in seconds, the end after the start"
         )
     return start, end
+
+
+def parse_lines(text: str) -> list[ManifestLine]:
+    """Split the text of a manifest into its lines, header first; empty ones are left out.
+
+    Carriage returns, and a last line without an end, are accepted: editors write such.
+    """
+    numbered = enumerate(text.split("\n"), start=1)
+    return [
+        ManifestLine(number, line.rstrip("\r").split("\t"))
+        for number, line in numbered
+        if line.strip()
+    ]
+
+
+def parse_records(text: str) -> list[dict[str, str]]:
+    """Split the text of a manifest into its rows, each by the names of the columns."""
+    header, *rows = parse_lines(text)
+    return [dict(zip(header.fields, row.fields, strict=True)) for row in rows]
+
+
+def join_lines(rows: Iterable[Sequence[str]]) -> str:
+    """Write lines as the text of a manifest."""
+    return "".join("\t".join(fields) + "\n" for fields in rows)

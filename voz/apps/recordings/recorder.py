@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
-from voz.apps.recordings.clips import Kind
+from voz.apps.recordings.manifest import Kind
 from voz.apps.recordings.recent_sound import Excerpt, RecentSound
 from voz.apps.recordings.recording_folder import RecordingFolder
 from voz.audio import Samples

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import io
+from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 
-from voz.apps.recordings.clips import Kind
-from voz.apps.recordings.manifest_text import MANIFEST_NAME, join_lines, parse_lines
+import soundfile
+
+from voz.apps.recordings.manifest import MANIFEST_NAME, Kind, join_lines, parse_lines
 from voz.apps.recordings.recent_sound import Excerpt
-from voz.apps.recordings.saving import save_recording
+from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import AudioError
 from voz.events import to_json
-from voz.files import atomic_write
+from voz.files import append_line, atomic_write
 
 FOLDER_COLUMNS = ("file", "text", "speaker", "kind", "event")
 DEFAULT_SPEAKER = "user"
@@ -103,3 +107,36 @@ class RecordingFolder:
 def _is_recorded(row: list[str]) -> bool:
     """Whether voz wrote a row; a user's own rows stay, with their files."""
     return len(row) == len(FOLDER_COLUMNS) and row[-1] != "" and Path(row[0]).name == row[0] != ""
+
+
+def save_recording(
+    samples: Samples, folder: Path, header: Sequence[str], fields: Sequence[str]
+) -> Path:
+    """Write a recording, then its line in the manifest, so that a listed file always exists.
+
+    Args:
+        samples: 16 kHz.
+        folder: where it is saved.
+        header: the names of the columns, for a new manifest.
+        fields: all columns but the first, which is the name of the file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    flac = io.BytesIO()
+    soundfile.write(flac, samples, SAMPLE_RATE, format="FLAC")
+    path = _new_path(folder)
+    with atomic_write(path, "wb") as file:
+        file.write(flac.getvalue())
+    manifest = folder / MANIFEST_NAME
+    lines = [] if manifest.exists() else [header]
+    lines.append([path.name, *fields])
+    append_line(manifest, join_lines(lines).removesuffix("\n"))
+    return path
+
+
+def _new_path(folder: Path) -> Path:
+    """Return a path that was never used: the name of a deleted file may be in the manifest."""
+    name = f"{datetime.now():%Y%m%d-%H%M%S-%f}"
+    paths = (folder / f"{name}{more}.flac" for more in ("", *"abcdefghij"))
+    return next(path for path in paths if not path.exists())

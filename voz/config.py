@@ -1,4 +1,4 @@
-"""One typed configuration, read from `voz.toml`; what the file leaves out keeps its default."""
+"""One typed configuration, read from `voz.toml`; missing settings have their defaults."""
 
 from __future__ import annotations
 

@@ -89,4 +89,4 @@ class RobotError(VozError):
 
 
 class RobotMistake(RobotError):
-    """A user's own code for a robot raised the error that is this one's cause."""
+    """A user's own code for a robot raised the error that is the cause."""

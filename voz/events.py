@@ -292,7 +292,7 @@ def explain(reason: Reason, between: tuple[str, str] | None) -> str:
 
 
 def explain_not_obeyed(utterance: Utterance) -> str:
-    """Say in words why an utterance is not obeyed, and what else was meant perhaps."""
+    """Say in words why an utterance is not obeyed, and what may have been meant."""
     if utterance.meant:
         return f'{explain("not_a_command", None)}; did you mean "{utterance.meant}"?'
     if utterance.ignored:

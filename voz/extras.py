@@ -1,4 +1,4 @@
-"""Advice for a missing optional part of voz."""
+"""Advice on how to install a missing optional part of voz."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Halt:
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """From now on commands are understood and not obeyed, or obeyed again. Never dropped."""
+    """Begin or end a rehearsal: commands are understood, but not obeyed. Never dropped."""
 
     on: bool
 

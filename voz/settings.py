@@ -1,4 +1,4 @@
-"""The tables of `voz.toml`, each typed; `voz/config.py` puts them together and reads the file."""
+"""The typed tables of `voz.toml`; `voz/config.py` puts them together and reads the file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Domain = Annotated[int, msgspec.Meta(ge=0, le=232)]
 
 
 class Section(CheckedRecord, frozen=True, forbid_unknown_fields=True):
-    """A table of voz.toml: unknown names are refused, so that a typing error is not ignored."""
+    """A table of voz.toml; unknown names are refused, so that a typing error is noticed."""
 
 
 class Recognition(Section, frozen=True, kw_only=True):

@@ -1,4 +1,4 @@
-"""The lines of a voz.toml on which commands are defined, which no TOML parser reports."""
+"""Finds the lines of a voz.toml on which commands are defined; no TOML parser reports them."""
 
 from __future__ import annotations
 

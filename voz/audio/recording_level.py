@@ -50,7 +50,7 @@ MIN_BACKGROUND_FRAMES = 20
 
 
 class Fault(enum.Enum):
-    """What can be wrong with a recording, and what to do."""
+    """A fault of a recording, and what to do."""
 
     SILENT = (
         "silent: the microphone gives nothing but zeros",
@@ -104,7 +104,7 @@ class RecordingLevel:
 
 
 def obeyed_of_100(above: float) -> int | None:
-    """How many of 100 commands are obeyed so far above the background, dB; None if unknown."""
+    """Return how many of 100 commands are obeyed at this level above the background, dB."""
     return next((share for least, share in OBEYED_BY_SNR if above >= least), None)
 
 
@@ -134,7 +134,7 @@ def measure_level(samples: Samples) -> RecordingLevel:
 
 
 def find_faults(level: RecordingLevel) -> list[Fault]:
-    """What is wrong with a recording, the worst first."""
+    """List the faults of a recording, the worst first."""
     if level.still:
         return [Fault.SILENT]
     if level.speech is None:

@@ -1,4 +1,4 @@
-"""`voz build-lm`: from a list of commands to what the decoder reads."""
+"""`voz build-lm`: makes what the decoder reads from a list of commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`voz decode`: what is said in recordings."""
+"""`voz decode`: recognizes recordings."""
 
 from __future__ import annotations
 

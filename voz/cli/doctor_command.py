@@ -1,4 +1,4 @@
-"""`voz doctor`: what is there, what is not, and what to do."""
+"""`voz doctor`: checks what a robot needs, and says what to do."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: Eval
 
 
 def pictures_folder(page: Path) -> Path:
-    """Where the pictures of a page are, each as a file: beside it, named after it."""
+    """Return the folder for the pictures of a page, beside it."""
     return page.with_name(f"{page.stem}-pictures")
 
 

@@ -1,4 +1,4 @@
-"""What `voz calibrate` does and shows; see `calibrate_command.py`."""
+"""The work of `voz calibrate`; see `calibrate_command.py`."""
 
 from __future__ import annotations
 

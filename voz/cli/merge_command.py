@@ -1,4 +1,4 @@
-"""`voz merge`: puts the outputs of shards together."""
+"""`voz merge`: joins the outputs of shards."""
 
 from __future__ import annotations
 

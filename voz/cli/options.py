@@ -40,7 +40,7 @@ DeviceOption = Annotated[
 
 
 def finite(value: float | None) -> float | None:
-    """Refuse NaN, which is in every range of typer's, and infinity."""
+    """Refuse infinity, and NaN, which is in every range of typer's."""
     if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"{value} is no number; give one with an end.")
     return value

@@ -107,12 +107,12 @@ class Running(Recognizing):
 
     @property
     def recordings(self) -> list[Path]:
-        """What drives the robot, if it is recordings."""
+        """The recordings that drive the robot."""
         return [*(self.wav or []), *(self.more or [])]
 
     @property
     def live(self) -> bool:
-        """Whether it is the microphone that drives the robot."""
+        """Whether the microphone drives the robot."""
         return not (self.recordings or self.text or self.replay)
 
     def check(self) -> None:

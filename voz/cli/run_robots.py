@@ -1,4 +1,4 @@
-"""The robots of a run: who gets the events, what a terminal shows of them, what is drawn after."""
+"""The robots of a run: receivers, what a terminal shows of them, drawings."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def say(
 
 @contextmanager
 def sound_client(patient: bool = False) -> Iterator[SoundClient]:
-    """Give a client. If there is no loudspeaker that is an error, unless one is waited for."""
+    """Yield a client; a missing loudspeaker is an error, unless `patient` waits for one."""
     from voz.process.standard_streams import quiet_libraries
     from voz.speech.sound_client import SoundClient
 

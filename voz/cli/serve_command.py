@@ -1,4 +1,4 @@
-"""`voz serve`: understands for other programs, and drives nothing."""
+"""`voz serve`: recognizes speech for other programs, and drives nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which subcommands there are, and how the program begins and ends."""
+"""The subcommands, and the start and end of the program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the subcommands read and write besides their results."""
+"""Text that subcommands read and write."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def writing_results() -> Iterator[None]:
 
 
 def info(line: str) -> None:
-    """Write a line to the user that is no result."""
+    """Write a line to the user that is not a result."""
     with suppress(OSError):  # that nobody can read it is no reason to stop
         print(printable(line), file=sys.stderr)
 
@@ -84,7 +84,7 @@ def _lines(stream: IO[str], name: str) -> Iterator[str]:
 
 
 def write_text(name: str, text: str) -> None:
-    """Write a text file anew, or it stays as it was; `-` is standard output."""
+    """Write a text file, all of it or nothing; `-` is standard output."""
     if name == "-":
         sys.stdout.write(text)
         return

@@ -1,4 +1,4 @@
-"""What `voz devices --test` does and shows; see `devices_command.py`."""
+"""The work of `voz devices --test`; see `devices_command.py`."""
 
 from __future__ import annotations
 

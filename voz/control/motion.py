@@ -11,7 +11,7 @@ from voz.control.steps import PER_UNIT, Step
 
 
 class Mode(enum.Enum):
-    """Whether the last change of direction was a turn while driving or a rotation on the spot."""
+    """Whether the last change of direction was a turn in motion or a rotation on the spot."""
 
     NONE = "none"
     TURNING = "turning"

@@ -18,7 +18,7 @@ from voz.settings import Safety
 
 
 def apply_safety(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:
-    """Apply S2, S3 and S4 to the velocities before a step and after it, by the bare rules."""
+    """Apply S2, S3 and S4 to a change of the velocities by the bare rules."""
     if not safety.enabled:
         return after
     after = stop_listening_stops(step, after)
@@ -27,12 +27,12 @@ def apply_safety(step: Step, before: Motion, after: Motion, safety: Safety) -> M
 
 
 def stop_listening_stops(step: Step, after: Motion) -> Motion:
-    """S2: what ends the listening also stops the robot: nobody could stop it afterwards."""
+    """S2: ending the listening also stops the robot, as no command could afterwards."""
     return halt(after) if step.listen is False else after
 
 
 def slower_ends_at_zero(step: Step, before: Motion, after: Motion) -> Motion:
-    """S3: `slow down` never starts a motion or turns it round."""
+    """S3: `slow down` never starts a motion or reverses it."""
     if step.slower is None:
         return after
     return replace(
@@ -53,7 +53,7 @@ def limited(after: Motion, max_linear: float, max_angular: float) -> Motion:
 
 
 def motion_has_expired(moving: bool, silence: float, safety: Safety) -> bool:
-    """S6: whether the robot moves, `silence` s after the last command, beyond its time limit."""
+    """S6: whether the robot moves though the last command was `silence` s ago."""
     limit = safety.motion_time_limit
     return safety.enabled and limit > 0 and moving and silence >= limit
 

@@ -73,7 +73,7 @@ class State(msgspec.Struct, frozen=True):
 
     @property
     def moving(self) -> bool:
-        """Whether any velocity is not 0, or will not be without another command."""
+        """Whether any velocity is not 0, or a remaining step may set one."""
         return self.motion.moving or bool(self.remaining_steps)
 
 

@@ -81,7 +81,7 @@ class CommandTable:
         return tuple(dict.fromkeys(said))
 
     def error_at(self, state: str, name: str, why: str) -> ConfigError:
-        """Return the error of an invalid command, with the place where the user defined it."""
+        """Return the error of an invalid command, with its place in the user's file."""
         return _error_at(self.places, state, name, why)
 
 
@@ -122,7 +122,7 @@ def command_table(
 
 
 def is_selection(step: Step) -> bool:
-    """Whether a step selects an object, which has an event and a topic of its own."""
+    """Whether a step selects an object; that has its own event and topic."""
     return step.topic == SELECTED_OBJECT and type(step.publish) is int
 
 

@@ -54,10 +54,10 @@ class OpenMicrophone(Protocol):
     whole: bool
 
     def __iter__(self) -> Iterator[Samples]:
-        """Itself."""
+        """Return itself."""
 
     def __next__(self) -> Samples:
-        """The next block; raises AudioError on failure, StopIteration at a stream's end."""
+        """Return a block; raises AudioError on failure, StopIteration at a stream's end."""
 
 
 MicrophoneOpener: TypeAlias = Callable[[], AbstractContextManager[OpenMicrophone]]
@@ -79,11 +79,11 @@ class SoundSource:
 
 
 class SoundRecorder(Protocol):
-    """Records sound, and what was understood of it."""
+    """Records sound and the utterances in it."""
 
     @property
     def note(self) -> str:
-        """What the user always sees; empty if nothing is recorded any more."""
+        """A text that the user always sees; empty if nothing is recorded any more."""
 
     def feed(self, block: Samples) -> None:
         """Take the next samples, 16 kHz, without waiting."""
@@ -92,11 +92,11 @@ class SoundRecorder(Protocol):
         """Keep an utterance of the stream that began at `begun`, s of the run."""
 
     def end_stream(self) -> None:
-        """What follows is another stream."""
+        """End the stream; what follows is another one."""
 
 
 def sound_card(device: str | None) -> SoundSource:
-    """A microphone of this computer: its number or a part of its name; None is the default one."""
+    """Return a microphone of this computer by its number or a part of its name."""
     return SoundSource(partial(open_microphone, device))
 
 
@@ -170,7 +170,7 @@ class Hearing:
         return self._recognizer.commands
 
     def trouble(self, moving: bool) -> str | None:
-        """Why nothing is heard now, if so; a muted microphone counts while the robot moves."""
+        """Return why nothing is heard now; a muted microphone counts while the robot moves."""
         microphone, now = self._microphone, time.monotonic()
         if self._problem or microphone is None:
             return self._problem
@@ -185,7 +185,7 @@ class Hearing:
 
     @property
     def only_silence(self) -> bool:
-        """Whether the microphone gives only zeros, as one that is muted."""
+        """Whether the microphone gives only zeros, as a muted one does."""
         return self._zeros >= MUTED_AFTER_IN_MOTION
 
     def _work(self) -> None:

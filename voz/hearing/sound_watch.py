@@ -26,7 +26,7 @@ MUTE_WARNING = f"{ONLY_SILENCE}: is it muted? `voz devices --test` shows it"
 
 
 class SilenceCheck:
-    """Whether a muted microphone stops the robot: if it moves, and from then on."""
+    """Whether a muted microphone stops the robot: once the robot moves, and from then on."""
 
     def __init__(self) -> None:
         self._matters = False

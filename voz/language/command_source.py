@@ -122,7 +122,7 @@ def _of_templates(
 
 
 def similar_pairs(source: CommandSource) -> list[SimilarPair]:
-    """Find sentences that sound alike and mean different things; in a long list some."""
+    """Find sentences that sound alike and mean different things; in a long list only some."""
     commands, phones = source.commands, _phones(source.entries)
     distances = source.spoken.distances if source.spoken else None
     if len(commands) > MAX_COMPARED_COMMANDS:

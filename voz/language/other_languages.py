@@ -97,7 +97,7 @@ def read_language(sources: LanguageSources) -> OtherLanguage:
 
 
 def language_info(sources: LanguageSources) -> LanguageInfo:
-    """What language files keep of a language; raises LanguageError."""
+    """Collect what language files keep of a language; raises LanguageError."""
     folder = sources.acoustic_model
     digest = model_digest(folder)
     found = compute_distances(folder)

@@ -1,1 +1,1 @@
-"""What a program sets for its own process: signals, memory, threads, how it ends."""
+"""The process of a program: signals, memory, threads, standard streams, exit."""

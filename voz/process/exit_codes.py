@@ -1,4 +1,4 @@
-"""What the exit codes say besides 0; from 128 on it was a signal, see `voz.process.signals`."""
+"""The exit codes besides 0; from 128 on it was a signal, see `voz.process.signals`."""
 
 STALE = 1
 """Exit code of `build-lm --check` when files are not up to date."""

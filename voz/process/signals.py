@@ -60,7 +60,7 @@ def install(shell_exit_code: bool = True) -> None:
 
 
 def restore_default_handlers() -> None:
-    """Handle signals no more: an exception while Python ends would be printed, not caught."""
+    """Restore Python's handlers: an exception at its end would be printed, not caught."""
     for number in _State.handled:
         signal.signal(number, signal.SIG_DFL)
 

@@ -1,4 +1,4 @@
-"""Standard input, output and error: always open, never a reason to wait or for a traceback."""
+"""Standard input, output and error: always open, and never blocking the program."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class UnblockedStream(io.TextIOBase):
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
-        """That of the replaced stream."""
+        """The encoding of the replaced stream."""
         return self._encoding
 
     def fileno(self) -> int:

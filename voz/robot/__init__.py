@@ -1,1 +1,1 @@
-"""Who receives the motion: one small module for each kind of robot."""
+"""The robots that receive the motion, a small module for each kind."""

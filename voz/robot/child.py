@@ -33,7 +33,7 @@ FINAL_ZEROS = 5
 
 
 class WatchedRobot:
-    """A robot, and whether its run is there."""
+    """A robot that is stopped while its run is silent."""
 
     def __init__(self, robot: Robot, only_zero: bool) -> None:
         self._robot = robot
@@ -48,7 +48,7 @@ class WatchedRobot:
         return self._has_velocity or self._only_zero
 
     def take(self, event: Event) -> EventAnswer:
-        """Hand an event on; after a silence no motion, until the run itself has ended it."""
+        """Hand an event on; after a silence, only velocities after the run's own zero."""
         if isinstance(event, Twist):
             self._has_velocity = True
             self._last = event

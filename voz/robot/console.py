@@ -1,4 +1,4 @@
-"""A robot that says in words what it would do."""
+"""A robot that prints what it would do."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class ConsoleRobot(Robot):
 
 
 def in_words(event: Event) -> str:
-    """Say what happened, without when."""
+    """Describe an event, without its time."""
     if isinstance(event, Utterance):
         return _heard(event)
     if isinstance(event, Partial):
@@ -88,7 +88,7 @@ def _heard(event: Utterance) -> str:
 
 
 def motion_in_words(linear: float, angular: float) -> str:
-    """Say how the robot moves; velocities in m/s and rad/s."""
+    """Describe a motion; velocities in m/s and rad/s."""
     parts = []
     if linear:
         parts.append(f"drives {'forward' if linear > 0 else 'back'} at {abs(linear):.2f} m/s")

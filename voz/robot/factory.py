@@ -18,7 +18,7 @@ from voz.robot.user_code import import_target, user_errors_as_mistake
 
 
 def need_real_time(names: Sequence[str]) -> bool:
-    """Whether a run with robots of these names must be in real time."""
+    """Whether robots of these names need a run in real time."""
     return any(name not in ROBOTS or ROBOTS[name].needs_real_time for name in names)
 
 
@@ -105,7 +105,7 @@ def _check_arguments(make: type[Robot], arguments: Mapping[str, Any], place: str
 
 @contextmanager
 def open_robots(robots: Mapping[str, Robot]) -> Iterator[None]:
-    """Open robots for a `with` block, in runs that are not in real time."""
+    """Open robots for a `with` block, in a run that is not in real time."""
     with ExitStack() as stack:
         for name, robot in robots.items():
             with user_errors_as_mistake(name):

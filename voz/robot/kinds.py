@@ -55,7 +55,7 @@ class RobotKind:
 
     @property
     def needs_real_time(self) -> bool:
-        """Whether it is a real robot; others take events as fast as a recording gives them."""
+        """Whether it is a real robot; others take events as fast as they come."""
         return self.make_watchdog is not None
 
 

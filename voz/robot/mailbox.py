@@ -1,4 +1,4 @@
-"""Delivers events to a robot on its own thread, so that it can neither block nor end the run."""
+"""Delivers events to a robot on its own thread: it can neither block nor end the run."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class EventBox:
 
     @property
     def full(self) -> bool:
-        """Whether one more would be too many."""
+        """Whether there is no room for another event."""
         return len(self._others) == MAX_MAILBOX_EVENTS
 
 
@@ -113,7 +113,7 @@ class Mailbox:
         self.hangs = self._thread.is_alive()
 
     def finish(self) -> None:
-        """Let the robot take what waits and close; this does not wait for it."""
+        """Let the robot take the waiting events and close, without waiting for it."""
         with self._changed:
             self._closing = True
             self._changed.notify()

@@ -118,7 +118,7 @@ class RobotProcess(Robot):
             self._send(b"")
 
     def end(self) -> None:
-        """End the process, whatever it does; called by whoever made it."""
+        """End the process, whatever it does; called by its maker."""
         if not hasattr(self, "_process"):
             return
         self._link.close()  # this ends the process
@@ -153,7 +153,7 @@ class RobotProcess(Robot):
 
 
 def command(descriptor: int) -> Sequence[str]:
-    """The command line of the process that answers on an open descriptor."""
+    """Return the command line of the process that answers on an open descriptor."""
     here = str(Path(__file__).parents[2])
     start = f"import sys; sys.path.insert(0, {here!r}); from voz.robot.child import main; main()"
     return [sys.executable, "-c", start, str(descriptor)]

@@ -47,7 +47,7 @@ class Trip(msgspec.Struct, frozen=True):
 
 
 class SimulatedRobot(Robot):
-    """Follows the events through the room. The room's time is the events' own."""
+    """Follows the events through the room, in the time of the events."""
 
     def __init__(
         self, settings: Simulator, warn: Callable[[Warning], None] = lambda _: None
@@ -83,11 +83,11 @@ class SimulatedRobot(Robot):
         return state
 
     def place(self, t: float) -> Place | None:
-        """Where it is at a time, s."""
+        """Return where it is at a time, s."""
         return self.state_at(t).pose
 
     def come_to_rest(self) -> None:
-        """Let time pass until nothing moves any more: without new events, soon."""
+        """Let time pass until nothing moves any more."""
         while self._step():
             pass
 

@@ -1,4 +1,4 @@
-"""A robot that may be slow with other events than velocities, without being late for a stop."""
+"""A robot whose work may take long, though it is never late for a stop."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SlowRobot(Robot):
         self._worker.start()
 
     def receive(self, event: Event) -> None:
-        """Hand a velocity on, or keep the event for the other thread; raises what failed there."""
+        """Pass a velocity on, or queue the event for the other thread; raises its errors."""
         if isinstance(event, Twist):
             self._robot.receive(Twist(event.t, 0.0, 0.0) if self._failure else event)
         else:
@@ -51,7 +51,7 @@ class SlowRobot(Robot):
         return "cannot keep up" if self._box.full else self._robot.lost()
 
     def close(self) -> None:
-        """Let the robot do what waits, for a moment, and close."""
+        """Give the robot a moment to finish its work, and close it."""
         with self._changed:
             self._closing = True
             self._changed.notify()

@@ -46,7 +46,7 @@ def import_target(target: str) -> Any:
 
 @contextmanager
 def user_errors_as_mistake(name: str) -> Iterator[None]:
-    """Turn what a robot's own code raises into a RobotMistake of one line; not a `VozError`."""
+    """Turn an error of a robot's own code into a RobotMistake of one line; not a `VozError`."""
     try:
         yield
     except VozError:
@@ -60,7 +60,7 @@ def user_errors_as_mistake(name: str) -> Iterator[None]:
 
 
 def describe_error(error: BaseException) -> str:
-    """Say in one line what was raised, and where in the file of whoever wrote it."""
+    """Describe an error in one line, with its place in the user's file."""
     message = " ".join(_text(lambda: _message(error)).split())
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
     place = _text(lambda: _place(error))
@@ -68,7 +68,7 @@ def describe_error(error: BaseException) -> str:
 
 
 def error_line(error: BaseException) -> str:
-    """Say in one line what went wrong: voz's own errors say it themselves."""
+    """Describe any error in one line; a `VozError` by its own message."""
     return (
         printable(_text(lambda: str(error)))
         if isinstance(error, VozError)
@@ -120,6 +120,6 @@ def _shown(file: str, line: int | None) -> str:
 
 
 def is_by_signal(error: BaseException) -> bool:
-    """Whether somebody ends the program, by Ctrl-C also the one of who uses voz as a library."""
+    """Whether an error ends the program because of a signal, such as Ctrl-C."""
     by_python = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     return first_signal() is not None or (isinstance(error, KeyboardInterrupt) and by_python)

@@ -1,4 +1,4 @@
-"""What the nodes that control a robot share: one run session."""
+"""The run of the nodes that control a robot."""
 
 from __future__ import annotations
 

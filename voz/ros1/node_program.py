@@ -1,4 +1,4 @@
-"""Start and end of each node's program: one line for an error, and zero velocity last."""
+"""Runs the program of a node: an error is one line, and zero velocity comes last."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a robot is: a simulated one for RViz, as `odom` and `tf`; a real one by its own `odom`."""
+"""Odometry: published for a simulated robot, with `tf` for RViz; received from a real one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Ros1OdometryPublisher:
         self._tf = Publisher("/tf", TFMessage, queue_size=10)
 
     def publish(self, state: WorldState) -> None:
-        """Publish a state of now."""
+        """Publish the state of now."""
         from rospy import Time
         from tf2_msgs.msg import TFMessage
 

@@ -39,7 +39,7 @@ def switch(name: str) -> bool | None:
 
 
 def choice(name: str, among: tuple[str, ...]) -> str:
-    """Read a parameter that is one of some words, the first if it is not set."""
+    """Read a parameter that is one of some words; the first if it is not set."""
     value = text(name) or among[0]
     if value not in among:
         raise ConfigError(f"~{name}: {value} is none of {', '.join(among)}; correct the parameter")

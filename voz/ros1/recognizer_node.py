@@ -28,7 +28,7 @@ STOPPED = "the recognizer was stopped by its service"
 
 
 class _SwitchedHearing:
-    """Hears from `start` to `stop`, which services call on threads of their own."""
+    """Listens from `start` to `stop`; services call these on threads of their own."""
 
     def __init__(self, inbox: Inbox, clock: Callable[[], float]) -> None:
         self._inbox = inbox

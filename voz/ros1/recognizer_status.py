@@ -1,4 +1,4 @@
-"""What a recognizer publishes on `trouble`: why it hears nothing."""
+"""The message on `trouble`: why a recognizer hears nothing."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ string arg2
 
 @functools.cache
 def sound_request() -> Any:
-    """Give the message's class; its fields are sound, command, volume (0 to 1), arg and arg2."""
+    """Return the class of the message: sound, command, volume (0 to 1), arg and arg2."""
     from genpy.dynamic import generate_dynamic
 
     name = "sound_play/SoundRequest"

@@ -1,4 +1,4 @@
-"""The node `soundplay`: plays what programs that were made for sound_play ask for."""
+"""The node `soundplay`: plays the requests of programs made for sound_play."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def obey(client: SoundClient, request: Any) -> None:
 
 
 def soundplay(node: Ros1Node) -> None:
-    """Play what is asked for on `robotsound` until the node is ended."""
+    """Play requests on `robotsound` until the node is ended."""
     from rospy import Subscriber
 
     rospy = load_rospy()

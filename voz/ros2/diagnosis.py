@@ -26,7 +26,7 @@ class Diagnosis:
         self._warning: Warning | None = None
 
     def receive(self, event: Event) -> None:
-        """Take an event into account."""
+        """Take an event."""
         if isinstance(event, Twist):
             self._velocity = (event.linear, event.angular)
         elif isinstance(event, Warning):

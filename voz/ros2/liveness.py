@@ -1,4 +1,4 @@
-"""Whether subscribers are alive: they must acknowledge messages, a connection is not enough."""
+"""Finds subscribers that do not acknowledge messages: a connection is not enough."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class SubscriberLiveness:
         self._silent: Set[int] = frozenset()
 
     def update(self, now: float, listeners: Set[int], answered: bool) -> None:
-        """Take note whether all connected listeners have acknowledged the last message."""
+        """Note whether all connected listeners have acknowledged the last message."""
         if answered:
             self._asked, self._silent = None, frozenset()
         elif self._asked is None:

@@ -119,7 +119,7 @@ class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
 @dataclass
 @final
 class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
-    """A velocity and how uncertain it is."""
+    """A velocity and its uncertainty."""
 
     twist: TwistMessage
     covariance: Annotated[Sequence[float], array(float64, 36)] = EXACT
@@ -138,7 +138,7 @@ class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
 @dataclass
 @final
 class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
-    """How something is turned."""
+    """An orientation."""
 
     x: float64 = 0.0
     y: float64 = 0.0
@@ -149,7 +149,7 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
 @dataclass
 @final
 class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
-    """Where something is and how it is turned."""
+    """A place and an orientation."""
 
     position: Point
     orientation: Quaternion
@@ -158,7 +158,7 @@ class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
 @dataclass
 @final
 class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
-    """The same, and how uncertain it is."""
+    """A pose and its uncertainty."""
 
     pose: Pose
     covariance: Annotated[Sequence[float], array(float64, 36)] = EXACT
@@ -167,7 +167,7 @@ class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWith
 @dataclass
 @final
 class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
-    """Where a base is in the frame of the header, and how fast in its own."""
+    """The pose of a base in the frame of the header, and its velocity in its own frame."""
 
     header: HeaderMessage
     child_frame_id: str
@@ -178,7 +178,7 @@ class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
 @dataclass
 @final
 class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
-    """From one frame to another."""
+    """The transform from one frame to another."""
 
     translation: Vector3
     rotation: Quaternion
@@ -187,7 +187,7 @@ class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
 @dataclass
 @final
 class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
-    """A frame in that of the header, at a time."""
+    """The pose of a frame in that of the header, at a time."""
 
     header: HeaderMessage
     child_frame_id: str
@@ -197,7 +197,7 @@ class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformS
 @dataclass
 @final
 class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
-    """Frames in others."""
+    """Transforms of several frames."""
 
     transforms: Annotated[Sequence[TransformStamped], sequence(TransformStamped)]
 
@@ -214,7 +214,7 @@ class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
 @dataclass
 @final
 class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticStatus_"):
-    """How a part is; the level is 0 for well, 1 for a warning, 2 for an error."""
+    """The status of a part; level 0 is well, 1 a warning, 2 an error."""
 
     level: uint8
     name: str
@@ -226,7 +226,7 @@ class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnost
 @dataclass
 @final
 class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
-    """How parts are at a time."""
+    """The status of several parts at a time."""
 
     header: HeaderMessage
     status: Annotated[Sequence[DiagnosticStatus], sequence(DiagnosticStatus)]
@@ -235,7 +235,7 @@ class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnosti
 @dataclass
 @final
 class CancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_"):
-    """A request to an action's `cancel_goal`: no goal's number, and no time, mean all goals."""
+    """A request to an action's `cancel_goal`; without a goal and a time it means all goals."""
 
     goal: Annotated[Sequence[int], array(uint8, 16)] = (0,) * 16
     sec: int32 = 0
@@ -245,7 +245,7 @@ class CancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Req
 @dataclass
 @final
 class CycloneCancelAllGoals(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_"):
-    """The same for ROS 2 on Cyclone, where a request begins with who asks; 0 gets no answer."""
+    """The same for ROS 2 on Cyclone: it begins with the asker; 0 gets no answer."""
 
     asker: uint64 = 0
     number: int64 = 0
@@ -261,12 +261,12 @@ def header(frame_id: str) -> HeaderMessage:
 
 
 def velocity(linear: float, angular: float) -> TwistMessage:
-    """A velocity forward, m/s, and of turning to the left, rad/s."""
+    """Return a velocity: forward, m/s, and turning to the left, rad/s."""
     return TwistMessage(Vector3(x=linear), Vector3(z=angular))
 
 
 def stamped(twist: TwistMessage, frame_id: str) -> TwistStamped:
-    """The same with the time of day, in the frame of the base."""
+    """Add the time of day and the frame of the base to a velocity."""
     return TwistStamped(header(frame_id), twist)
 
 

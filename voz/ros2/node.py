@@ -73,7 +73,7 @@ class Ros2Node:
             ) from error
 
     def name(self, topic: str) -> str:
-        """The full name of a topic, as `ros2 topic list` shows it."""
+        """Return the full name of a topic, as `ros2 topic list` shows it."""
         return topic if topic.startswith("/") else "/".join(["", *self._prefix(), topic])
 
     def writer(
@@ -86,22 +86,22 @@ class Ros2Node:
     def reader(
         self, topic: str, message: type[Message], *policies: BasePolicy
     ) -> DataReader[Message]:
-        """A reader of what ROS 2 nodes write; the arguments are those of `writer`."""
+        """Return a reader of what ROS 2 nodes write; the arguments are those of `writer`."""
         qos = self._qos(message, *policies)
         return DataReader(self.participant, self._topic(topic, message), qos)
 
     def any_reader(self, topic: str, message: type[Message]) -> DataReader[Message]:
-        """A reader also of best-effort writers, such as those of sensors."""
+        """Return a reader also of best-effort writers, such as those of sensors."""
         qos = self._qos(message, reliability=Policy.Reliability.BestEffort)
         return DataReader(self.participant, self._topic(topic, message), qos)
 
     def requests(self, service: str, message: type[Message]) -> DataWriter[Message]:
-        """A writer of requests to a service; the arguments are those of `writer`."""
+        """Return a writer of requests to a service; the arguments are those of `writer`."""
         topic = Topic(self.participant, self.request_topic(service), message)
         return DataWriter(self.participant, topic, self._qos(message))
 
     def request_topic(self, service: str) -> str:
-        """The topic of the requests to a service, as DDS knows it."""
+        """Return the topic of the requests to a service, as DDS knows it."""
         return f"rq{self.name(service)}Request"
 
     def _topic(self, topic: str, message: type[Message]) -> Topic[Message]:

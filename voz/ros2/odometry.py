@@ -1,4 +1,4 @@
-"""Where a robot is: a simulated one for RViz, as `odom` and `/tf`; a real one by its own `odom`."""
+"""Odometry: published for a simulated robot, with `/tf` for RViz; received from a real one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Ros2OdometryPublisher:
         self._tf = node.writer("/tf", msg.TFMessage)
 
     def publish(self, state: WorldState) -> None:
-        """Publish a state of now; raises RobotError."""
+        """Publish the state of now; raises RobotError."""
         header = msg.header(ODOM)
         write(self._odom, _odometry(state, header, self._base))
         write(self._tf, msg.TFMessage([_transform(state, header, self._base)]))
@@ -65,13 +65,13 @@ class Ros2OdometryListener:
         self._newest: tuple[float, msg.Odometry] | None = None
 
     def newest(self) -> tuple[float, msg.Odometry] | None:
-        """The last message and its time, s, without waiting."""
+        """Return the last message and its time, s, without waiting."""
         for message in self._reader.take(MAX_TAKEN):
             if isinstance(message, msg.Odometry):  # else a writer is gone
                 self._newest = self._clock(), message
         return self._newest
 
     def place(self) -> Place | None:
-        """Where the base is, without waiting; None without recent odometry."""
+        """Return where the base is, without waiting; None without recent odometry."""
         newest = self.newest()
         return place_of(newest, self._clock())

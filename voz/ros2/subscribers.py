@@ -18,7 +18,7 @@ NODE_SERVICE = "/describe_parametersRequest"
 
 
 class Endpoints:
-    """All readers in the domain, those that this process makes too; or all writers."""
+    """All readers in the domain, this process's own included; or all writers."""
 
     def __init__(self, node: Ros2Node, kind: Any = BuiltinTopicDcpsSubscription) -> None:
         self._endpoints = BuiltinDataReader(node.participant, kind)
@@ -28,7 +28,7 @@ class Endpoints:
         self._gone = ReadCondition(self._endpoints, any_sample | gone)
 
     def all(self) -> list[Any]:
-        """Return those that are there now."""
+        """Return those that exist now."""
         self._endpoints.take(MAX_ENDPOINTS, self._gone)  # else they would be kept forever
         return list(self._endpoints.read(MAX_ENDPOINTS, self._there))
 

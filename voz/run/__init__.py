@@ -1,1 +1,1 @@
-"""Puts the parts of a run together: sources, a clock, the rules, and who receives what follows."""
+"""Puts the parts of a run together: sources, a clock, the rules and receivers."""

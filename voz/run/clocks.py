@@ -89,7 +89,7 @@ class PacedClock:
         return taken
 
     def skip(self, seconds: float) -> None:
-        """Go on where the run was."""
+        """Continue at the time before the delay."""
         self._begun += seconds
         self._now -= seconds
 

@@ -1,4 +1,4 @@
-"""Whether a list of commands and the table of what they do fit each other."""
+"""Checks of a list of commands against the table of what they do."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def idle(commands: Commands, table: CommandTable) -> list[str]:
 
 
 def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
-    """Return the commands of a table that are not in the list, so that nobody can say them."""
+    """Return the commands of a table that are missing from the list."""
     return [name for name in dict.fromkeys(named) if name not in commands.names]
 
 

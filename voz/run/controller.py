@@ -1,4 +1,4 @@
-"""From what was heard to what the robot is asked to do, as events for all receivers."""
+"""Obeys what was heard: turns utterances into events for all receivers."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Controller:
             self._obey(replace(event, ignored=why) if why else event)
 
     def late_from(self, source: str, behind: bool) -> None:
-        """Note whether a source is behind: what it hears was said long ago."""
+        """Note whether a source is behind; late commands move nothing."""
         (self._late_sources.add if behind else self._late_sources.discard)(source)
 
     def halt(self) -> None:

@@ -1,4 +1,4 @@
-"""A run by a microphone and the keyboard: which sources and receivers it has."""
+"""A run by a microphone and the keyboard, with its sources and receivers."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ OtherRecognizer: TypeAlias = Callable[
 
 
 class Page(Protocol):
-    """A page that shows the run and drives in it, too."""
+    """A page that shows the run and drives the robot."""
 
     @property
     def sound(self) -> SoundSource | None:
-        """Its browser as a microphone; None if the robot's own is listened to."""
+        """Its browser as a microphone; None if the robot's own is used."""
 
     def audible_playback(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""

@@ -1,4 +1,4 @@
-"""A run by recordings, a text or a bag: as fast as it can be understood, or at its own pace."""
+"""A run by recordings, a text or a bag: as fast as possible, or at their own pace."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def run_unpaced(source: Source, settings: Config, listening: bool, opening: Open
 
 
 def run_paced(source: Source, settings: Config, listening: bool, opening: OpeningRobots) -> None:
-    """Drive by the real clock, for robots that need it; the arguments are the same."""
+    """Drive by the real clock, for robots that need it; arguments as for `run_unpaced`."""
     table = settings.table
     inbox = Inbox(table.halts)
     with opening(inbox.put) as robots:

@@ -38,7 +38,7 @@ LAST_OUTPUT_TIMEOUT = 0.5
 
 
 class Programs:
-    """Starts what commands start; at the end of the `with` block it ends all programs."""
+    """Starts programs and functions; the end of the `with` block ends all programs."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Takes a new list of commands while the robot is driven: whenever `voz build-lm` was run again."""
+"""Loads a new list of commands during a run, when `voz build-lm` has run again."""
 
 from __future__ import annotations
 

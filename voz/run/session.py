@@ -97,7 +97,7 @@ class Session:
         self.watch(robots.troubles)
 
     def watch(self, troubles: Mapping[str, Trouble]) -> None:
-        """Stop when one of these returns why it is lost (S5); they have the names for messages."""
+        """Stop when one of these returns why it is lost (S5); the names are for messages."""
         self._watches += [
             Watch(self.controller, trouble, f"{name} is there")
             for name, trouble in troubles.items()
@@ -163,7 +163,7 @@ def speaking(
 
 
 def replies_to(speaker: ReplySpeaker | None) -> list[Receiver]:
-    """Return what lets a speaker say the replies and play the sounds; nothing if there is none."""
+    """Return a receiver that lets a speaker say replies and play sounds; none without a speaker."""
 
     def receive(event: Event) -> None:
         if speaker and isinstance(event, Reply):
@@ -194,15 +194,15 @@ class Warn(Protocol):
     """Takes a line for people, and whether it is good news, on any thread."""
 
     def __call__(self, text: str, good: bool = False) -> None:
-        """Take it."""
+        """Take a line."""
 
 
 def warner(inbox: Inbox, clock: Clock) -> Warn:
-    """Return what puts a line into the inbox as a Warning, on any thread."""
+    """Return a function that puts a line into the inbox as a Warning, on any thread."""
     return lambda text, good=False: inbox.put(Warning(clock.now(), text, good))
 
 
 def raise_if_any(error: Exception | None) -> None:
-    """Raise what ended the beat, if it was an error."""
+    """Raise the error that ended the beat, if there is one."""
     if error:
         raise error

@@ -1,4 +1,4 @@
-"""S5: when hearing or a robot is lost, the motion ends, and needs a new command to begin again."""
+"""S5: when hearing or a robot is lost, the robot stops and waits for a new command."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Flood:
         self._since = 0.0  # when the first was dropped that was not reported, s
 
     def look(self, now: float) -> None:
-        """Warn if messages were dropped: when no more are, or now and then; `now` in s."""
+        """Warn if messages were dropped, at the end of a flood or every 5 s; `now` in s."""
         dropped = self._inbox.dropped
         ended, self._seen = dropped == self._seen, dropped
         if dropped == self._reported:

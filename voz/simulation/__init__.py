@@ -1,1 +1,1 @@
-"""A robot in a room, as geometry alone: state, velocity asked for and a time step give a state."""
+"""A robot in a room, as geometry alone: from a state and a velocity to the next state."""

@@ -1,4 +1,4 @@
-"""How a differential-drive base moves: its velocities lag behind, its way is made of arcs."""
+"""How a differential-drive base moves: along arcs, with velocities that lag behind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user may say of the simulated robot and its room."""
+"""The settings of the simulated robot and its room."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class WorldState(msgspec.Struct, frozen=True):
 
 
 class Gap(NamedTuple):
-    """The free way to what is nearest, m, and what that is."""
+    """The free distance to the nearest obstacle, m, and which one that is."""
 
     size: float
     to: str
@@ -74,7 +74,7 @@ def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> Wor
 
 
 def place_of(selected: int, settings: Simulator) -> Point | None:
-    """Where a selected object is; None for one that is not in the room, as 100."""
+    """Return where a selected object is; None for one that is not in the room, such as 100."""
     for name, place in (("beer", settings.beer), ("cocacola", settings.cocacola)):
         if selected == OBJECT_IDS[name]:
             return (*place, settings.table_height)

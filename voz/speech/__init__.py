@@ -1,1 +1,1 @@
-"""What the robot says: replies rendered by festival and played beside the control cycle."""
+"""The robot's replies: rendered by festival or espeak-ng, and played beside the control loop."""

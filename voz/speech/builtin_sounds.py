@@ -25,7 +25,7 @@ ATTACK_SECONDS = 0.008
 
 
 class BuiltinSound(enum.IntEnum):
-    """The sounds; another number raises SpeechError."""
+    """The built-in sounds; another number raises SpeechError."""
 
     BACKINGUP = 1
     NEEDS_UNPLUGGING = 2
@@ -79,7 +79,7 @@ MELODIES: dict[BuiltinSound, Sequence[_Note]] = {
 
 @functools.cache
 def synthesize_sound(sound: BuiltinSound) -> Wave:
-    """The samples at `PLAYBACK_RATE`; they begin and end with silence, so that they can repeat."""
+    """Return the samples at `PLAYBACK_RATE`, with silence at both ends for repeating."""
     return np.concatenate([_tone(note) for note in MELODIES[sound]])
 
 

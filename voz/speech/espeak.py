@@ -26,7 +26,7 @@ def check_espeak_voice(voice: str) -> None:
 
 
 def espeak_command(voice: str, wav: str) -> Sequence[str]:
-    """The program that speaks its standard input into a file; raises SpeechError without it."""
+    """Return a command that speaks standard input into a file; SpeechError without espeak-ng."""
     path = shutil.which("espeak-ng")
     if path is None:
         raise SpeechError(

@@ -136,7 +136,7 @@ def render(text: str, voice: str, out: Path, cancelled: threading.Event | None =
 
 
 def check_known(voice: str) -> None:
-    """Raise SpeechError if a voice is none of `VOICES`, nor possibly one of espeak-ng's."""
+    """Raise SpeechError if a voice is none of `VOICES` and cannot be one of espeak-ng's."""
     check_type(str, voice, "voice")
     if is_espeak(voice):
         check_espeak_voice(voice)
@@ -151,7 +151,7 @@ def check_known(voice: str) -> None:
 def synthesize_speech(
     plain: str, voice: str, folder: Path, cancelled: threading.Event | None
 ) -> Path:
-    """Speak in an empty folder, where a crash may leave its core dump, too."""
+    """Speak in an empty folder, since a crash may leave a core dump there."""
     wav = folder / "speech.wav"
     if is_espeak(voice):
         _run(espeak_command(voice, wav.name), plain, folder, cancelled)

@@ -1,4 +1,4 @@
-"""The sounds that a client requested and that are still to be heard, by key."""
+"""The sounds that a client requested and that have not ended, by key."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What an operator sees and types."""
+"""The terminal: display and keyboard."""

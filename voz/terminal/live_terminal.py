@@ -59,7 +59,7 @@ class LiveTerminal(io.TextIOBase):
 
     @contextmanager
     def live(self, picture: Callable[[], RenderableType]) -> Iterator[None]:
-        """Draw what `picture` returns, again and again, in a `with` block."""
+        """Draw what `picture` returns repeatedly in a `with` block."""
 
         def look() -> RenderableType:
             self.print_waiting()

@@ -1,1 +1,1 @@
-"""Sound that comes in: microphones, recordings, arrays, all as 16 kHz."""
+"""Sound input: microphones, recordings and arrays, all as 16 kHz."""

@@ -1,4 +1,4 @@
-"""Arrays of any rate, with one or several channels, floats or 16 bits, as `Samples`."""
+"""Converts arrays of any rate and channels, floats or 16 bits, to `Samples`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ArrayConverter:
         return self._resampler.feed(_mono(np.asarray(array)))
 
     def finish(self) -> Samples:
-        """End the stream; returns its last samples, the second time none."""
+        """End the stream; return its last samples, at a second call none."""
         if self._finished:
             return np.empty(0, np.int16)
         self._finished = True

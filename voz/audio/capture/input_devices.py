@@ -31,7 +31,7 @@ class Device(NamedTuple):
 
     @property
     def handle(self) -> str:
-        """The `--device` that chooses it and no other."""
+        """The `--device` that selects it alone."""
         return self.name if self.is_source else str(self.number)
 
     def __str__(self) -> str:
@@ -39,7 +39,7 @@ class Device(NamedTuple):
 
 
 def list_microphones() -> list[Device]:
-    """PortAudio's recording devices by number; raises AudioError if it is not installed."""
+    """List PortAudio's recording devices; raises AudioError if it is not installed."""
     sounddevice = load_sounddevice()
     systems = [system["name"] for system in sounddevice.query_hostapis()]
     return [
@@ -56,7 +56,7 @@ def list_microphones() -> list[Device]:
 
 
 def list_pulse_microphones(there: list[Device]) -> list[Device]:
-    """The sources of PulseAudio or PipeWire, if one of the devices is its server."""
+    """List the sources of PulseAudio or PipeWire, if its server is among the devices."""
     return [
         Device(server.number, *source, "PulseAudio", is_source=True)
         for server in there

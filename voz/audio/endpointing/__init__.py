@@ -1,1 +1,1 @@
-"""Which stretches of a stream stand out of the room, and whether they are speech."""
+"""Finds speech in a stream: which stretches are louder than the room, and are voices."""

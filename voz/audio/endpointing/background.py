@@ -1,4 +1,4 @@
-"""Follows the level of a room between what is said in it."""
+"""Follows the level of a room between utterances."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Background:
         return sum(voices) / len(voices)
 
     def state(self) -> bytes:
-        """All that the levels of later frames depend on."""
+        """Return everything that the levels of later frames depend on."""
         levels = array("d", (band for lv in self._levels[-SILENCE_FRAMES:] for band in lv))
         return levels.tobytes() + bytes(self._voices[-SILENCE_FRAMES:])
 
@@ -119,7 +119,7 @@ class Background:
         return max((low for low, _ in found), default=0.0)
 
     def settle(self, level: BandLevels) -> None:
-        """Take the levels of a noise that has just begun for the background."""
+        """Take a noise that has just begun as the background."""
         self._fill(level, True, SILENCE_FRAMES)
 
     def risen_above(self, by: float, steady_within: float) -> SteadyNoise | None:

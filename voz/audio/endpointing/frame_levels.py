@@ -1,4 +1,4 @@
-"""The level of each frame of a stream in two bands, computed for many frames at once."""
+"""Measures the level of each frame in two bands, many frames at once."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BATCH_FRAMES = 10 * SAMPLE_RATE // FRAME
 
 
 class LevelMeter:
-    """Measures one stream; the levels do not depend on how it is divided into blocks."""
+    """Measures a stream; the size of its blocks makes no difference."""
 
     def __init__(self) -> None:
         """Start a stream."""
@@ -54,7 +54,7 @@ class LevelMeter:
         return [level for piece in pieces for level in self._measure_batch(piece)]
 
     def state(self) -> bytes:
-        """All that the levels of later frames depend on."""
+        """Return everything that the levels of later frames depend on."""
         return self._before.tobytes() + self._energies.tobytes()
 
     def _measure_batch(self, sound: Samples) -> list[BandLevels]:

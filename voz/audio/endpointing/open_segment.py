@@ -91,7 +91,7 @@ class OpenSegment:
         return min(heard, heard - self.silent * FRAME + SEGMENT_MARGIN)
 
     def divided(self, heard: int) -> Iterator[OpenSegment]:
-        """Split an overlong segment into what stands out of it; the last part may go on."""
+        """Split an overlong segment at its quiet parts; the last part may go on."""
         first = heard - len(self.levels) * FRAME
         before = self.before
         usual, found = pieces(self.levels, CONTINUE_ABOVE, END_FRAMES)

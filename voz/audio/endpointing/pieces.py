@@ -1,4 +1,4 @@
-"""Splits a stretch that is too long for one utterance at what stands out of it."""
+"""Splits a stretch that is too long for one utterance."""
 
 from __future__ import annotations
 

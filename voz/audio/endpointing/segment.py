@@ -1,4 +1,4 @@
-"""What is found in a stream of samples: segments, pauses, segments that go on."""
+"""What a segmenter finds in a stream: segments, pauses, segments that go on."""
 
 from __future__ import annotations
 
@@ -81,10 +81,10 @@ Found = TypeVar("Found", covariant=True)
 
 
 class Feedable(Protocol[Found]):
-    """What takes a recording block by block."""
+    """Takes a recording block by block."""
 
     def feed(self, block: Samples) -> Iterator[Found]:
-        """Take the next samples, 16 kHz; yields what is found by them."""
+        """Take the next samples, 16 kHz; yields what was found."""
 
     def finish(self) -> Iterator[Found]:
         """End the stream; yields what was still open."""
@@ -96,7 +96,7 @@ def belong_together(one: Segment, other: Segment) -> bool:
 
 
 def feed_all(stream: Feedable[Found], blocks: Iterable[Samples]) -> Iterator[Found]:
-    """Feed a whole recording to a stream and end it; an AudioError of the blocks comes last."""
+    """Feed a whole recording and end the stream; then raise an AudioError of the blocks."""
     failure = None
     try:
         for block in blocks:

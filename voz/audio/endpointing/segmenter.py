@@ -1,4 +1,4 @@
-"""Finds where speech begins, pauses and ends in a stream: what stands out of the room."""
+"""Finds where speech begins, pauses and ends in a stream."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Segmenter:
         self._forget()
 
     def resting_state(self) -> bytes | None:
-        """All that later segments depend on; None in or just after a segment."""
+        """Return everything that later segments depend on; None in or just after a segment."""
         since = self._heard - max(self._last_end, self._command_until)
         if self._open or not self._quiet_reported or since < TALK_WINDOW:
             return None
@@ -149,14 +149,14 @@ class Segmenter:
         return stood + followed + self._kept[-MIN_KEPT_SAMPLES:].tobytes()
 
     def finish(self) -> Iterator[Sound]:
-        """End the stream; yields the open segment, if any, and that nothing follows."""
+        """End the stream; yields the open segment, if any, and the quiet after it."""
         self._heard += len(self._unheard())
         if self._open:
             yield self._over(self._open)
         yield from self._quiet()
 
     def cut(self) -> None:
-        """End the segment that has paused; what follows is another."""
+        """End the segment that has paused; what follows is another one."""
         if self._open:
             self._end(self._open.paused_at(self._heard))
             self._standing = 0

@@ -1,1 +1,1 @@
-"""Sound that goes out: what is to be heard, and the loudspeaker that gives it."""
+"""Sound output: playing sounds, mixing them, and the loudspeaker."""

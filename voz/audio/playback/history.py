@@ -1,4 +1,4 @@
-"""What the loudspeaker played, and when."""
+"""Remembers what the loudspeaker played, and when."""
 
 from __future__ import annotations
 

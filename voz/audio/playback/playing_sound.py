@@ -75,7 +75,7 @@ class PlayingSound:
         self._fade_left = 0
 
     def take(self, frames: int) -> Wave:
-        """The next samples; silence after its end."""
+        """Return the next samples, and silence after the end."""
         end = self._position + frames
         if self.repeats:
             block: Wave = self._sound[np.arange(self._position, end) % len(self._sound)]

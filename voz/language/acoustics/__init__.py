@@ -1,1 +1,1 @@
-"""The acoustic model of a language, and how far apart it holds its phones."""
+"""The acoustic model of a language, and the distances between its phones."""

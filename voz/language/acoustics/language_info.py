@@ -1,4 +1,4 @@
-"""The language that people speak: its acoustic model, and what is known of the model's phones."""
+"""The spoken language: its acoustic model, and the properties of the model's phones."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
 
     @property
     def is_english(self) -> bool:
-        """Whether what voz knows of English applies: accents, the phoneme network."""
+        """Whether the accents and the phoneme network, which are English, can be used."""
         return self.name.lower() in ENGLISH_NAMES
 
     @property
     def code(self) -> str:
-        """What other programs call it: `en`, else the name that the user gave, such as `es`."""
+        """The language for other programs: `en`, else the name that the user gave, such as `es`."""
         return "en" if self.is_english else self.name
 
     @property
@@ -59,7 +59,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
         return PhoneDistances(self.frames, self.apart)
 
     def folder(self, language: Path) -> Path:
-        """The folder of the acoustic model; `language` is that of the language files."""
+        """Return the folder of the acoustic model; `language` is that of the language files."""
         if self.acoustic_model is None:
             import pocketsphinx  # takes 20 ms, which typed commands save
 
@@ -68,7 +68,7 @@ class LanguageInfo(msgspec.Struct, frozen=True, dict=True):
 
 
 def english() -> LanguageInfo:
-    """English with pocketsphinx's model and the measured distances."""
+    """Return English with pocketsphinx's model and the measured distances."""
     known = read_distances()
     apart = {phone: dict(others) for phone, others in known.apart.items()}
     return LanguageInfo("English", None, "", dict(known.frames), apart)

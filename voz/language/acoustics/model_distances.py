@@ -1,7 +1,7 @@
-"""How far apart an acoustic model holds its phones, computed from its Gaussians. Does I/O.
+"""Computes the distances between the phones of an acoustic model from its Gaussians. Does I/O.
 
-Taking phone p for q loses the Kullback-Leibler divergence of their states: what a frame of p loses
-on average, in log-likelihood, if q has to explain it. For the English model this correlates with
+Taking phone p for q costs the Kullback-Leibler divergence of their states: the log-likelihood that
+a frame of p loses on average if q has to explain it. For the English model this correlates with
 the measured distances by .86 (of the logarithms).
 """
 

@@ -1,4 +1,4 @@
-"""How far apart the acoustic model holds two phones, as `tools/fit_confusion.py` measured it."""
+"""The distances between English phones, as `tools/fit_confusion.py` measured them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DISTANCES_FILE = Path(__file__).with_name("phone_distances.tsv")
 
 @dataclass(frozen=True)
 class PhoneDistances:
-    """How far apart the acoustic model holds the phones.
+    """The distances between phones in an acoustic model.
 
     Attributes:
         frames: how many frames of 10 ms a phone lasts.

@@ -1,1 +1,1 @@
-"""From templates to the commands that the rest of voz asks."""
+"""Compiles templates to commands."""

@@ -1,4 +1,4 @@
-"""Joins templates to one automaton, and finds sentences that two of them give; pure."""
+"""Joins templates to one automaton, and finds sentences that two of them have; pure."""
 
 from __future__ import annotations
 

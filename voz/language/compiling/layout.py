@@ -1,4 +1,4 @@
-"""Lays a template out as states with words between them and marks for its slots; pure."""
+"""Turns a template into states with words between them and marks for its slots; pure."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class TooManyArcsError(Exception):
 
 
 def lay_out(expression: Expression) -> SlotReader:
-    """Lay an expression without references out as states; raises TooManyArcsError."""
+    """Turn an expression without references into states; raises TooManyArcsError."""
     states = _States()
     states.lay(expression, 0, 1)
     return states.without_silent()
 
 
 class _States:
-    """States with arcs by words, and silent ones with marks, which are removed at the end."""
+    """States with arcs by words, and arcs without words but with marks, removed at the end."""
 
     def __init__(self) -> None:
         self.words: list[list[tuple[str, int]]] = [[], []]

@@ -1,4 +1,4 @@
-"""Replaces references to rules and lists by what they stand for; pure."""
+"""Replaces references to rules and lists by their definitions; pure."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAX_REFERENCE_DEPTH = 30
 
 
 def resolve(source: TemplateSource) -> tuple[list[Template], tuple[str, ...]]:
-    """Replace references by what they stand for.
+    """Replace references by their definitions.
 
     Returns:
         The templates without references, and a warning for each unused name.

@@ -1,1 +1,1 @@
-"""The formats in which users write commands, read into what sentences are."""
+"""Parsers for the formats in which users write commands."""

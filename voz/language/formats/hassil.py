@@ -35,7 +35,7 @@ CONTEXT_KEYS = {"requires_context", "excludes_context"}
 
 
 class HassilNotation(Notation):
-    """voz's notation, in which numbers may be digits."""
+    """voz's notation with numbers in digits."""
 
     DIGITS = True
 

@@ -1,4 +1,4 @@
-"""The parser that all notations share: words, groups and alternatives; pure."""
+"""The parser of words, groups and alternatives, which all notations share; pure."""
 
 from __future__ import annotations
 
@@ -214,7 +214,7 @@ class Parser:
 
 
 def word_spellings(item: Expression) -> list[str] | None:
-    """All spellings of a group of single words, perhaps empty; None if it is something else."""
+    """Return all spellings of a group of single words; None if it is something else."""
     if isinstance(item, Word):
         return [item.text]
     if isinstance(item, Optional):

@@ -1,4 +1,4 @@
-"""YAML that knows the places of its parts, for errors; pure."""
+"""YAML with the places of its parts, for errors; pure."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Yaml:
         raise error_at(place, f"invalid YAML: {error.problem or error.context}") from None
 
     def place(self, node: yaml.Node) -> Location:
-        """Where a part begins."""
+        """Return where a part begins."""
         return self.text(node).place() if isinstance(node, yaml.ScalarNode) else self._begin(node)
 
     def _begin(self, node: yaml.Node) -> Location:
@@ -43,19 +43,19 @@ class Yaml:
         return Location(self.name, mark.line + 1, mark.column + 1, self._lines[mark.line])
 
     def mapping(self, node: yaml.Node, what: str) -> dict[str, yaml.Node]:
-        """The parts of a mapping by name; `what` names what is expected there."""
+        """Return the parts of a mapping by name; messages call it `what`."""
         if not isinstance(node, yaml.MappingNode):
             raise error_at(self.place(node), f"expected {what}, as in: name: ...")
         return {self.text(key).text: value for key, value in node.value}
 
     def sequence(self, node: yaml.Node, what: str) -> list[yaml.Node]:
-        """The parts of a sequence; `what` names what is expected there."""
+        """Return the parts of a sequence; messages call them `what`."""
         if not isinstance(node, yaml.SequenceNode):
             raise error_at(self.place(node), f'expected {what}, one per line after "-"')
         return list(node.value)
 
     def text(self, node: yaml.Node) -> Passage:
-        """A text, as it stands in the file."""
+        """Return a text with its place."""
         mark = node.start_mark
         if not isinstance(node, yaml.ScalarNode):
             raise error_at(self._begin(node), "expected a text")

@@ -1,1 +1,1 @@
-"""The files that are made from a list: their contents, names and checks."""
+"""The files that are generated from a list: contents, names and checks."""

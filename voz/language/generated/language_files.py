@@ -133,7 +133,7 @@ def _stored(files: LanguageFiles) -> StoredCommands | None:
 
 
 def list_name(files: LanguageFiles) -> str:
-    """What messages call the list that language files were made from; raises LanguageError."""
+    """Return the name of the list that language files were made from; raises LanguageError."""
     stored = _stored(files)
     if stored and stored.sources:  # the list is the first of them
         return os.path.normpath(files.folder / next(iter(stored.sources)))

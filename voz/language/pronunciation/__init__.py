@@ -1,1 +1,1 @@
-"""How words are pronounced: dictionaries, compounds, rules and guesses."""
+"""Pronunciations of words: dictionaries, compounds, rules and guesses."""

@@ -1,1 +1,1 @@
-"""What sentences are: templates, the automaton that holds all sentences, what they mean."""
+"""Sentences: templates, the automaton of all sentences, and their meanings."""

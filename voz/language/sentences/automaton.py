@@ -1,6 +1,6 @@
 """All sentences as an automaton: states with words between them; pure.
 
-It is minimal and acyclic: a few hundred states hold millions of sentences, whose number is exact
+It is minimal and acyclic: a few hundred states hold millions of sentences, which can be counted,
 and each of which can be found by its number.
 """
 
@@ -26,7 +26,7 @@ class Automaton:
     """
 
     def __init__(self, arcs: Arcs, labels: list[int]) -> None:
-        """Take states of which none leads back and every one leads to an end."""
+        """Take states without cycles, each of which leads to an end."""
         self.arcs = arcs
         self.labels = labels
 
@@ -58,7 +58,7 @@ class Automaton:
         return tuple(dict.fromkeys(word for arcs in self.arcs for word in arcs))
 
     def walk(self, words: Iterable[str], state: int = 0) -> int | None:
-        """The state that words lead to; None if no sentence begins so."""
+        """Return the state after these words; None if no sentence begins so."""
         for word in words:
             following = self.arcs[state].get(word)
             if following is None:
@@ -67,7 +67,7 @@ class Automaton:
         return state
 
     def sentence(self, number: int) -> str:
-        """The sentence with a number, from 0."""
+        """Return the sentence with a number, from 0."""
         words, state = list[str](), 0
         while True:
             if self.labels[state] != NO_LABEL:
@@ -87,11 +87,11 @@ class Automaton:
         return [self.sentence(one) for one in drawn]
 
     def sentences(self) -> list[str]:
-        """All sentences in the order of their labels; there must not be too many."""
+        """Return all sentences in the order of their labels; there must not be too many."""
         return [text for _, text in sorted(self._labeled(0, []), key=lambda pair: pair[0])]
 
     def sentences_with_words(self, words: Collection[str]) -> list[str]:
-        """For each of some words a sentence with it."""
+        """Return a sentence for each of some words."""
         way = {0: ""}
         found: dict[str, str] = {}
         for state in reversed(bottom_up(self.arcs)):
@@ -115,7 +115,7 @@ class Automaton:
             yield from self._labeled(to, [*before, word])
 
     def sentences_with_label(self, label: int, most: int) -> list[str]:
-        """The shortest sentences with a label."""
+        """Return the shortest sentences with a label."""
         found: list[str] = []
         level: list[tuple[int, tuple[str, ...]]] = [(0, ())]
         while level and len(found) < most:
@@ -169,7 +169,7 @@ def prefix_tree(sentences: Sequence[str]) -> Automaton:
 
 
 def bottom_up(arcs: Arcs) -> list[int]:
-    """All reachable states, each after those that it leads to."""
+    """Return all reachable states, each after the states that it leads to."""
     order, seen = list[int](), {0}
     path = [(0, iter(arcs[0].values()))]
     while path:

@@ -81,7 +81,7 @@ class Commands(Collection[str]):
 
     @property
     def can_be_listed(self) -> bool:
-        """Whether there are few enough to list, as of every plain list."""
+        """Whether there are few enough to list; every plain list can be."""
         return len(self) <= max(MAX_LISTED_SENTENCES, len(self.meanings))
 
     @cached_property
@@ -134,13 +134,13 @@ class Commands(Collection[str]):
         return state is not None and bool(self.automaton.arcs[state])
 
     def is_typed_prefix(self, text: str) -> bool:
-        """Whether a longer sentence begins with what was typed, perhaps with digits."""
+        """Whether a longer sentence begins with a typed text, perhaps with digits."""
         return bool(words := spoken_forms(text)) and any(
             self.automaton.arcs[state] for state, _ in self._walked(words)
         )
 
     def continuing_commands(self, text: str) -> frozenset[str]:
-        """The commands of longer sentences that begin with this text."""
+        """Return the commands of longer sentences that begin with this text."""
         begin = self.automaton.walk(text.split())
         if begin is None:
             return frozenset()
@@ -159,7 +159,7 @@ class Commands(Collection[str]):
         return self.automaton.sample(number, seed)
 
     def examples(self) -> list[str]:
-        """All sentences if they can be listed; else some, with all words."""
+        """Return all sentences if they can be listed; else a sample with all words."""
         if self.can_be_listed:
             return self.listed
         drawn = self.sample(MAX_LISTED_SENTENCES)
@@ -181,7 +181,7 @@ class Commands(Collection[str]):
         return [near.sentence for near in nearest(self.automaton, text.split(), sound, most)]
 
     def closest_sentence(self, text: str) -> str | None:
-        """Guess which sentence somebody wanted to type; None if nothing is like it."""
+        """Guess which sentence was meant by a typed one; None if nothing is similar."""
         words = [word for ways in spoken_forms(text) for word in ways[0].split()][
             : self.longest + 3
         ]

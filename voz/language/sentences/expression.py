@@ -27,35 +27,35 @@ class Word:
 
 @dataclass(frozen=True, slots=True)
 class Concatenation:
-    """One after the other; perhaps no word at all."""
+    """One item after the other; without items no word."""
 
     items: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of them."""
+    """One of several items."""
 
     items: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Optional:
-    """It or nothing."""
+    """An item or nothing."""
 
     item: Expression
 
 
 @dataclass(frozen=True, slots=True)
 class Permutation:
-    """All of them in any order."""
+    """All items in any order."""
 
     items: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """An item that counts as a value, however it is spoken."""
+    """An item with a value in place of its words."""
 
     item: Expression
     value: Value
@@ -72,7 +72,7 @@ class NumberRange:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """What is spoken here is the value of the slot."""
+    """A slot; what is spoken here is its value."""
 
     name: str
     item: Expression
@@ -90,7 +90,7 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class ResolvedReference:
-    """What a reference stands for, with its name."""
+    """A reference with the expression of its rule or list."""
 
     kind: DefinitionKind
     name: str
@@ -145,22 +145,22 @@ def renamed(item: Expression, names: Mapping[DefinitionKey, str]) -> Expression:
 
 
 def concatenation(items: list[Expression]) -> Expression:
-    """Put expressions one after the other; one alone stays as it is."""
+    """Join expressions one after the other; a single one stays as it is."""
     return items[0] if len(items) == 1 else Concatenation(tuple(items))
 
 
 def choice(items: list[Expression]) -> Expression:
-    """Offer expressions; one alone stays as it is."""
+    """Make a choice of expressions; a single one stays as it is."""
     return items[0] if len(items) == 1 else Choice(tuple(items))
 
 
 def phrase(text: str) -> Expression:
-    """Words in a row."""
+    """Make words in a row."""
     return concatenation([Word(word) for word in text.split()])
 
 
 def parse_value(text: str) -> Value:
-    """Read a value: a number if it is one."""
+    """Read a value; it is a number if it can be."""
     try:
         return (
             plain_number(Fraction(text))
@@ -172,5 +172,5 @@ def parse_value(text: str) -> Value:
 
 
 def plain_number(number: Fraction) -> int | float:
-    """Write a number without a fraction as a whole one."""
+    """Convert a whole number to int, and any other to float."""
     return int(number) if number.denominator == 1 else float(number)

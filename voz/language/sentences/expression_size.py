@@ -1,4 +1,4 @@
-"""The number of sentences of an expression, without listing them; pure."""
+"""Counts the sentences of an expression without listing them; pure."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from voz.language.sentences.number_range import tagged_wordings
 
 
 class Size(NamedTuple):
-    """How much an expression says.
+    """The size of an expression.
 
     Attributes:
-        ways: to say it; a sentence that it gives twice counts twice.
+        ways: number of sentences; one that it gives twice counts twice.
         longest: words of the longest.
     """
 
@@ -64,7 +64,7 @@ def _size_of_numbers(numbers: NumberRange) -> Size:
 
 
 def default_name(item: Expression) -> str:
-    """The first sentence of a template without options; a slot is its name."""
+    """Return the first sentence of a template without options; a slot is its name."""
     if isinstance(item, Word):
         return item.text
     if isinstance(item, Slot):

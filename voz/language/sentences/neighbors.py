@@ -1,4 +1,4 @@
-"""The sentences nearest to one, by any distance of words; pure."""
+"""Finds the sentences nearest to one, by any distance of words; pure."""
 
 from __future__ import annotations
 

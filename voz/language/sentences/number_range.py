@@ -1,4 +1,4 @@
-"""Ranges of numbers in templates: their limits, their numbers and how these are said; pure."""
+"""Ranges of numbers in templates: limits, numbers and wordings; pure."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def numbers_in(numbers: NumberRange) -> list[Fraction]:
 
 
 def tagged_wordings(numbers: NumberRange) -> Expression:
-    """All wordings of a range, tagged with their numbers; of an ambiguous one the smaller."""
+    """Return all wordings of a range, tagged with their numbers; for two numbers, the smaller."""
     said: dict[str, Fraction] = {}
     for number in numbers_in(numbers):
         for text in wordings(number):

@@ -1,4 +1,4 @@
-"""The one form of words that all parts compare, and which characters nobody can say; pure."""
+"""Normalizes words, and finds characters that cannot be spoken; pure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNUSUAL = re.compile(r"[^a-zA-Z'\s]|[\x0b\x0c\x1c-\x1f\x85]")
 
 
 def normalize(text: str) -> str:
-    """Lower case, single spaces, none at the ends, and accented letters as one character."""
+    """Convert to lower case with single spaces, and accented letters to one character each."""
     return " ".join(compose_accents(text.lower()).split())
 
 
@@ -35,7 +35,7 @@ def strip_accents(text: str) -> str:
 
 
 def find_unspeakable(text: str) -> tuple[int, str] | None:
-    """The first character that cannot stand in a command: its offset, and advice."""
+    """Find the first character that cannot stand in a command: its offset, and advice."""
     for found in _UNUSUAL.finditer(text):
         if unicodedata.category(found.group())[0] not in "LM":  # letters, and signs put to them
             return found.start(), _advice(found.group())
@@ -43,7 +43,7 @@ def find_unspeakable(text: str) -> tuple[int, str] | None:
 
 
 def length_complaint(word: str) -> str:
-    """Why a word is too long; empty if it is not."""
+    """Explain why a word is too long; empty if it is not."""
     if len(word) <= MAX_WORD_LETTERS:
         return ""
     return (

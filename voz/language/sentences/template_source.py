@@ -29,7 +29,7 @@ class Template:
 
 @dataclass(frozen=True)
 class Definition:
-    """What a rule or a list stands for, and its place."""
+    """The expression of a rule or a list, and its place."""
 
     expression: Expression
     place: Location

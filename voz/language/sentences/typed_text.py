@@ -1,4 +1,4 @@
-"""Typed text as it would be spoken; pure."""
+"""Converts typed text to spoken words; pure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HYPHEN = re.compile(r"(?<=\w)-|-(?!\.?[0-9])")
 
 
 def spoken_forms(text: str) -> list[list[str]]:
-    """For each word or number of typed text the ways to say it."""
+    """Return the ways to say each word or number of typed text."""
     plain = _HYPHEN.sub(" ", compose_accents(text.lower()).translate(_PLAIN))
     return [_said(token) for token in _TOKEN.findall(plain)]
 

@@ -81,7 +81,7 @@ def find_similar(
 
 
 def loss_between(one: Sequence[str], other: Sequence[str], distances: PhoneDistances) -> float:
-    """What is lost if non-empty phones are taken for others, nats; the mean of both directions."""
+    """Return the loss if phones are taken for others, nats; the mean of both directions."""
     frames = [sum(distances.frames[phone] for phone in phones) for phones in (one, other)]
     there, back = (_Spoken(tuple(p), f, {}) for p, f in zip((one, other), frames, strict=True))
     return (

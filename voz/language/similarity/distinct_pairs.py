@@ -1,4 +1,4 @@
-"""Which pairs that sound alike are reported: each confusion of meanings once; pure."""
+"""Selects the pairs that are reported: each confusion of meanings once; pure."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def _warning(pair: SimilarPair, pairs: Sequence[SimilarPair]) -> str:
 
 
 def rewording_advice(pair: SimilarPair) -> str:
-    """Which words of a long pair to replace; empty if the pair is short."""
+    """Name the words of a long pair to replace; empty if the pair is short."""
     if max(len(pair.first.split()), len(pair.second.split())) < LONG_SENTENCE_WORDS:
         return ""
     words = " or ".join(f'"{words}"' for words in sorted(differing_sets(pair)) if words)
@@ -93,7 +93,7 @@ def rewording_advice(pair: SimilarPair) -> str:
 
 
 def differing_sets(pair: SimilarPair) -> frozenset[str]:
-    """The words of each that the other does not share at its beginning or end."""
+    """Return the words of each that the other does not share at its beginning or end."""
     return frozenset(differing_words(pair.first, pair.second))
 
 

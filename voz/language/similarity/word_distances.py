@@ -1,4 +1,4 @@
-"""How far apart two words sound; pure."""
+"""Distances between words by their sound; pure."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class WordDistances:
         return min(loss_between(one, two, self._distances) for one in ways for two in others)
 
     def rough_cost(self, word: str, other: str) -> float:
-        """How many phones only one of two words has."""
+        """Count the phones that only one of two words has."""
         return len(self._phones[word] ^ self._phones[other])
 
     def gap_cost(self, word: str) -> float:
@@ -48,5 +48,5 @@ class WordDistances:
         return GAP_COST * len(self._spellings[word][0])
 
     def phones(self, words: str) -> str:
-        """The phones of some words, as they are usually said."""
+        """Return the phones of some words, as they are usually said."""
         return " ".join(phone for word in words.split() for phone in self._spellings[word][0])

@@ -41,7 +41,7 @@ _SAID: Any = {"color": shapes.SAID, "zorder": 7, "clip_on": False}
 
 
 class Label:
-    """Some lines beside the way, which appear one after the other."""
+    """Lines of text beside the way, which appear one after the other."""
 
     def __init__(self, axes: Axes, lines: Sequence[TripMark], commands: int = 0) -> None:
         """Write the label.

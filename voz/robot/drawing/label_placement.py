@@ -1,4 +1,4 @@
-"""Where labels go so that none covers another: pure geometry, in units of 1/72 inch."""
+"""Places labels so that none covers another: pure geometry, in units of 1/72 inch."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MAX_HOOK_OFFSET = 20
 
 
 class Rectangle(NamedTuple):
-    """A rectangle: where it begins and ends."""
+    """A rectangle by its four sides."""
 
     left: float
     bottom: float
@@ -46,7 +46,7 @@ class Rectangle(NamedTuple):
     top: float
 
     def holds(self, points: Points) -> npt.NDArray[np.bool_]:
-        """Which points are in it."""
+        """Return which points are in it."""
         x, y = points[:, 0], points[:, 1]
         inside: npt.NDArray[np.bool_] = (
             (x > self.left) & (x < self.right) & (y > self.bottom) & (y < self.top)

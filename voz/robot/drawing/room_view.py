@@ -1,4 +1,4 @@
-"""The simulated room in a terminal: as it is now, each time that it is drawn, or after a run."""
+"""The simulated room in a terminal, during a run or after it."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ FREE_LINES = 2
 
 
 class RoomView:
-    """Draws where a simulated robot is at the moment, and the way that it has been seen to go.
+    """Draws where a simulated robot is now, and its way so far.
 
     Attributes:
         settings: the room.
     """
 
     def __init__(self, robot: SimulatedRobot, settings: Simulator) -> None:
-        """Begin with no way behind it; the settings are those of the robot."""
+        """Begin with an empty way; the settings are those of the robot."""
         self.settings = settings
         self._robot = robot
         self._behind = 0.0  # from the events' time to the clock's, s
         self._way: deque[WorldState] = deque(maxlen=MAX_DRAWN_STATES)
 
     def receive(self, event: Event) -> None:
-        """Learn from the velocities, which come at their time, what time it is."""
+        """Learn the time of the run from the velocities."""
         if isinstance(event, Twist):
             self._behind = time.monotonic() - event.t
 
     def state(self) -> WorldState:
-        """How everything in the room is at the moment."""
+        """Return the state of the room now."""
         return self._robot.state_at(time.monotonic() - self._behind)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -55,7 +55,7 @@ class TripView:
     """Draws what a simulated robot did."""
 
     def __init__(self, trip: Trip) -> None:
-        """Take what is to be drawn."""
+        """Take the trip to draw."""
         self._trip = trip
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:

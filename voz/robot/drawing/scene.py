@@ -63,7 +63,7 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """What stands above the room."""
+        """The text above the room."""
         return self._title.get_text()
 
     def show(self, t: float) -> list[Artist]:

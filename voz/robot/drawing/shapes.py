@@ -1,4 +1,4 @@
-"""What is in the picture: the room, the robot and its arm. Needs matplotlib."""
+"""The shapes in the picture: the room, the robot and its arm. Needs matplotlib."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def draw_outline(axes: Axes, pose: Pose2D, settings: Simulator) -> Artist:
 
 
 def draw_robot(axes: Axes, pose: Pose2D, settings: Simulator) -> list[Artist]:
-    """Draw the base, and by an arrow where it looks."""
+    """Draw the base, with an arrow in its direction."""
     radius, (x, y, heading) = settings.radius, pose
     body = Circle((x, y), radius, facecolor=BODY, edgecolor=WAY, lw=2, zorder=4)
 

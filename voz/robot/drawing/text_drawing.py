@@ -1,4 +1,4 @@
-"""The room in a terminal, in braille dots: a pure function of what there is to see."""
+"""Draws the room in a terminal, in braille dots. Pure."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Dots:
         self._letters: dict[tuple[int, int], str] = {}
 
     def dot(self, x: float, y: float, style: str) -> None:
-        """Draw a dot at a place, m; one outside is not seen."""
+        """Draw a dot at a place, m; outside of the drawing nothing is drawn."""
         cell, row, column = self._cell(x, y)
         self._bits[cell] = self._bits.get(cell, 0) | BRAILLE_BITS[row][column]
         self._styles[cell] = style

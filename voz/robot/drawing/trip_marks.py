@@ -25,7 +25,7 @@ POINTING_TOLERANCE = 0.05
 
 
 class TimeMark(NamedTuple):
-    """Where the robot was at a whole number of seconds; some have a number."""
+    """Where the robot was after whole seconds; some marks have a number."""
 
     t: float
     x: float
@@ -39,7 +39,7 @@ def distance(states: Sequence[WorldState]) -> float:
 
 
 def time_marks(states: Sequence[WorldState]) -> list[TimeMark]:
-    """Marks along the way, a few of them with numbers; none while it stands still."""
+    """Return marks along the way, a few of them numbered; none while it stands still."""
     moving = [b.t for a, b in pairwise(states) if a.pose[:2] != b.pose[:2]]
     if not moving:
         return []
@@ -56,7 +56,7 @@ def time_marks(states: Sequence[WorldState]) -> list[TimeMark]:
 
 
 def seconds_between(marks: Sequence[TimeMark]) -> float:
-    """Time from a mark to the next, where the robot does not stand still between them."""
+    """Return the time between marks, where the robot does not stand still between them."""
     return min((round(b.t - a.t, 3) for a, b in pairwise(marks)), default=0.0)
 
 

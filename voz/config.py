@@ -120,11 +120,11 @@ def _read(path: Path) -> Config:
     except ConfigError:  # which is a ValueError too
         raise
     except RecursionError:
-        raise ConfigError(f"{path}: has too many tables in each other; remove some") from None
+        raise ConfigError(f"{path}: has too many tables in each other", "remove some") from None
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {error}; {_advice(error)}") from error
+        raise ConfigError(f"{path}: {error}", _advice(error)) from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
-        raise ConfigError(f"{path}: has a number that is too long; shorten it") from None
+        raise ConfigError(f"{path}: has a number that is too long", "shorten it") from None
     config.__dict__["places_in_file"] = places
     return config
 
@@ -196,5 +196,5 @@ def overridden(
     try:
         made = msgspec.convert(settings, Config)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{kind} cannot be used: {error}; {advice}") from error
+        raise ConfigError(f"{kind} cannot be used: {error}", advice) from error
     return never_missing_a_stop(_from_the_same_file(made, config))

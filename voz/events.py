@@ -268,7 +268,7 @@ def to_json(event: msgspec.Struct) -> str:
             del fields["command"]
     try:
         return msgspec.json.encode(written).decode()
-    except UnicodeEncodeError:  # the name of a file need be no text, nor what somebody types
+    except UnicodeEncodeError:  # names of files and typed text may not be valid Unicode
         builtins = msgspec.to_builtins(written)
         plain = json.dumps(builtins, ensure_ascii=False, separators=(",", ":"))
         return plain.encode(errors="replace").decode()

@@ -14,6 +14,6 @@ def how_to_install(extra: str) -> str:
     """
     folder = Path(__file__).resolve().parent.parent
     pip = f"{shlex.quote(sys.executable)} -m pip install"
-    if (folder / "pyproject.toml").is_file():  # what is installed is a link to this clone
+    if (folder / "pyproject.toml").is_file():  # an editable install of a clone
         return f"run `{pip} --editable {shlex.quote(f'{folder}[{extra}]')}`"
     return f"run `{pip} '.[{extra}]'` in a clone of voz"

@@ -65,13 +65,11 @@ def read_bytes(
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except OSError as error:
-        raise error_type(
-            f"{shown_path(path)}: cannot be read ({error.strerror}); {advice}"
-        ) from None
+        raise error_type(f"{shown_path(path)}: cannot be read ({error.strerror})", advice) from None
     except ValueError:  # a file name cannot contain a zero byte
-        raise error_type(f"{str(path)!a}: cannot be the name of a file; {advice}") from None
+        raise error_type(f"{str(path)!a}: cannot be the name of a file", advice) from None
     if len(data) > limit:
-        raise error_type(f"{shown_path(path)}: is larger than {limit:,} bytes; {advice}")
+        raise error_type(f"{shown_path(path)}: is larger than {limit:,} bytes", advice)
     return data
 
 
@@ -82,7 +80,7 @@ def read_text(
     try:
         text = read_bytes(path, error_type, advice, limit).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise error_type(f"{shown_path(path)}: is not UTF-8 text; {advice}") from None
+        raise error_type(f"{shown_path(path)}: is not UTF-8 text", advice) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -98,7 +96,7 @@ def read_json(
     try:
         return msgspec.json.decode(data, type=kind)
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise error_type(f"{shown_path(path)}: cannot be used ({error}); {advice}") from None
+        raise error_type(f"{shown_path(path)}: cannot be used ({error})", advice) from None
 
 
 @contextmanager

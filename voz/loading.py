@@ -55,6 +55,6 @@ def _load_list(
     for line in lines:
         if not isinstance(line, str):
             raise CommandsError(f"{line!r} is no command; give a list of texts, or a folder")
-    with TemporaryDirectory(prefix="voz-") as folder:  # whose files are read once
+    with TemporaryDirectory(prefix="voz-") as folder:  # its files are read once
         write_files(read_lines(lines), Path(folder))
         return Recognizer(LanguageFiles(Path(folder)), settings, profile)

@@ -16,8 +16,8 @@ MAX_NOISY_RANGE = 25.0
 """Speech whose frame energies span less than this is filtered, dB: filtering all loses commands."""
 
 WIENER_WINDOW, WIENER_HOP = 512, 128  # samples, 32 and 8 ms
-NOISE_QUANTILE = 0.4  # of the time there is only noise in a band
-POWER_SMOOTHING = 0.7  # of the power from which the noise is taken, a frame
+NOISE_QUANTILE = 0.4  # of the time a band has only noise
+POWER_SMOOTHING = 0.7  # for each frame, of the power that the noise is taken from
 PRIOR_SNR_WEIGHT = 0.92  # of the decision-directed signal-to-noise ratio
 MIN_GAIN = 0.2
 """Of a band; with less the filtered speech sounds like nothing the acoustic model knows."""

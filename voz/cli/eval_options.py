@@ -69,7 +69,7 @@ class Evaluating(Recognizing):
 
     def check(self, settings: Config, heard: Sequence[Path]) -> None:
         """Refuse results that would replace what is read, or cannot be written."""
-        # What is compared with may be replaced by what is new, but not by a page.
+        # The old results may be replaced by new ones, but not by a page.
         self.check_written(settings, [self.as_json, self.html], heard)
         self.check_written(settings, [self.html], [self.compare])
         for name in (self.as_json, self.html):

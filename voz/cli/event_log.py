@@ -26,7 +26,7 @@ def event_log(name: str) -> Iterator[Receiver]:
             stream.write(f"{to_json(event)}\n".encode())
 
     with os_errors_as_config_error(name):
-        # Unbuffered, so that nothing is left to write, and to fail or to wait for, at the end.
+        # Unbuffered: nothing is left to be written at the end, where it could fail or block.
         file = sys.stdout.fileno() if name == "-" else name
         stream = open(file, "wb", buffering=0, closefd=name != "-")  # noqa: SIM115
     with stream:

@@ -274,7 +274,7 @@ def _recognizer(
     if not options.adapt:
         yield Recognizer(language, settings.recognition, known)
         return
-    # What was learned with another acoustic model is of no use; English has no digest.
+    # For each acoustic model, by its digest; English has none.
     where = f"{place} {read_language_info(language).model}".strip()
     learned = learned_file(options.profile or USUAL_PROFILE, where)
     known = _with_learned(known, learned)

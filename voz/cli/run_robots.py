@@ -100,7 +100,7 @@ def _made(plan: RobotPlan) -> list[str]:
     names = [*plan.names, CONSOLE] if plan.live else plan.names
     if plan.displayed:
         names = [name for name in names if name != CONSOLE]
-    # The simulator first: what it warns of comes before the event that let it notice.
+    # The simulator first: its warning comes before the event that caused it.
     return sorted(dict.fromkeys(names), key=lambda name: name != SIMULATOR)
 
 

@@ -84,7 +84,7 @@ app.command("sound")(sound)
 
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return its exit code. None takes the arguments of the process."""
-    logging.lastResort = logging.NullHandler()  # what libraries note is no matter of users
+    logging.lastResort = logging.NullHandler()  # users need no log of libraries
     given = sys.argv[1:] if arguments is None else arguments
     try:
         # Not typer's no_args_is_help, which is an error in one version of it and none in another.

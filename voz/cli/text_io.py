@@ -45,7 +45,7 @@ def writing_results() -> Iterator[None]:
 
 def info(line: str) -> None:
     """Write a line to the user that is not a result."""
-    with suppress(OSError):  # that nobody can read it is no reason to stop
+    with suppress(OSError):  # if nobody can read it, the program goes on
         print(printable(line), file=sys.stderr)
 
 

@@ -173,7 +173,7 @@ def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | N
         motion = apply_safety(step, before.motion, moved(before.motion, step), safety)
         state = replace(state, motion=motion, **_changed(step))
         if before.motion.moving and not motion.moving:
-            state = at_rest(state)  # whatever ended it: nothing is to begin another by itself
+            state = at_rest(state)  # whatever ended the motion, no later step may start another one
         if step.listen is None or state.listening != before.listening:
             events += _events(step, t)
         if step.bounded:

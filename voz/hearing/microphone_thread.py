@@ -143,9 +143,9 @@ class Hearing:
         self._recorder = recorder
         self._microphone: OpenMicrophone | None = None
         self._silence = SilenceCheck()
-        self._zeros = 0.0  # how long it gave nothing else, s
+        self._zeros = 0.0  # how long it has given only zeros, s
         self._problem: str | None = None
-        self._failures = 0  # to listen, one after the other
+        self._failures = 0  # consecutive failures to listen
         self._busy_since: float | None = None
         self._closing = threading.Event()
         self._opened = threading.Event()

@@ -130,7 +130,7 @@ def _contents(source: CommandSource, out: Path) -> dict[str, str]:
 
 def _as_json(spoken: LanguageInfo, out: Path) -> str:
     model = Path(spoken.acoustic_model or "")
-    if not model.is_absolute():  # the settings name it from where the user is
+    if not model.is_absolute():  # the settings name it from the current folder
         spoken = replace(spoken, acoustic_model=os.path.relpath(model.absolute(), out.absolute()))
     return f"{msgspec.json.encode(spoken).decode()}\n"
 

@@ -163,7 +163,7 @@ def _copy(source: LanguageSources, folder: Path) -> None:
     if source.rules:
         shutil.copyfile(source.rules, target / RULES_FILE)
     for path in (target, target / MODEL_FOLDER):
-        path.chmod(0o755)  # what was copied may have been made read-only
+        path.chmod(0o755)  # the originals may be read-only
 
 
 def _found(folder: Path, patterns: tuple[str, ...]) -> list[Path]:

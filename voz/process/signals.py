@@ -47,10 +47,9 @@ def install(shell_exit_code: bool = True) -> None:
     """
     _State.first, _State.wake, _State.ignore_more = None, None, False
     _State.shell_exit_code = shell_exit_code
-    # SIGINT also where a shell has it ignored, in the background: a robot must stop. `nohup` is
-    # respected.
+    # Also SIGINT, which a shell ignores for background jobs: a robot must stop.
     numbers = list(TERMINATING_SIGNALS)
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # `nohup` ignores it
         numbers.append(signal.SIGHUP)
     _State.handled = numbers
     for number in numbers:

@@ -93,7 +93,7 @@ def unblocked_output() -> Iterator[None]:
     try:
         yield
     finally:
-        # Both may be the same pipe, so that one which is stuck would block the other, too.
+        # Both may be the same pipe: if one is stuck, the other would block, too.
         stuck = [stream for stream in ours if not stream.end()]
         for name, stream in before.items():
             setattr(sys, name, open(os.devnull, "w") if stuck else stream)  # noqa: SIM115, PTH123

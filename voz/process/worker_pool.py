@@ -106,7 +106,7 @@ def _death_of(error: BaseException) -> BaseException:
     from pebble import ProcessExpired
 
     if isinstance(error, BrokenProcessPool):
-        if error.__cause__:  # it holds what was sent, of which Python 3.13 complains later
+        if error.__cause__:  # it holds the message, of which Python 3.13 complains later
             clear_frames(error.__cause__.__traceback__)
         return WorkerDied("with all the workers")
     if not isinstance(error, ProcessExpired):

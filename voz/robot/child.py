@@ -60,7 +60,7 @@ class WatchedRobot:
 
     def stop(self) -> None:
         """Stop the robot, as the run is silent."""
-        self._silent = self._has_velocity  # before the first velocity nobody has lost anything
+        self._silent = self._has_velocity  # before the first velocity nothing is lost
         self._do(Twist(self._last.t, 0.0, 0.0), even_if_another_drives=True)
 
     def _do(self, event: Event, even_if_another_drives: bool = False) -> EventAnswer:
@@ -77,7 +77,7 @@ def main() -> None:
     """Run a robot until the other end is closed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda *_: None)  # it ends when the run does, and stops the robot
-    nowhere = os.open(os.devnull, os.O_WRONLY)  # now, as the robot may take all descriptors
+    nowhere = os.open(os.devnull, os.O_WRONLY)  # now, since the robot may use up all descriptors
     link = Connection(int(sys.argv.pop()))
     spec = msgspec.json.decode(link.recv_bytes(), type=RobotSpec)
     sys.path += [place for place in spec.path if place not in sys.path]
@@ -96,7 +96,7 @@ def main() -> None:
         try:
             _answer(link, begun)
             _serve(link, guarded)
-        except BaseException as error:  # the run has ended, or it will not hear of this robot again
+        except BaseException as error:  # the run has ended, or has lost this robot
             with suppress(BaseException):
                 _answer(link, EventAnswer(error_line(error)))
             _stop_after_run(guarded, nowhere)
@@ -131,7 +131,7 @@ def _serve(link: Connection, robot: WatchedRobot) -> None:
 
 
 def _stop_after_run(robot: WatchedRobot, nowhere: int) -> None:
-    for descriptor in (1, 2):  # nobody reads any more what it prints, and that must not fail
+    for descriptor in (1, 2):  # nobody reads its output any more, and writing must not fail
         os.dup2(nowhere, descriptor)
     for _ in range(FINAL_ZEROS):
         robot.stop()

@@ -61,9 +61,7 @@ def make_robots(names: Sequence[str], setup: RobotSetup) -> dict[str, Robot]:
             robots[name] = kind.make(setup)
             if setup.watchdog and kind.make_watchdog:
                 robots[f"{name} watchdog"] = _in_own_process(setup, name, only_zero=True)
-    simulator: Any = robots.get(
-        "simulator"
-    )  # of its class, which is imported only where it is made
+    simulator: Any = robots.get("simulator")  # its class is imported only where it is made
     if simulator:
         for name in robots.keys() - {"simulator"}:
             robots[name].where = simulator.state_at  # RViz shows it then
@@ -130,7 +128,7 @@ def open_mailboxes(
                 if isinstance(robot, RobotProcess):
                     stack.callback(robot.end)
                 stack.enter_context(box)
-            for box in boxes.values():  # all before any is waited for: to leave ROS takes a second
+            for box in boxes.values():  # all before waiting for one: leaving ROS takes a second
                 stack.callback(box.finish)
             yield boxes
     finally:

@@ -94,7 +94,7 @@ class Mailbox:
         self._untold: str | None = None  # the same, until `lost` has returned it
         self._busy_since: float | None = None
         self._put_at = 0.0  # the velocity that waits, on the monotonic clock, s
-        self._taken_put_at = 0.0  # the same of the one that was taken last
+        self._taken_put_at = 0.0  # the same of the velocity that was taken last
         self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
 
     def __enter__(self) -> Mailbox:
@@ -168,7 +168,7 @@ class Mailbox:
             return
         if isinstance(event, Twist):
             late = time.monotonic() - self._taken_put_at > EVENT_TIMEOUT
-            # What is asked while it is lost must not be done, nor until all have stopped for that.
+            # A velocity from the time of a loss must not be driven, nor one before all stopped.
             if late or self._failure or self._answer or self._untold:
                 event = Twist(event.t, 0.0, 0.0)
         try:

@@ -79,7 +79,7 @@ class RobotProcess(Robot):
             self._process = subprocess.Popen(
                 command(theirs.fileno()),
                 pass_fds=[theirs.fileno()],
-                # In a session of its own, Ctrl-C and Ctrl-Z are not for it: it stops the robot.
+                # Its own session keeps Ctrl-C and Ctrl-Z from it: it must stop the robot.
                 start_new_session=True,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,

@@ -27,7 +27,7 @@ def open_serial_port(name: str | Path) -> FileIO:
         RobotError: it is no serial port, another process has it, or it cannot be opened.
     """
     path = Path(name)
-    if not path.is_char_device():  # to open it would make a file of that name
+    if not path.is_char_device():  # opening it would create a file of that name
         raise RobotError(f"{path} is not a serial port: plug the adapter in, or name another")
     try:
         # The port must not become the terminal of this process, nor opening wait for a carrier.

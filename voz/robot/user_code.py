@@ -102,7 +102,7 @@ def _place(error: BaseException) -> str:
     if isinstance(error, SyntaxError) and error.filename and Path(error.filename).is_file():
         return _shown(error.filename, error.lineno)
     frames = [f for f in traceback.extract_tb(error.__traceback__) if _is_theirs(f.filename)]
-    # What their code calls of a library is no place that they could mend.
+    # Frames in libraries that their code calls are left out: users cannot mend those.
     own = [f for f in frames if Path(f.filename).parent == Path(frames[0].filename).parent]
     return _shown(own[-1].filename, own[-1].lineno) if own else ""
 

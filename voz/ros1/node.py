@@ -41,8 +41,8 @@ class Ros1Node:
             ask("getPid", "/voz")
         except OSError as error:
             raise RobotError(
-                f"there is no ROS master at {master_uri()} ({error.strerror or error}); "
-                "start `roscore`, or set ROS_MASTER_URI"
+                f"there is no ROS master at {master_uri()} ({error.strerror or error})",
+                "start `roscore`, or set ROS_MASTER_URI",
             ) from error
         try:
             # Signals are ours: they end the run by a message, and that stops the robot.
@@ -105,8 +105,8 @@ def load_rospy() -> Any:
         import rospy
     except ImportError as error:
         raise RobotError(
-            f"ROS 1 is not there for {sys.executable} ({error}); `make ros1` in a clone installs "
-            "it, for the voz in .venv-ros1/bin"
+            f"ROS 1 is not there for {sys.executable} ({error})",
+            "`make ros1` in a clone installs it, for the voz in .venv-ros1/bin",
         ) from error
     return rospy
 

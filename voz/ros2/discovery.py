@@ -97,8 +97,8 @@ def _discovery(reach: str, environment: Mapping[str, str], loopback: bool) -> st
         f"<General>{interfaces if loopback else ''}<AllowMulticast>false</AllowMulticast></General>"
     )
     named = environment.get("ROS_STATIC_PEERS", "").split(";")
-    # On a computer that is in no network there is no multicast, so those here are always asked. Not
-    # as `localhost`: without an /etc/hosts nobody knows that name, and Cyclone aborts the process.
+    # Without a network there is no multicast, so this computer is always asked. By its number:
+    # without an /etc/hosts nobody knows `localhost`, and Cyclone aborts the process.
     peers = "".join(f"<Peer address={quoteattr(p)}/>" for p in ["127.0.0.1", *filter(None, named)])
     return (
         f"{here if reach == 'LOCALHOST' else ''}"

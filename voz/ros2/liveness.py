@@ -25,7 +25,7 @@ class SubscriberLiveness:
         elif self._asked is None:
             self._asked = now
         elif now - self._asked >= ACKNOWLEDGE_TIMEOUT and not self._silent:
-            # It is not known which of them; who comes later is not meant.
+            # It is unknown which of them is silent; later ones are not.
             self._silent = frozenset(listeners)
 
     def alive(self, listeners: Set[int]) -> Set[int]:

@@ -21,7 +21,7 @@ LATE_TOLERANCE = 0.1
 
 def elapsed() -> float:
     """Return a time that never goes back, s, and goes on while the computer is suspended."""
-    # CLOCK_MONOTONIC stands still in a laptop whose lid is shut, and its robot would drive on.
+    # CLOCK_MONOTONIC stands still while a laptop sleeps, and its robot would drive on.
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
 
 
@@ -111,7 +111,7 @@ class RecordedClock:
         """Take the next item, if its time is not after the next beat."""
         self._now = until
         while True:
-            # No sooner than it is wanted: somebody may still be typing it.
+            # Not earlier than needed: somebody may still be typing it.
             item = next(self._items, None) if self._item is None else self._item
             if item is not None and time_of(item) > until:
                 self._item = item

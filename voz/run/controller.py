@@ -56,7 +56,7 @@ class Controller:
         self._odometry = odometry
         self._state = State(listening=listening)
         self._last_command = 0.0
-        # Not 0: the first thing that is said may have begun before the run did.
+        # Not 0: the first utterance may have begun before the run.
         self.stopped_at = -math.inf
         self._stop_begun = -math.inf  # when somebody last began to say so, or pressed a key, s
         self.rehearsing = False

@@ -117,7 +117,7 @@ class Programs:
         except (OSError, ValueError) as error:
             return f"cannot be started ({error})"
         self._running.add(program)
-        if self._closed:  # in between: who ended the others did not see it
+        if self._closed:  # meanwhile; `__exit__` has not seen this one
             _kill(program)
         output = threading.Thread(
             target=self._show_output, args=(program,), name="voz-program-output", daemon=True

@@ -77,7 +77,7 @@ class Queued:
                 self._opened.set()
                 while (event := self._waiting.get()) is not None:
                     write(event)
-        except BaseException as error:  # it belongs to those who send the events
+        except BaseException as error:  # it ends the run, which sends the events
             self._failure = error if isinstance(error, Exception) else RuntimeError(repr(error))
             if self._opened.is_set():
                 self._report(End(self._failure))

@@ -56,7 +56,7 @@ def _renew(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, boo
     files = recognizer.files
     try:
         recognizer.reload(lambda commands: check_list(commands, table, list_name(files)))
-    except Exception as error:  # whatever it is, the next list may be taken
+    except Exception as error:  # whatever it is, the next list may be good
         warn(f"the new commands are not taken: {error_line(error)}", False)
     else:
         warn(f"there are new commands: {len(recognizer.commands):,} sentences", True)

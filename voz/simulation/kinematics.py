@@ -37,7 +37,7 @@ def respond(
 
 def along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
     """Move a pose along an arc of a length (m, below 0 backward) that turns left by `turn`, rad."""
-    # The chord of the arc, by which it is as exact for a tiny turn as for a large one.
+    # By the chord of the arc, which is exact for tiny turns, too.
     half = turn / 2
     chord = distance * (sin(half) / half if half else 1.0)
     direction = pose.heading + half

@@ -106,7 +106,7 @@ def _driven(
     lag = settings.time_constant
     linear = respond(state.linear, linear, lag, settings.linear_acceleration, dt)
     angular = respond(state.angular, angular, lag, settings.angular_acceleration, dt)
-    # The velocities change evenly within so short a time: their means give the arc.
+    # The velocities change evenly within such a short time: their means give the arc.
     distance, turn = (state.linear + linear) / 2 * dt, (state.angular + angular) / 2 * dt
     pose = along_arc(state.pose, distance, turn)
     before, after = gap(state.pose, settings).size, gap(pose, settings).size

@@ -89,7 +89,7 @@ def speakable(text: str, voice: str = "") -> str:
     else:
         decomposed = unicodedata.normalize("NFKD", text.translate(PLAIN_PUNCTUATION))
         folded = "".join(char for char in decomposed if not unicodedata.combining(char))
-        # Blank lines end a phrase, so they go the way of all that is not printable ASCII.
+        # Blank lines end a phrase, so they are removed like all that is not printable ASCII.
         words = re.sub(r"[^!-~]+", " ", folded).split()
         words = [word for word in words if SPEAKABLE.search(word)]
     plain = " ".join(words)
@@ -143,8 +143,8 @@ def check_known(voice: str) -> None:
     elif voice not in VOICES:
         installed = ", ".join(installed_voices()) or "none"
         raise SpeechError(
-            f"voice {reprlib.repr(voice)} is unknown; installed: {installed}; those of espeak-ng "
-            f"are called as in {ESPEAK_PREFIX}es"
+            f"voice {reprlib.repr(voice)} is unknown",
+            f"installed: {installed}; those of espeak-ng are called as in {ESPEAK_PREFIX}es",
         )
 
 
@@ -232,7 +232,7 @@ def _failure_reason(plain: str, voice: str) -> SpeechError:
             f"voice {voice!r} is not installed; install it with: "
             f"sudo apt-get install {VOICES[voice]}"
         )
-    return SpeechError(f"festival cannot speak {reprlib.repr(plain)}; use other words")
+    return SpeechError(f"festival cannot speak {reprlib.repr(plain)}", "use other words")
 
 
 def _is_whole_wav(path: Path) -> bool:

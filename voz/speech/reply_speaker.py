@@ -138,11 +138,11 @@ class ReplySpeaker:
             while (text := self._to_say.get()) is not None and not self._stopped.is_set():
                 self._take(text)
             if not last:
-                self._unrendered.put(None)  # what is still rendered comes before its answer
+                self._unrendered.put(None)  # replies that are being rendered come before the end
 
     def _take(self, text: _QueuedReply) -> None:
         try:
-            # Looked at here, not in `say`: a disk may hang, and a robot is not to wait for it.
+            # Checked here, not in `say`: a disk may hang, and the robot must not wait.
             if text.is_sound:
                 self.client.play_named(text.text)
             elif text.is_rendered or is_cached(text.text, self._voice):

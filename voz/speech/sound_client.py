@@ -159,7 +159,7 @@ class SoundClient:
     def stop_saying(self, text: str) -> None:
         """Stop a text, in any voice."""
         for voice in ("", ESPEAK_PREFIX):
-            with suppress(SpeechError):  # nothing that such a voice could have said
+            with suppress(SpeechError):  # such a voice cannot say it
                 self._orders.stop(("voice", speakable(text, voice)))
 
     def stop_all(self) -> None:

@@ -48,7 +48,7 @@ def is_cached(text: str, voice: str) -> bool:
 def _render_into(
     folder: Path, key: str, plain: str, voice: str, cancelled: threading.Event | None
 ) -> Path:
-    # Beside its place, so that the finished file can be moved there at once.
+    # In the cache folder, so that the finished file can be renamed.
     with tempfile.TemporaryDirectory(prefix=".voz-", dir=folder) as work:
         wav = synthesize_speech(plain, voice, Path(work), cancelled)
         target = folder / f"{key}-{_digest_of_own(wav)}.wav"
@@ -68,7 +68,7 @@ def _find_in(folder: Path, key: str) -> Path | None:
 def _digest_of_own(path: Path) -> str | None:
     """Digest a file; None if it is not a regular one of this user."""
     try:
-        # A link is not opened, and whoever writes into a pipe is not waited for.
+        # Links are not followed, and a pipe is not waited for.
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:
         return None
@@ -89,9 +89,9 @@ def _cache_folder() -> Path:
             base = Path.home() / ".cache"
         folder = base / "voz" / "speech"
         folder.mkdir(parents=True, exist_ok=True)
-        if folder.stat().st_uid != os.geteuid():  # whose owner could exchange files at any time
+        if folder.stat().st_uid != os.geteuid():  # its owner could replace files at any time
             return _private_folder()
-        # Whether one may write is known by writing: for root, permissions say nothing.
+        # Only writing shows whether it is allowed: for root, permissions mean nothing.
         tempfile.TemporaryFile(dir=folder).close()
     except (OSError, RuntimeError):  # RuntimeError: there is no home folder
         return _private_folder()

@@ -127,7 +127,7 @@ def read_keyboard(
     take = _keys_into(line, stop, typed) if stream.isatty() else _lines_into(typed)
 
     def read() -> None:
-        # Whatever happens: as keys that nobody takes fill a terminal, it takes no Ctrl-C either.
+        # Whatever happens: a terminal full of unread keys takes no Ctrl-C either.
         while not ended.is_set():
             try:
                 for text in _texts(stream.fileno(), ended):
@@ -195,7 +195,7 @@ def _lines_into(typed: Callable[[str], None]) -> Callable[[str], None]:
     def take(text: str) -> None:
         nonlocal begun
         *lines, begun = (begun + text).split("\n")
-        begun = begun[:MAX_LINE_LENGTH]  # what is longer is no command, and may have no end
+        begun = begun[:MAX_LINE_LENGTH]  # a longer line is no command, and may never end
         for line in lines:
             typed(line[:MAX_LINE_LENGTH])
 
@@ -220,12 +220,12 @@ def _key_by_key(stream: TextIO) -> Iterator[None]:
     try:
         tty.setcbreak(stream)
         mode = termios.tcgetattr(stream)
-        # Ctrl-Z would suspend a program that drives a robot, Ctrl-S hold up the display.
+        # Ctrl-Z would suspend a program that drives a robot, Ctrl-S stop the display.
         mode[tty.CC][termios.VSUSP] = b"\0"
         mode[tty.IFLAG] &= ~termios.IXON
         termios.tcsetattr(stream, termios.TCSANOW, mode)
         yield
     finally:
         with contextlib.suppress(termios.error):  # the terminal may be gone
-            # At once: a terminal that was stopped by Ctrl-S would never take what waits.
+            # TCSANOW: a terminal that was stopped by Ctrl-S never takes waiting output.
             termios.tcsetattr(stream, termios.TCSANOW, before)

@@ -88,7 +88,7 @@ def choose_microphone(wanted: str | None = None, without: str = " and start agai
     names = ", ".join(map(str, meant or there))
     lacking = "there are several microphones" if meant else "there is no microphone"
     named = "there is no default microphone" if wanted is None else f'{lacking} "{wanted}"'
-    raise AudioError(f"{named}; take the number or the name of one of: {names}")
+    raise AudioError(named, f"take the number or the name of one of: {names}")
 
 
 def _default_microphone(there: list[Device]) -> list[Device]:

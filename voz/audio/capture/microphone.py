@@ -127,7 +127,7 @@ def open_microphone(device: str | None = None) -> Iterator[Microphone]:
             yield microphone
     except sounddevice.PortAudioError as error:
         reason = " ".join(str(error).split())
-        raise AudioError(f"the microphone fails ({reason}); check the sound settings") from error
+        raise AudioError(f"the microphone fails ({reason})", "check the sound settings") from error
 
 
 def _settings(sounddevice: ModuleType, device: Device) -> _Settings:

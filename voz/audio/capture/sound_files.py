@@ -86,8 +86,8 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
             raise AudioError(
                 f"{shown_path(path)}: is no regular file; save the recording to disk first"
             )
-        # An open file: by its name alone libsndfile would guess at `.raw` and stumble over accents.
-        # By its number: what goes wrong while Python reads for libsndfile is a traceback.
+        # An open file: from its name libsndfile would guess `.raw`, and fail at accents. By its
+        # descriptor: errors of a Python file that libsndfile reads are tracebacks.
         with (
             path.open("rb", buffering=0) as stream,
             soundfile.SoundFile(stream.fileno(), closefd=False) as file,
@@ -135,7 +135,7 @@ def _read_from(path: Path, file: soundfile.SoundFile, start: int) -> Iterator[Sa
 
 
 def _read_native(file: soundfile.SoundFile) -> Iterator[Samples]:
-    # Not `file.blocks`: where a file is damaged that gives the block before once more.
+    # Not `file.blocks`, which repeats the last block where a file is damaged.
     while len(block := file.read(int(READ_BLOCK_SECONDS * SAMPLE_RATE), dtype="int16")):
         yield block
 
@@ -143,7 +143,7 @@ def _read_native(file: soundfile.SoundFile) -> Iterator[Samples]:
 def _read_resampled(
     path: Path, file: soundfile.SoundFile, rate: int = SAMPLE_RATE
 ) -> Iterator[npt.NDArray[np.float32]]:
-    import soxr  # 20 ms that the usual 16 kHz recording need not wait for
+    import soxr  # takes 20 ms, and 16 kHz needs none
 
     resampler = soxr.ResampleStream(file.samplerate, rate, 1, dtype="float32")
     size = int(READ_BLOCK_SECONDS * file.samplerate) // file.channels + 1

@@ -42,13 +42,13 @@ class LevelMeter:
         self._scale = SPECTRUM_WINDOW * np.sum(self._window**2)
         self._before: Samples = np.zeros(
             SPECTRUM_WINDOW - SPECTRUM_HOP, np.int16
-        )  # what the next spectrum begins in
+        )  # the next spectrum begins in it
         self._energies: Floats = np.empty((0, len(BAND_EDGES) - 1))
 
     def measure(self, sound: Samples) -> list[BandLevels]:
         """Measure the next frames of the stream; `sound` is whole frames, 16 kHz."""
         some = BATCH_FRAMES * FRAME
-        first = some if len(self._energies) else FRAME  # which alone has fewer spectra than usual
+        first = some if len(self._energies) else FRAME  # the first frame has fewer spectra
         begins = [0, *range(first, len(sound), some)]
         pieces = (sound[at:end] for at, end in zip_longest(begins, begins[1:]))
         return [level for piece in pieces for level in self._measure_batch(piece)]
@@ -81,7 +81,7 @@ class LevelMeter:
 def _means(energies: Floats, count: int) -> Floats:
     end = len(energies) - SPECTRA_PER_FRAME * (count - 1)  # of the first frame
     smooth = min(SMOOTHED_SPECTRA, end)
-    # Each frame adds up in the same order as it would alone.
+    # Added in the same order as for a single frame.
     spectra = [energies[end - place :: SPECTRA_PER_FRAME][:count] for place in range(smooth, 0, -1)]
     means: Floats = sum(spectra[1:], spectra[0]) / smooth
     return means

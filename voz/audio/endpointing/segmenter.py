@@ -110,7 +110,7 @@ class Segmenter:
         self._kept_from = 0  # where that begins in the stream, in samples
         self._heard = 0  # samples that the VAD has seen
         self._open: OpenSegment | None = None  # the segment that goes on
-        self._command_until = 0  # up to here all was for the robot
+        self._command_until = 0  # all sound up to here was for the robot
         self._last_end = 0
         self._quiet_reported = True  # about the silence after the last segment
 

@@ -66,7 +66,7 @@ class PlaybackHistory:
             one before the margin is heard, s.
         """
         end = max(self._count - FILTER_MARGIN, int((now - self._origin) * PLAYBACK_RATE))
-        end -= end % DECIMATION  # so that the samples of all calls stand at the same places
+        end -= end % DECIMATION  # all calls resample at the same positions
         start = end - round(seconds * SAMPLE_RATE) * DECIMATION
         places = np.arange(start - FILTER_MARGIN, end + FILTER_MARGIN)
         known = (places < self._count) & (places >= max(0, self._count - HISTORY_SAMPLES))

@@ -98,7 +98,7 @@ class Loudspeaker:
     def _work(self) -> None:
         with suppress(AudioError):  # reported when there is something to play
             portaudio.load_sounddevice()
-            # After sounddevice has registered its own end, and so called before it: Python must
+            # Registered after sounddevice's own exit handler, and so called before it: Python must
             # not end while PortAudio still asks for blocks.
             atexit.register(self.close)
         while not self._closing.is_set():
@@ -177,7 +177,7 @@ class Loudspeaker:
         except sounddevice.PortAudioError as error:
             reason = " ".join(str(error).split())
             raise AudioError(
-                f"the loudspeaker fails ({reason}); check the sound settings"
+                f"the loudspeaker fails ({reason})", "check the sound settings"
             ) from error
         finally:
             self.is_open = False

@@ -67,8 +67,8 @@ def spoken_phones(phones: Iterable[str]) -> list[str]:
 def unusable_model(folder: Path, why: object) -> LanguageError:
     """The error for a model that cannot be used."""
     return LanguageError(
-        f"{folder}: the acoustic model cannot be used ({why}); give a folder in the format of "
-        "CMUSphinx, or install pocketsphinx again"
+        f"{folder}: the acoustic model cannot be used ({why})",
+        "give a folder in the format of CMUSphinx, or install pocketsphinx again",
     )
 
 

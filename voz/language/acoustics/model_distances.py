@@ -122,7 +122,7 @@ def _log_likelihood(
     each += constant
     best = each.max(axis=1)
     each -= best[:, None]
-    # Half the digits are more than enough for a sum of shares, and most of the time goes into exp.
+    # float32 is exact enough for a sum of shares, and most of the time goes into exp.
     return np.asarray(best + np.log(np.exp(each.astype(np.float32)).sum(axis=1)))
 
 

@@ -55,7 +55,7 @@ class Passage:
         shown = self.whole if self.whole and not down else self._lines[down]
         return Location(self.file, self.line + down, column + 1, shown)
 
-    # Split once: a grammar of thousands of rules is one passage, of which each rule has a place.
+    # Split once: a grammar of thousands of rules is one passage, and each rule has a place in it.
 
     @cached_property
     def _lines(self) -> list[str]:

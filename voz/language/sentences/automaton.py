@@ -197,7 +197,7 @@ def minimized(arcs: Arcs, labels: list[int]) -> Automaton:
             known[same] = len(kept)
             kept.append(state)
         merged[state] = known[same]
-    last = len(kept) - 1  # the first state comes last, and is to be the first again
+    last = len(kept) - 1  # the first state comes last, and becomes the first again
     final: Arcs = [
         {word: last - merged[to] for word, to in arcs[state].items()} for state in reversed(kept)
     ]

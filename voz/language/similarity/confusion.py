@@ -114,7 +114,7 @@ def _closest(
     said = (first[0], second[0])
     least = math.inf
     for one, other in product(first, second):
-        # Most pairs are far apart even if order and length did not matter: that is cheap to see.
+        # Most pairs are far apart even without order and length, which is cheap to compute.
         if _at_least(one, other) > min(farthest, least):
             continue
         # One direction alone may lose twice as much as both on average.

@@ -68,7 +68,7 @@ def _save_gif(trip: Trip, path: Path) -> None:
     whole = Scene(trip, ANIMATION_DPI)
     whole.show(trip.states[-1].t)
     whole.canvas.draw()
-    # All frames have the colours of the last: it shows all that there is.
+    # All frames have the palette of the last one, which shows everything.
     palette = _image(np.array(whole.canvas.buffer_rgba())).quantize()
     images = (
         _image(frame).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -91,7 +91,7 @@ def _save_mp4(trip: Trip, path: Path) -> None:
     command = [
         *("ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"),
         *("-s", f"{first.shape[1]}x{first.shape[0]}", "-r", f"{1 / interval:g}", "-i", "-"),
-        # What every player understands: an even number of pixels, colours at half of them.
+        # Every player understands an even number of pixels with colors at half of them.
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"),
         *("-movflags", "+faststart", "-f", "mp4"),
     ]
@@ -102,7 +102,7 @@ def _save_mp4(trip: Trip, path: Path) -> None:
             subprocess.Popen(
                 command, stdin=subprocess.PIPE, stderr=said, pass_fds=[number]
             ) as process,
-            suppress(BrokenPipeError),  # when ffmpeg has ended, and said why
+            suppress(BrokenPipeError),  # ffmpeg has ended, and said why
             cast(IO[bytes], process.stdin) as pipe,
         ):
             for picture in chain([first], pictures):

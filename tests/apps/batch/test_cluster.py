@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from calls import in_process
+from distributed import Client
 from recordings import ROOT, Recording
 
 from voz.apps.batch.cluster import dask_executor
@@ -46,11 +47,17 @@ def dask(*arguments: str, until: str, cwd: Path) -> Iterator[tuple[subprocess.Po
             program.communicate()
 
 
-@pytest.fixture
-def scheduler(tmp_path: Path) -> Iterator[str]:
+@contextmanager
+def scheduling(folder: Path) -> Iterator[str]:
     given = ("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     until = r"Scheduler at:\s*(tcp://\S+)"
-    with dask(*given, until=until, cwd=tmp_path) as (_, address):
+    with dask(*given, until=until, cwd=folder) as (_, address):
+        yield address
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[str]:
+    with scheduling(tmp_path) as address:
         yield address
 
 
@@ -64,6 +71,21 @@ def workers(address: str, count: int, cwd: Path, *more: str) -> Iterator[list[in
             stack.enter_context(dask(*given, until=registered, cwd=cwd)) for _ in range(count)
         ]
         yield [program.pid for program, _ in started]
+
+
+@pytest.fixture(scope="module")
+def one_cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder = tmp_path_factory.mktemp("cluster")
+    with scheduling(folder) as address, workers(address, 2, folder):
+        yield address
+
+
+@pytest.fixture
+def cluster(one_cluster: str) -> str:
+    """A scheduler with two workers, both there again after the test before."""
+    with Client(one_cluster, set_as_default=False) as client:
+        client.wait_for_workers(2)
+    return one_cluster
 
 
 def decoded(address: str, names: list[str], limit: float | None = None) -> dict[str, Outcome]:
@@ -101,26 +123,23 @@ def test_a_worker_that_is_killed_half_way_loses_nothing(
     assert sorted(numbers) == list(range(len(names)))
 
 
-def test_what_workers_die_of_is_one_row(scheduler: str, names: list[str], tmp_path: Path) -> None:
-    with workers(scheduler, 2, tmp_path):
-        outcomes = decoded(scheduler, [*names[:8], "poison://x", *names[8:12]])
+def test_what_workers_die_of_is_one_row(cluster: str, names: list[str]) -> None:
+    outcomes = decoded(cluster, [*names[:8], "poison://x", *names[8:12]])
     assert error(outcomes["poison://x"]).startswith("poison://x: made its worker end twice")
     assert not any(outcomes[name].failed for name in names[:12])
 
 
-def test_what_never_ends_is_one_row(scheduler: str, names: list[str], tmp_path: Path) -> None:
-    with workers(scheduler, 2, tmp_path):
-        outcomes = decoded(scheduler, [*names[:4], "endless://x"], limit=4.0)
+def test_what_never_ends_is_one_row(cluster: str, names: list[str]) -> None:
+    outcomes = decoded(cluster, [*names[:4], "endless://x"], limit=4.0)
     assert error(outcomes["endless://x"]).startswith("endless://x: takes too long")
     assert not any(outcomes[name].failed for name in names[:4])
 
 
-def test_the_output_is_that_of_one_machine(scheduler: str, tmp_path: Path) -> None:
+def test_the_output_is_that_of_one_machine(cluster: str, tmp_path: Path) -> None:
     """Workers are in another folder than the user."""
     given = ["decode", "audio_fixtures/commands", "none.wav", "--ears", "1"]
     here, there = tmp_path / "here.jsonl", tmp_path / "there.jsonl"
-    with workers(scheduler, 2, tmp_path):
-        result = in_process(*given, "--out", there, "--dask", scheduler, cwd=ROOT)
+    result = in_process(*given, "--out", there, "--dask", cluster, cwd=ROOT)
     assert (result.code, in_process(*given, "--out", here, cwd=ROOT).code) == (3, 3)
     assert there.read_bytes() == here.read_bytes()
 
@@ -134,11 +153,10 @@ def test_what_cannot_be_used_is_a_line(scheduler: str, tmp_path: Path) -> None:
         pass
 
 
-def test_workers_with_other_models_refuse(scheduler: str, names: list[str], tmp_path: Path) -> None:
+def test_workers_with_other_models_refuse(cluster: str, names: list[str]) -> None:
     other = WorkerSetup(SETUP.folder, SETUP.settings, fingerprint="another")
     with (
-        workers(scheduler, 1, tmp_path),
-        dask_executor(scheduler, other) as pool,
+        dask_executor(cluster, other) as pool,
         pytest.raises(ConfigError, match="other language files"),
     ):
         list(Scheduler(pool, names, range(len(names))).run())

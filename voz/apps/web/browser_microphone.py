@@ -9,13 +9,15 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from voz.apps.web.audio_blocks import MAX_AUDIO_AGE
 from voz.audio import Samples
 from voz.audio.capture.resampling import Mono, Resampler
 from voz.audio.endpointing.segment import NO_SAMPLES
 
 BROWSER_SOURCE = "browser"
 """The source of utterances from there."""
+
+MAX_AUDIO_AGE = 0.3
+"""Sound that is older when it arrives is dropped, s: a late `forward` must never drive."""
 
 MAX_BROWSER_BLOCKS = 60
 """Blocks that wait for a slow computer, about a second; then all are dropped."""

@@ -19,9 +19,8 @@ from voz.apps.web.access_control import AccessControl
 from voz.apps.web.diagnostic_bundle import diagnostic_bundle
 from voz.apps.web.event_history import Record
 from voz.apps.web.json_requests import ERROR_HANDLERS, decode_body
-from voz.apps.web.open_page import OpenPage
 from voz.apps.web.page_messages import Command, Login
-from voz.apps.web.page_registry import PageRegistry
+from voz.apps.web.page_registry import OpenPage, PageRegistry
 from voz.config import Config
 from voz.errors import RobotError
 

@@ -6,8 +6,10 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-from voz.apps.web.audio_blocks import MAX_PAGE_RATE, MIN_PAGE_RATE
 from voz.apps.web.page_playback import MAX_PLAYBACK
+
+MIN_PAGE_RATE, MAX_PAGE_RATE = 8_000, 192_000
+"""Sample rates of browsers, Hz."""
 
 ShortText = Annotated[str, msgspec.Meta(max_length=200)]
 Time = Annotated[float, msgspec.Meta(ge=0, le=1e13)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 import time
 from collections import deque
@@ -17,18 +18,69 @@ from voz.apps.web.browser_microphone import BrowserMicrophone
 from voz.apps.web.command_bridge import PAGE_SOURCE, STOPPED_BY_PAGE, CommandBridge
 from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.event_history import EventHistory, Record, encode_record
-from voz.apps.web.open_page import OpenPage
 from voz.apps.web.rate_limits import RateLimit
 from voz.control.table import STOP
 from voz.events import Event, Utterance, Warning
 
 MAX_PAGES = 100
 
+MAX_PENDING_RECORDS = 300
+"""Records that wait for a slow page; with more its connection is closed."""
+
 COMMAND_RATE, COMMAND_BURST = 5.0, 20.0
 """Commands per second, and at once: of the driving page, or of all programs while none drives."""
 
 MAX_RECENT_EVENTS = 6000
 """Events kept for the diagnostics: ten minutes."""
+
+
+class OpenPage:
+    """What is to be sent to one page: every record, and of the states only the newest.
+
+    Attributes:
+        number: of the page, for people.
+        secret: authorizes whoever knows it to drive as this page.
+        address: where it is.
+        stops: how often it has asked for a stop, by its own count.
+        too_slow: whether more records waited than may.
+    """
+
+    def __init__(self, number: int, secret: str, address: str) -> None:
+        self.number = number
+        self.secret = secret
+        self.address = address
+        self.stops = 0
+        self.too_slow = False
+        self._records: deque[str] = deque()
+        self._state: str | None = None
+        self._available = asyncio.Event()
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return f"page {self.number} at {self.address}"
+
+    def put(self, record: str) -> None:
+        """Send a record after those before it."""
+        if len(self._records) >= MAX_PENDING_RECORDS:
+            self.too_slow = True
+        else:
+            self._records.append(record)
+        self._available.set()
+
+    def put_state(self, state: str) -> None:
+        """Send a state in place of one that was not sent yet."""
+        self._state = state
+        self._available.set()
+
+    async def take(self) -> list[str]:
+        """Wait for what is to be sent, and return it."""
+        await self._available.wait()
+        self._available.clear()
+        records = [*self._records, *([self._state] if self._state else [])]
+        self._records.clear()
+        self._state = None
+        return records
 
 
 class PageRegistry:

@@ -14,7 +14,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from voz.apps.web.control_api import stop_answer
 from voz.apps.web.event_history import Record, encode_record
 from voz.apps.web.json_requests import decode_json
-from voz.apps.web.open_page import OpenPage
 from voz.apps.web.page_audio_stream import PageAudioStream
 from voz.apps.web.page_messages import (
     Drive,
@@ -26,7 +25,7 @@ from voz.apps.web.page_messages import (
     Seen,
     Stop,
 )
-from voz.apps.web.page_registry import PageRegistry
+from voz.apps.web.page_registry import OpenPage, PageRegistry
 from voz.apps.web.rate_limits import RateLimit
 
 MESSAGE_RATE, MESSAGE_BURST = 40.0, 200.0

@@ -30,6 +30,8 @@ def free_domain() -> Iterator[int]:
             except BlockingIOError:
                 continue
             time.sleep(max(0.0, _left(path) + FORGOTTEN - time.time()))
+            taken.write("taken\n")
+            taken.flush()
             try:
                 yield int(path.name)
             finally:
@@ -39,5 +41,5 @@ def free_domain() -> Iterator[int]:
 
 
 def _left(path: Path) -> float:
-    """When a domain was left last, as `time.time`; 0 if nobody was in it."""
-    return path.stat().st_mtime if path.exists() else 0.0
+    """When a domain was left last, as `time.time`; 0 if nobody was in it: its file is empty."""
+    return path.stat().st_mtime if path.exists() and path.stat().st_size else 0.0

@@ -34,7 +34,7 @@ from voz.recognition.recognizer import Recognizer
 from voz.recognition.stream import Stream
 from voz.robot.simulator import SimulatedRobot
 from voz.run.controller import Controller
-from voz.run.sources import typed
+from voz.run.sources import text_utterance
 from voz.settings import Recognition, Safety
 from voz.simulation.simulator_settings import Simulator
 
@@ -107,7 +107,7 @@ def drive(stream: Stream, room: Floats, motors: Floats) -> Heard:
     for begin in range(0, len(room) - BLOCK, BLOCK):
         now = (begin + BLOCK) / SAMPLE_RATE
         if begin / SAMPLE_RATE <= DRIVES_AT < now:
-            driven.hear(typed("go forward", plain_commands(["go forward"]), now))
+            driven.hear(text_utterance("go forward", plain_commands(["go forward"]), now))
         state = robot.state_at(now)
         sound = room[begin : begin + BLOCK].copy()
         if abs(state.linear) > STILL or abs(state.angular) > STILL:

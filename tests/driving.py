@@ -14,7 +14,7 @@ from voz.language.sentences.command_set import plain_commands
 from voz.recognition.recognizer import Recognizer
 from voz.run.offline import Source, run_paced, run_unpaced
 from voz.run.session import OpenRobots
-from voz.run.sources import lines_typed, recordings_played
+from voz.run.sources import recorded_items, typed_items
 from voz.settings import Safety, Speech
 
 COMMANDS = tuple(default_commands().sets[DEFAULT_STATE])
@@ -41,7 +41,7 @@ def play(
 
 def type_lines(lines: Iterable[str], *receivers: Receiver, **how: Any) -> None:
     """Drive by typed lines."""
-    play(lambda now: lines_typed(lines, plain_commands(COMMANDS), now), *receivers, **how)
+    play(lambda now: typed_items(lines, plain_commands(COMMANDS), now), *receivers, **how)
 
 
 def speak(
@@ -49,5 +49,5 @@ def speak(
 ) -> list[str]:
     """Drive by recordings; gives what could not be read."""
     unreadable: list[str] = []
-    play(lambda _: recordings_played(paths, recognizer, unreadable), *receivers, **how)
+    play(lambda _: recorded_items(paths, recognizer, unreadable), *receivers, **how)
     return unreadable

@@ -138,11 +138,11 @@ def _advice(error: msgspec.ValidationError) -> str:
     lists = "docs/settings.md lists the settings"
     at = re.search(r" - at `\$\.(\w+)", str(error))
     if at is None:
-        return f"{_meant(error, Config)}{lists}; [own.MODULE] is for robots of your own"
-    return f"{_meant(error, type(getattr(Config(), at[1])))}{lists}"
+        return f"{_suggestion(error, Config)}{lists}; [own.MODULE] is for robots of your own"
+    return f"{_suggestion(error, type(getattr(Config(), at[1])))}{lists}"
 
 
-def _meant(error: msgspec.ValidationError, kind: type) -> str:
+def _suggestion(error: msgspec.ValidationError, kind: type) -> str:
     unknown = re.search("unknown field `(.+?)`", str(error))
     fields = getattr(kind, "__struct_fields__", ())
     near = get_close_matches(unknown[1], fields, 1) if unknown else []
@@ -167,7 +167,7 @@ def _check_commands(settings: dict[str, Any], text: str, path: Path) -> Places:
                 msgspec.convert(command, CommandDefinition)
             except msgspec.ValidationError as error:
                 why = str(error).partition(" - at `$`")[0]
-                advice = _meant(error, Step) + "docs/actions.md lists what a command does"
+                advice = _suggestion(error, Step) + "docs/actions.md lists what a command does"
                 why += f"; {advice}" if "unknown field" in why else ""
                 raise ConfigError(f'{where}: [{table}] "{name}": {why}') from error
     return places

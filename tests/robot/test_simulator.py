@@ -11,7 +11,7 @@ from recordings import Recording
 from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip
-from voz.simulation.arm import pointing
+from voz.simulation.arm import joints_pointing_at
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
@@ -137,7 +137,9 @@ def test_the_selected_object_is_pointed_at_and_the_arm_is_folded_again() -> None
     def last_before(t: float) -> WorldState:
         return [state for state in trip.states if state.t < t][-1]
 
-    assert last_before(4.0).arm == pointing(trip.states[0].pose, (*Simulator().cocacola, 0.7))
+    assert last_before(4.0).arm == joints_pointing_at(
+        trip.states[0].pose, (*Simulator().cocacola, 0.7)
+    )
     assert trip.states[-1].arm == trip.states[0].arm
     assert trip.states[-1].selected == 100
 

@@ -5,7 +5,7 @@ from math import exp, hypot, isclose, pi
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.simulation.kinematics import SETTLED_DIFFERENCE, Pose2D, along_arc, respond, wrapped
+from voz.simulation.kinematics import SETTLED_DIFFERENCE, Pose2D, along_arc, respond, wrap_angle
 
 velocities = st.floats(-2, 2)
 poses = st.builds(Pose2D, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi - 1e-6))
@@ -13,7 +13,8 @@ poses = st.builds(Pose2D, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi 
 
 def apart(one: Pose2D, other: Pose2D) -> float:
     """Distance (m) and difference of heading (rad), whichever is more."""
-    return max(hypot(one.x - other.x, one.y - other.y), abs(wrapped(one.heading - other.heading)))
+    turn = wrap_angle(one.heading - other.heading)
+    return max(hypot(one.x - other.x, one.y - other.y), abs(turn))
 
 
 @given(poses, velocities, st.floats(-3, 3), st.floats(0.1, 3), st.integers(2, 300))

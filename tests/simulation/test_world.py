@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from voz.events import Twist
-from voz.simulation.arm import FOLDED, pointing
+from voz.simulation.arm import FOLDED, joints_pointing_at
 from voz.simulation.kinematics import Pose2D
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import CLEAR_DISTANCE, FOLD_ARM, WorldState, gap, place_of, start, step
@@ -137,7 +137,7 @@ def test_the_arm_points_at_the_selected_object_while_the_robot_drives(
     state = drive(replace(start(ROOM), selected=selected), linear, angular, 4.0, ROOM)
     target = place_of(selected, ROOM)
     assert target is not None
-    assert state.arm == pointing(state.pose, target)
+    assert state.arm == joints_pointing_at(state.pose, target)
 
 
 def test_100_folds_the_arm_and_so_does_what_is_not_there() -> None:

@@ -22,7 +22,7 @@ MAX_LINES_SHOWN = 20
 
 
 @dataclass
-class Building:
+class BuildOptions:
     """The options of `voz build-lm`."""
 
     out: Annotated[
@@ -51,7 +51,7 @@ class Building:
 
 @with_options
 def build_lm(
-    options: Building,
+    options: BuildOptions,
     commands: Annotated[
         Path,
         typer.Argument(
@@ -90,7 +90,7 @@ def build_lm(
     show(*(f"  {path}" for path in result.paths))
 
 
-def _show_more(options: Building, source: CommandSource) -> None:
+def _show_more(options: BuildOptions, source: CommandSource) -> None:
     from voz.language.command_source import draw_similarity, similar_pairs
     from voz.language.similarity.similarity_report import similarity_table
 

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import Common, DeviceOption, with_options
+from voz.cli.options import CommonOptions, DeviceOption, with_options
 from voz.cli.text_io import show
 
 
 @with_options
 def calibrate(
-    options: Common,
+    options: CommonOptions,
     *,
     name: Annotated[str, typer.Argument(metavar="[NAME]", help="Of the profile.")] = "default",
     wav: Annotated[

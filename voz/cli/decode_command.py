@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from voz.cli.decode_display import with_progress, writer
-from voz.cli.decode_options import Decoding
+from voz.cli.decode_options import DecodeOptions
 from voz.cli.options import with_options
 from voz.cli.text_io import MAX_INPUT_LINE
 from voz.errors import ConfigError
@@ -32,7 +32,7 @@ MEGABYTE = 1_000_000
 
 @with_options
 def decode(
-    options: Decoding,
+    options: DecodeOptions,
     paths: Annotated[
         list[str],
         typer.Argument(metavar="PATH...", help="Recordings, folders, manifests (.tsv), - ."),
@@ -64,7 +64,7 @@ def decode(
 
 
 def _decode_pipe(
-    options: Decoding, settings: Config, language: LanguageFiles, paths: Sequence[str]
+    options: DecodeOptions, settings: Config, language: LanguageFiles, paths: Sequence[str]
 ) -> bool:
     from voz.apps.batch.decoding import decode_blocks
     from voz.apps.batch.outcomes import SilentRow
@@ -84,26 +84,26 @@ def _decode_pipe(
 
 
 def _decode_files(
-    options: Decoding, settings: Config, language: LanguageFiles, paths: Sequence[str]
+    options: DecodeOptions, settings: Config, language: LanguageFiles, paths: Sequence[str]
 ) -> bool:
     """Decode recordings on all cores; return whether some could not be read."""
     from voz.apps.batch.inputs import find_inputs
     from voz.apps.batch.remote import shown_name
     from voz.cli.decode_output import keep
 
-    inputs = find_inputs(paths, options.glob, _listed())
+    inputs = find_inputs(paths, options.glob, _names_on_stdin())
     if options.drive and not (options.resumes or options.overwrite):
         from voz.apps.batch.simulated_run import check_no_events
 
         check_no_events(options.drive, map(shown_name, inputs.names))
-    header, many = _how(options, settings, language)
+    header, many = _batch_decoder(options, settings, language)
     if options.out:
         return keep(options, settings, header, inputs, many)
     return _show_all(options, inputs, many)
 
 
-def _how(
-    options: Decoding, settings: Config, language: LanguageFiles
+def _batch_decoder(
+    options: DecodeOptions, settings: Config, language: LanguageFiles
 ) -> tuple[Header, BatchDecoder]:
     """Collect what the results depend on, and who decodes."""
     from msgspec.structs import replace
@@ -141,7 +141,7 @@ def _driving(
     return simulation_options(folder, settings, listening)
 
 
-def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
+def _show_all(options: DecodeOptions, inputs: Inputs, many: BatchDecoder) -> bool:
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.output import in_input_order
 
@@ -158,7 +158,7 @@ def _show_all(options: Decoding, inputs: Inputs, many: BatchDecoder) -> bool:
     return failed > 0
 
 
-def _listed() -> Iterator[str]:
+def _names_on_stdin() -> Iterator[str]:
     """Read file names from standard input, as bytes; raises ConfigError if it is sound."""
     while line := _stdin().readline(MAX_INPUT_LINE + 1):
         if b"\0" in line or len(line) > MAX_INPUT_LINE:

@@ -12,10 +12,10 @@ from voz.cli.text_io import show, show_raw
 if TYPE_CHECKING:
     from voz.apps.batch.outcomes import Row, UtteranceRow
     from voz.apps.batch.scheduler import Finished
-    from voz.cli.decode_options import Decoding
+    from voz.cli.decode_options import DecodeOptions
 
 
-def writer(options: Decoding) -> Callable[[Row], None]:
+def writer(options: DecodeOptions) -> Callable[[Row], None]:
     """Return what shows each row, after the head of a table."""
     if options.as_json:
         return _show_json

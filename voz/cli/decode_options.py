@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import OverwriteOption, ProfileOption, Recognizing, finite
+from voz.cli.options import OverwriteOption, ProfileOption, RecognizerOptions, finite
 from voz.config import Config, overridden
 from voz.errors import ConfigError
 
 
 @dataclass
-class Decoding(Recognizing):
+class DecodeOptions(RecognizerOptions):
     """The options of `voz decode`."""
 
     as_json: Annotated[

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from voz.apps.batch.inputs import Inputs
     from voz.apps.batch.outcomes import Outcome
     from voz.apps.batch.scheduler import Finished
-    from voz.cli.decode_options import Decoding
+    from voz.cli.decode_options import DecodeOptions
     from voz.config import Config
 
 
 @dataclass
-class Account:
+class OutputSummary:
     """The counts of a run.
 
     Attributes:
@@ -59,7 +59,7 @@ class Account:
 
 
 def keep(
-    options: Decoding, settings: Config, header: Header, inputs: Inputs, many: BatchDecoder
+    options: DecodeOptions, settings: Config, header: Header, inputs: Inputs, many: BatchDecoder
 ) -> bool:
     """Decode recordings into `--out`, and report; return whether some could not be read."""
     from msgspec.structs import replace
@@ -79,7 +79,7 @@ def keep(
         settings, [output], [name for name in names if Path(name) == Path(output)]
     )
     check_output(output, options.resumes or options.overwrite, "continue it with --resume, ")
-    account = Account({shown_name(str(clip.path)) for clip in inputs.clips})
+    account = OutputSummary({shown_name(str(clip.path)) for clip in inputs.clips})
 
     def decode(numbers: Sequence[int]) -> Generator[Finished, None, None]:
         for finished in with_progress(many.decode(names, numbers), len(numbers)):

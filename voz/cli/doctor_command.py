@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from voz.cli.options import Common, DeviceOption, with_options
+from voz.cli.options import CommonOptions, DeviceOption, with_options
 from voz.cli.text_io import show, show_raw
 from voz.errors import ConfigError
 from voz.process.exit_codes import NOT_WELL
@@ -24,7 +24,7 @@ CONFIRM_DRIVING = (
 
 @with_options
 def doctor(
-    options: Common,
+    options: CommonOptions,
     *,
     robot: Annotated[
         list[str] | None,

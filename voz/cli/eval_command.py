@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from voz.cli.eval_options import RECOGNIZING, Evaluating, ManifestsArgument
+from voz.cli.eval_options import RECOGNIZING, EvalOptions, ManifestsArgument
 from voz.cli.eval_output import show_evaluation
 from voz.cli.options import with_options
 from voz.cli.text_io import info, with_bar
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @with_options
-def evaluate(options: Evaluating, manifests: ManifestsArgument) -> None:
+def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     """Score recordings whose texts are known: right, refused, false alarms, time.
 
     A manifest is a table with tabs: a line with the names of its columns, path (or file), text,

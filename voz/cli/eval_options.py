@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import OverwriteOption, Recognizing
+from voz.cli.options import OverwriteOption, RecognizerOptions
 from voz.config import Config
 from voz.files import check_new, check_writable, shown_path
 from voz.printable import printable
@@ -31,7 +31,7 @@ RECOGNIZING = "Recognizing"
 
 
 @dataclass
-class Evaluating(Recognizing):
+class EvalOptions(RecognizerOptions):
     """The options of `voz eval`."""
 
     html: Annotated[

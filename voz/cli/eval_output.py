@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from voz.apps.evaluation.plots import Plot
     from voz.apps.evaluation.recognize import Task
     from voz.apps.evaluation.report import Evaluation
-    from voz.cli.eval_options import Evaluating
+    from voz.cli.eval_options import EvalOptions
 
 
-def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: Evaluating) -> None:
+def show_evaluation(evaluation: Evaluation, tasks: Sequence[Task], options: EvalOptions) -> None:
     """Show the main figures, and write all of them to `--html` and `--json`."""
     from voz.apps.evaluation import report
     from voz.events import to_json

@@ -47,7 +47,7 @@ def finite(value: float | None) -> float | None:
 
 
 @dataclass
-class Common:
+class CommonOptions:
     """The options of all subcommands that need the language files and settings."""
 
     lm: LmOption = None
@@ -113,7 +113,7 @@ def _network_status(settings: Config, language: LanguageFiles) -> str:
 
 
 @dataclass
-class Recognizing(Common):
+class RecognizerOptions(CommonOptions):
     """The options of all subcommands that recognize speech."""
 
     search: Annotated[

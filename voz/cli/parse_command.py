@@ -6,13 +6,13 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import Common, with_options
+from voz.cli.options import CommonOptions, with_options
 from voz.cli.text_io import show, show_raw
 
 
 @with_options
 def parse(
-    options: Common,
+    options: CommonOptions,
     texts: Annotated[list[str], typer.Argument(metavar="TEXT...", help="What would be said.")],
     as_json: Annotated[bool, typer.Option("--json", help="One line of JSON for each.")] = False,
 ) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeAlias
 import typer
 
 from voz.cli.options import with_options
-from voz.cli.run_options import Running
+from voz.cli.run_options import RunOptions
 from voz.cli.run_page import chosen_microphone, page_of, page_site
 from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
 from voz.cli.text_io import info, open_text, warn
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @with_options
-def run(options: Running) -> None:
+def run(options: RunOptions) -> None:
     """Drive a robot by your voice, or by recordings or typed commands.
 
     With a microphone, the space bar, Esc and Ctrl-Z stop the robot at once. Commands may be typed
@@ -74,7 +74,7 @@ def run(options: Running) -> None:
         raise typer.Exit(SOME_UNREADABLE)
 
 
-def _listening(options: Running, settings: Config, commands: Commands, where: str) -> bool:
+def _listening(options: RunOptions, settings: Config, commands: Commands, where: str) -> bool:
     """Whether commands are obeyed from the start; refuses a list that drives and cannot stop."""
     from voz.run.command_check import begins_listening, check_list
 
@@ -87,16 +87,16 @@ def _listening(options: Running, settings: Config, commands: Commands, where: st
 
 def _report_commands_without_effect(commands: Commands, settings: Config, plan: RobotPlan) -> None:
     """Report commands that are not in the table; robots of others may act on them."""
-    from voz.run.command_check import idle
+    from voz.run.command_check import commands_without_effect
 
-    names = idle(commands, settings.table)
+    names = commands_without_effect(commands, settings.table)
     if not names or not {CONSOLE, SIMULATOR}.issuperset(plan.names):
         return
-    info(f"no line of [commands] in voz.toml says what to do at {_some(names)}")
+    info(f"no line of [commands] in voz.toml says what to do at {_quote_names(names)}")
 
 
 def _report_unknown_commands(commands: Commands, settings: Config) -> None:
-    from voz.run.command_check import never_said, with_its_accents
+    from voz.run.command_check import accented_form, missing_commands
 
     own = (settings.commands, *settings.states.values())
     missed = [
@@ -104,26 +104,27 @@ def _report_unknown_commands(commands: Commands, settings: Config) -> None:
         for name in settings.recognition.never_missed
         if name not in settings.table.stops and commands.parse(name) is None
     ]
-    names = never_said(commands, [*(name for table in own for name in table), *missed])
-    accented = {name: other for name in names if (other := with_its_accents(commands, name))}
+    names = missing_commands(commands, [*(name for table in own for name in table), *missed])
+    accented = {name: other for name in names if (other := accented_form(commands, name))}
     for name, other in accented.items():
         info(f'[commands] has "{name}" and the list "{other}": write both with the same accents')
     if names := [name for name in names if name not in accented]:
-        info(f"no line of the list of commands is {_some(names)}: add it, and run `voz build-lm`")
+        quoted = _quote_names(names)
+        info(f"no line of the list of commands is {quoted}: add it, and run `voz build-lm`")
 
 
-def _some(names: Sequence[str]) -> str:
+def _quote_names(names: Sequence[str]) -> str:
     shown = " or ".join(f'"{name}"' for name in names[:2])
     return shown + (f" or {len(names) - 2} more" if len(names) > 2 else "")
 
 
-def _has_a_clock(options: Running, settings: Config) -> bool:
+def _has_a_clock(options: RunOptions, settings: Config) -> bool:
     from voz.robot.factory import need_real_time, robot_names
 
     return options.live or options.realtime or need_real_time(robot_names(settings.robot))
 
 
-def _plan(options: Running, settings: Config) -> RobotPlan:
+def _plan(options: RunOptions, settings: Config) -> RobotPlan:
     """Choose the robots; refuses, before the run, what cannot be written after it."""
     from voz.robot.factory import robot_names
 
@@ -148,7 +149,7 @@ def _plan(options: Running, settings: Config) -> RobotPlan:
 
 
 def _run_live(
-    options: Running,
+    options: RunOptions,
     settings: Config,
     plan: RobotPlan,
     recognizer_at: RecognizerAt,
@@ -174,7 +175,7 @@ def _run_live(
     run_live(settings, recognizer, inbox, robots, live)
 
 
-def _run_by_files(options: Running, settings: Config, plan: RobotPlan, source: Source) -> None:
+def _run_by_files(options: RunOptions, settings: Config, plan: RobotPlan, source: Source) -> None:
     from voz.run.offline import run_paced, run_unpaced
 
     run_source = run_paced if plan.clocked else run_unpaced
@@ -187,7 +188,7 @@ def _run_by_files(options: Running, settings: Config, plan: RobotPlan, source: S
 
 
 def _source(
-    options: Running,
+    options: RunOptions,
     commands: Commands,
     recognizer_at: RecognizerAt,
     parts: ExitStack,
@@ -198,19 +199,19 @@ def _source(
 
     if options.text:
         lines = open_text(options.text, parts)
-        return lambda now: sources.lines_typed(lines, commands, now)
+        return lambda now: sources.typed_items(lines, commands, now)
     if options.replay:
         from voz.apps.recordings.bags import read_sayings
 
         bag, sayings = options.replay, read_sayings(options.replay)
-        return lambda _: sources.bag_replayed(bag, sayings, commands)
+        return lambda _: sources.bag_items(bag, sayings, commands)
     recognizer = parts.enter_context(recognizer_at("recordings"))
-    return lambda _: sources.recordings_played(options.recordings, recognizer, unreadable)
+    return lambda _: sources.recorded_items(options.recordings, recognizer, unreadable)
 
 
 @contextmanager
 def _receivers(
-    options: Running, settings: Config, plan: RobotPlan, put: Callable[[Any], None]
+    options: RunOptions, settings: Config, plan: RobotPlan, put: Callable[[Any], None]
 ) -> Iterator[OpenRobots]:
     """Open the robots, and what else gets the events; with a clock, each has a queue."""
     from voz.cli.event_log import event_log
@@ -258,7 +259,7 @@ def _terminal(stream: TextIO) -> LiveTerminal | None:
 
 @contextmanager
 def _recognizer(
-    options: Running, settings: Config, language: LanguageFiles, place: str
+    options: RunOptions, settings: Config, language: LanguageFiles, place: str
 ) -> Iterator[Recognizer]:
     """Load the recognizer; with --adapt, keep what it learns at this place for later runs."""
     from voz.language.generated.language_files import read_language_info

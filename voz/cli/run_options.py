@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import DeviceOption, ProfileOption, Recognizing
+from voz.cli.options import DeviceOption, ProfileOption, RecognizerOptions
 from voz.config import Config
 from voz.errors import ConfigError
 from voz.robot.kinds import ROBOTS
@@ -20,7 +20,7 @@ WebPortOption = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help=
 
 
 @dataclass
-class Running(Recognizing):
+class RunOptions(RecognizerOptions):
     """The options of `voz run`."""
 
     wav: Annotated[

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from voz.cli.run_options import Running
+from voz.cli.run_options import RunOptions
 from voz.cli.text_io import info
 from voz.errors import AudioError, ConfigError
 from voz.files import data_folder
@@ -33,7 +33,7 @@ BROWSER_DEVICE = "browser"
 WEB_PACKAGES = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
 
 
-def chosen_microphone(options: Running) -> str | None:
+def chosen_microphone(options: RunOptions) -> str | None:
     """Find the microphone; None if it is the operator's browser. Raises AudioError."""
     from voz.audio.capture.input_devices import choose_microphone
 
@@ -57,7 +57,7 @@ def check_installed() -> None:
 
 
 @contextmanager
-def page_site(options: Running) -> Iterator[PageAddress]:
+def page_site(options: RunOptions) -> Iterator[PageAddress]:
     """Take the page's address for a `with` block, and show it; raises ConfigError."""
     check_installed()
     from voz.apps.web.page_address import open_page_address, qr_code

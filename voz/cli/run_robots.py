@@ -80,14 +80,14 @@ def open_robots(
     from voz.robot.kinds import RobotSetup
     from voz.run.session import OpenRobots
 
-    names = _made(plan)
+    names = _robot_names(plan)
     with ExitStack() as stack:
-        stream = stack.enter_context(_stream(plan))
+        stream = stack.enter_context(_output_stream(plan))
         watchdog = plan.clocked and plan.watchdog
         setup = RobotSetup(settings, stream, take, watchdog, plan.verbose)
         robots = make_robots(names, setup)
-        view = stack.enter_context(_drawn(robots, plan, settings))
-        receivers, troubles = stack.enter_context(_opened(robots, plan.clocked))
+        view = stack.enter_context(_drawn_room(robots, plan, settings))
+        receivers, troubles = stack.enter_context(_opened_robots(robots, plan.clocked))
         if view:
             receivers.append(view.receive)
         if CONSOLE not in names and not plan.displayed:
@@ -95,7 +95,7 @@ def open_robots(
         yield OpenRobots(receivers, troubles, _odometry(robots), setup.show, view)
 
 
-def _made(plan: RobotPlan) -> list[str]:
+def _robot_names(plan: RobotPlan) -> list[str]:
     """List the robots. What a live run hears is always shown: on its display, or as lines."""
     names = [*plan.names, CONSOLE] if plan.live else plan.names
     if plan.displayed:
@@ -119,7 +119,7 @@ def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
 
 
 @contextmanager
-def _stream(plan: RobotPlan) -> Iterator[TextIO]:
+def _output_stream(plan: RobotPlan) -> Iterator[TextIO]:
     """Return where lines go: above the display or the room, if one is drawn."""
     if not (plan.terminal and (plan.live or (plan.clocked and SIMULATOR in plan.names))):
         yield plan.stream
@@ -131,7 +131,7 @@ def _stream(plan: RobotPlan) -> Iterator[TextIO]:
 
 
 @contextmanager
-def _opened(
+def _opened_robots(
     robots: Mapping[str, Robot], clocked: bool
 ) -> Iterator[tuple[list[Receiver], Troubles]]:
     from voz.robot.factory import open_mailboxes, open_robots
@@ -146,7 +146,7 @@ def _opened(
 
 
 @contextmanager
-def _drawn(
+def _drawn_room(
     robots: Mapping[str, Robot], plan: RobotPlan, settings: Config
 ) -> Iterator[RoomView | None]:
     """Draw the simulated room, if there is one, during the run or after it."""

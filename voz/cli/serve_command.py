@@ -9,13 +9,13 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import ProfileOption, Recognizing, with_options
+from voz.cli.options import ProfileOption, RecognizerOptions, with_options
 from voz.cli.text_io import info
 from voz.errors import ConfigError
 
 
 @dataclass
-class Serving(Recognizing):
+class ServeOptions(RecognizerOptions):
     """The options of `voz serve`."""
 
     wyoming: Annotated[
@@ -25,7 +25,7 @@ class Serving(Recognizing):
 
 
 @with_options
-def serve(options: Serving) -> None:
+def serve(options: ServeOptions) -> None:
     """Be the speech-to-text of Home Assistant and of satellites, by the Wyoming protocol.
 
     Nothing is driven: the text of a command that was accepted is the answer, and an empty one else.

@@ -8,7 +8,7 @@ import typer
 
 from voz.cli.help import CommandGroup
 from voz.cli.options import with_options
-from voz.cli.run_options import Running
+from voz.cli.run_options import RunOptions
 from voz.cli.text_io import show, show_raw
 from voz.process.exit_codes import NOT_WELL
 
@@ -82,7 +82,7 @@ def _check(options: list[str]) -> None:
         run.invoke(context)
 
 
-def _look_at(options: Running) -> None:
+def _look_at(options: RunOptions) -> None:
     """Refuse names of missing files and devices; nothing is opened."""
     from voz.recognition.speaker.profiles import load_profile
     from voz.robot.factory import robot_names

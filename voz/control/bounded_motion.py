@@ -27,7 +27,7 @@ HALF_BEAT = 0.05
 """A motion ends with the beat that is nearest to its end, s."""
 
 
-def place_of(odometry: tuple[float, Any] | None, now: float) -> Place | None:
+def place_from_odometry(odometry: tuple[float, Any] | None, now: float) -> Place | None:
     """Return where the newest odometry has a robot; None if there is none or it is too old.
 
     Args:

@@ -20,7 +20,7 @@ from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
 from voz.run.queued import Queued
-from voz.run.session import OpenRobots, Session, SpeechInput, starting_programs
+from voz.run.session import OpenRobots, Session, SpeechInput, open_programs
 
 KEPT_SPECIAL_ARGUMENTS = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
 """Special arguments that a node's watchdog gets too; not its name, log and parameters."""
@@ -56,9 +56,9 @@ def run_node_session(
     }
     with ExitStack() as parts:
         boxes = parts.enter_context(open_mailboxes(robots, lambda line: load_rospy().logwarn(line)))
-        log = parts.enter_context(logged(inbox.put))
+        log = parts.enter_context(log_receiver(inbox.put))
         node.on_shutdown(lambda: inbox.put(End()))
-        start = parts.enter_context(starting_programs(table, inbox, clock, load_rospy().loginfo))
+        start = parts.enter_context(open_programs(table, inbox, clock, load_rospy().loginfo))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
         session = Session(settings, clock, listening or bool(switch("listening")))
@@ -67,7 +67,7 @@ def run_node_session(
         session.run_in_real_time(inbox)
 
 
-def logged(tell: Callable[[Warning | End], None]) -> Queued:
+def log_receiver(tell: Callable[[Warning | End], None]) -> Queued:
     """Return a receiver that logs events on its own thread: ROS's log may be slow."""
     return Queued("the log", nullcontext(_log), tell)
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from voz.audio.playback.mixer import Mixer
 from voz.events import Event, Play, Receiver, Reply
 from voz.ros1.parameters import choice
-from voz.run.session import replies_to, speaking
+from voz.run.session import open_speaker, speech_receivers
 from voz.settings import Speech
 
 
@@ -33,8 +33,8 @@ def replies(
     if sound == "ros":
         yield Replies([_replies_on_robotsound(settings.voice)])
         return
-    with speaking(replace(settings, enabled=sound == "voz"), prepared, warn) as speaker:
-        yield Replies(replies_to(speaker), speaker.mixer if speaker else None)
+    with open_speaker(replace(settings, enabled=sound == "voz"), prepared, warn) as speaker:
+        yield Replies(speech_receivers(speaker), speaker.mixer if speaker else None)
 
 
 def _replies_on_robotsound(voice: str) -> Receiver:

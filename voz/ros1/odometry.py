@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from voz.control.bounded_motion import Place, place_of
+from voz.control.bounded_motion import Place, place_from_odometry
 from voz.simulation.world import WorldState
 
 ODOM_FRAME, BASE_FRAME = "odom", "base_link"
@@ -76,7 +76,7 @@ class Ros1OdometryListener:
 
     def place(self) -> Place | None:
         """Where the base is; None without recent odometry."""
-        return place_of(self._newest, time.monotonic())
+        return place_from_odometry(self._newest, time.monotonic())
 
     def _note(self, message: Any) -> None:
         self._newest = time.monotonic(), message

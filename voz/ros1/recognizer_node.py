@@ -12,7 +12,7 @@ from voz.events import Event, Receiver, Utterance, Warning, to_json
 from voz.hearing.microphone_thread import Hearing
 from voz.inbox import End, Halt, Inbox, Rehearsal
 from voz.process.signals import defer_signals
-from voz.ros1.control_loop import logged
+from voz.ros1.control_loop import log_receiver
 from voz.ros1.node import Ros1Node
 from voz.ros1.node_microphone import make_hearing
 from voz.ros1.node_program import run_node
@@ -80,7 +80,7 @@ def recognize(node: Ros1Node) -> None:
         rospy.Service("~start", Empty, _service(hearing.start))
         rospy.Service("~stop", Empty, _service(hearing.stop))
         node.on_shutdown(lambda: inbox.put(End()))
-        log = parts.enter_context(logged(inbox.put))
+        log = parts.enter_context(log_receiver(inbox.put))
         parts.enter_context(defer_signals(lambda: inbox.put(End())))
         status, due = RecognizerStatus(), 0.0
         while True:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from voz.control.bounded_motion import Place, place_of
+from voz.control.bounded_motion import Place, place_from_odometry
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node, write
 from voz.simulation.world import WorldState
@@ -74,4 +74,4 @@ class Ros2OdometryListener:
     def place(self) -> Place | None:
         """Return where the base is, without waiting; None without recent odometry."""
         newest = self.newest()
-        return place_of(newest, self._clock())
+        return place_from_odometry(newest, self._clock())

@@ -31,17 +31,17 @@ def begins_listening(commands: Commands, table: CommandTable) -> bool:
     return not table.starts.isdisjoint(commands.names)
 
 
-def idle(commands: Commands, table: CommandTable) -> list[str]:
+def commands_without_effect(commands: Commands, table: CommandTable) -> list[str]:
     """Return the commands of a list that do nothing in any state."""
     return [name for name in commands.names if not any(name in own for own in table.sets.values())]
 
 
-def never_said(commands: Commands, named: Iterable[str]) -> list[str]:
+def missing_commands(commands: Commands, named: Iterable[str]) -> list[str]:
     """Return the commands of a table that are missing from the list."""
     return [name for name in dict.fromkeys(named) if name not in commands.names]
 
 
-def with_its_accents(commands: Commands, name: str) -> str | None:
+def accented_form(commands: Commands, name: str) -> str | None:
     """Return the command of a list that differs from a name only in accents, if there is one."""
     plain = strip_accents(name)
     return next((other for other in commands.names if strip_accents(other) == plain), None)

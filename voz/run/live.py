@@ -16,14 +16,14 @@ from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run.clocks import Clock, WallClock
 from voz.run.controller import Controller
-from voz.run.renewal import renewing
+from voz.run.renewal import reload_on_change
 from voz.run.session import (
     OpenRobots,
     Session,
     SpeechInput,
-    replies_to,
-    speaking,
-    starting_programs,
+    open_programs,
+    open_speaker,
+    speech_receivers,
     warner,
 )
 from voz.run.text_commands import TextCommands
@@ -122,17 +122,17 @@ def run_live(
         enter = parts.enter_context
         page = options.page(inbox, clock) if options.page else None
         recorder = enter(options.record(warn) if options.record else nullcontext())
-        speaker = enter(speaking(settings.speech, table.replies, warn))
+        speaker = enter(open_speaker(settings.speech, table.replies, warn))
         mixer = speaker.mixer if speaker else None
         sound = _sound_source(options.device, page, mixer if settings.speech.half_duplex else None)
         hearing = enter(
             Hearing(recognizer, sound, inbox, clock.now, recorder, never_missed=never_missed)
         )
-        enter(renewing(recognizer, table, warn))
+        enter(reload_on_change(recognizer, table, warn))
         line = enter(_text_commands(recognizer, inbox, clock, options.other_recognizer))
-        start = enter(starting_programs(table, inbox, clock, robots.show))
+        start = enter(open_programs(table, inbox, clock, robots.show))
         session.add_robots(robots)
-        session.receivers += [*replies_to(speaker), start, *([page.receive] if page else [])]
+        session.receivers += [*speech_receivers(speaker), start, *([page.receive] if page else [])]
         shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
         enter(_showing(_display(shown, line, robots.view), session, options, hearing.device))
         if page:

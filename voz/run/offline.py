@@ -15,9 +15,9 @@ from voz.run.programs import Programs
 from voz.run.session import (
     OpenRobots,
     Session,
-    replies_to,
-    speaking,
-    starting_programs,
+    open_programs,
+    open_speaker,
+    speech_receivers,
     warner,
 )
 from voz.speech.reply_speaker import ReplySpeaker
@@ -43,11 +43,11 @@ def run_unpaced(source: Source, settings: Config, listening: bool, opening: Open
     table = session.controller.table
     with (
         opening(session.controller.emit) as robots,
-        speaking(settings.speech, table.replies, problems.append) as speaker,
+        open_speaker(settings.speech, table.replies, problems.append) as speaker,
         Programs(table, session.controller.emit, robots.show, wait=True) as programs,
     ):
         session.add_robots(robots)
-        session.receivers += [*replies_to(speaker), programs.receive]
+        session.receivers += [*speech_receivers(speaker), programs.receive]
         session.run(finish=lambda: _warn_of(problems, speaker, session))
 
 
@@ -59,11 +59,11 @@ def run_paced(source: Source, settings: Config, listening: bool, opening: Openin
         clock = PacedClock(inbox)
         session = Session(settings, clock, listening)
         with (
-            speaking(settings.speech, table.replies, warner(inbox, clock)) as speaker,
-            starting_programs(table, inbox, clock, robots.show) as start,
+            open_speaker(settings.speech, table.replies, warner(inbox, clock)) as speaker,
+            open_programs(table, inbox, clock, robots.show) as start,
         ):
             session.add_robots(robots)
-            session.receivers += [*replies_to(speaker), start]
+            session.receivers += [*speech_receivers(speaker), start]
             pace(source(clock.exactly), inbox, clock)
             session.run_in_real_time(inbox)
 

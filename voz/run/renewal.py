@@ -21,7 +21,7 @@ State: TypeAlias = tuple[int, int] | None
 
 
 @contextmanager
-def renewing(
+def reload_on_change(
     recognizer: Recognizer, table: CommandTable, warn: Callable[[str, bool], None]
 ) -> Iterator[None]:
     """Reload a recognizer in a `with` block whenever its language files are new.

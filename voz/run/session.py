@@ -145,7 +145,7 @@ class Session:
 
 
 @contextmanager
-def speaking(
+def open_speaker(
     settings: Speech, replies: Sequence[str], warn: Callable[[str], None]
 ) -> Iterator[ReplySpeaker | None]:
     """Open a speaker of the replies for a `with` block; None if the robot is silent.
@@ -162,7 +162,7 @@ def speaking(
         yield speaker
 
 
-def replies_to(speaker: ReplySpeaker | None) -> list[Receiver]:
+def speech_receivers(speaker: ReplySpeaker | None) -> list[Receiver]:
     """Return a receiver that lets a speaker say replies and play sounds; none without a speaker."""
 
     def receive(event: Event) -> None:
@@ -175,7 +175,7 @@ def replies_to(speaker: ReplySpeaker | None) -> list[Receiver]:
 
 
 @contextmanager
-def starting_programs(
+def open_programs(
     table: CommandTable, inbox: Inbox, clock: Clock, show: Callable[[str], None]
 ) -> Iterator[Receiver]:
     """Open what starts programs and functions, for a `with` block; their ends go to the inbox.

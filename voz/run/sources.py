@@ -47,7 +47,7 @@ class BagContent:
     seconds: float
 
 
-def lines_typed(
+def typed_items(
     lines: Iterable[str], commands: Commands, now: Callable[[], float] = lambda: 0.0
 ) -> Iterator[Item]:
     """Yield typed lines, one for each beat; `-` or nothing lets a beat pass.
@@ -59,12 +59,12 @@ def lines_typed(
         beats = max(beats, beats_before(now()))
         text = normalize(line[:MAX_COMMAND_LENGTH])
         if text not in NO_COMMAND:
-            yield typed(text, commands, beats / BEATS_PER_SECOND)
+            yield text_utterance(text, commands, beats / BEATS_PER_SECOND)
         beats += 1
         yield beats / BEATS_PER_SECOND
 
 
-def recordings_played(
+def recorded_items(
     paths: Iterable[Path], recognizer: Recognizer, unreadable: list[str]
 ) -> Iterator[Item]:
     """Yield what is heard in recordings, one after the other as one stream of time.
@@ -92,17 +92,17 @@ def recordings_played(
     yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND
 
 
-def bag_replayed(path: Path, content: BagContent, commands: Commands) -> Iterator[Item]:
+def bag_items(path: Path, content: BagContent, commands: Commands) -> Iterator[Item]:
     """Yield the sentences in a bag, each at its time."""
     end = content.seconds
     for sentence in content.sentences:
         text = normalize(sentence.text[:MAX_COMMAND_LENGTH])
-        yield typed(text, commands, sentence.t, shown_path(path))
+        yield text_utterance(text, commands, sentence.t, shown_path(path))
         end = max(end, sentence.t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end
 
 
-def typed(text: str, commands: Commands, now: float, source: str = TYPED) -> Utterance:
+def text_utterance(text: str, commands: Commands, now: float, source: str = TYPED) -> Utterance:
     """Make an utterance of a sentence that comes as text.
 
     Args:

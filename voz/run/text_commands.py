@@ -8,7 +8,7 @@ from collections.abc import Callable
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
-from voz.run.sources import MAX_COMMAND_LENGTH, NO_COMMAND, TYPED, typed
+from voz.run.sources import MAX_COMMAND_LENGTH, NO_COMMAND, TYPED, text_utterance
 
 MAX_REFUSED_PER_SECOND = 16
 """Texts a second that are reported as no command, at 2 ms each. More are dropped and counted, so
@@ -40,7 +40,7 @@ class TextCommands:
                 self._inbox.dropped += 1
                 return
             self._refused.append(now)
-        self._inbox.put(typed(text, commands, now, source))
+        self._inbox.put(text_utterance(text, commands, now, source))
 
     def continues(self, text: str) -> bool:
         """Return whether a space after a text goes on with a command.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import atan2, copysign, cos, hypot, sin
 from typing import NamedTuple, TypeAlias
 
-from voz.simulation.kinematics import Pose2D, wrapped
+from voz.simulation.kinematics import Pose2D, wrap_angle
 
 SHOULDER_HEIGHT = 0.35
 """Of the shoulder above the floor, m."""
@@ -33,26 +33,26 @@ FOLDED = Joints(0.0, 2.3, -2.8)
 """The upper arm up and back, the forearm down to the front: all of it above the base."""
 
 
-def pointing(pose: Pose2D, target: Point) -> Joints:
+def joints_pointing_at(pose: Pose2D, target: Point) -> Joints:
     """Return the joints of an arm that is stretched towards a point of the room."""
     dx, dy, dz = target[0] - pose.x, target[1] - pose.y, target[2] - SHOULDER_HEIGHT
-    return Joints(wrapped(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
+    return Joints(wrap_angle(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
 
 
-def turned(joints: Joints, wanted: Joints, most: float) -> Joints:
+def turn_joints(joints: Joints, wanted: Joints, most: float) -> Joints:
     """Turn each joint towards its wanted angle by at most `most` rad; the pan the short way."""
 
-    def turned(angle: float, wanted: float, by: float) -> float:
+    def turn(angle: float, wanted: float, by: float) -> float:
         return wanted if abs(by) <= most else angle + copysign(most, by)
 
     return Joints(
-        wrapped(turned(joints.pan, wanted.pan, wrapped(wanted.pan - joints.pan))),
-        turned(joints.tilt, wanted.tilt, wanted.tilt - joints.tilt),
-        turned(joints.elbow, wanted.elbow, wanted.elbow - joints.elbow),
+        wrap_angle(turn(joints.pan, wanted.pan, wrap_angle(wanted.pan - joints.pan))),
+        turn(joints.tilt, wanted.tilt, wanted.tilt - joints.tilt),
+        turn(joints.elbow, wanted.elbow, wanted.elbow - joints.elbow),
     )
 
 
-def points(pose: Pose2D, joints: Joints) -> tuple[Point, Point, Point]:
+def arm_points(pose: Pose2D, joints: Joints) -> tuple[Point, Point, Point]:
     """Return where shoulder, elbow and hand are in the room."""
     direction = pose.heading + joints.pan
 

@@ -44,10 +44,10 @@ def along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
     return Pose2D(
         pose.x + chord * cos(direction),
         pose.y + chord * sin(direction),
-        wrapped(pose.heading + turn) if turn else pose.heading,
+        wrap_angle(pose.heading + turn) if turn else pose.heading,
     )
 
 
-def wrapped(angle: float) -> float:
+def wrap_angle(angle: float) -> float:
     """Return the same angle between -pi and pi, rad."""
     return (angle + pi) % (2 * pi) - pi

@@ -12,7 +12,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.events import Twist
-from voz.simulation.arm import FOLDED, Joints, Point, pointing, turned
+from voz.simulation.arm import FOLDED, Joints, Point, joints_pointing_at, turn_joints
 from voz.simulation.kinematics import Pose2D, along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 from voz.simulation.simulator_settings import Simulator
@@ -69,8 +69,10 @@ def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> Wor
     """Return the state after `dt` s; a `twist` that is too old stops the base."""
     state = _driven(state, *_obeyed(twist, state.t, settings), dt, settings)
     target = place_of(state.selected, settings)
-    wanted = pointing(state.pose, target) if target else FOLDED
-    return replace(state, t=state.t + dt, arm=turned(state.arm, wanted, settings.arm_speed * dt))
+    wanted = joints_pointing_at(state.pose, target) if target else FOLDED
+    return replace(
+        state, t=state.t + dt, arm=turn_joints(state.arm, wanted, settings.arm_speed * dt)
+    )
 
 
 def place_of(selected: int, settings: Simulator) -> Point | None:

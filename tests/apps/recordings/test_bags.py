@@ -19,7 +19,7 @@ from voz.apps.recordings.bags import HEARD_TOPIC, STRING, check_bag, read_saying
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
 from voz.language.sentences.command_set import plain_commands
-from voz.run.sources import bag_replayed
+from voz.run.sources import bag_items
 
 NAMES = ["drive.mcap", "drive.db3", "drive.bag", "drive"]
 LINES = ["start speech", "go forward", "dance", "-", "point beer", "turn left", *"----", "stop"]
@@ -33,7 +33,7 @@ def keep(path: Path, lines: Sequence[str] = LINES) -> list[Event]:
 
 
 def replay(path: Path, *receivers: Receiver) -> None:
-    play(lambda _: bag_replayed(path, read_sayings(path), plain_commands(COMMANDS)), *receivers)
+    play(lambda _: bag_items(path, read_sayings(path), plain_commands(COMMANDS)), *receivers)
 
 
 def read(path: Path) -> list[tuple[str, str, float, Any]]:

@@ -18,7 +18,7 @@ from voz.errors import ConfigError
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.drawing.scene import Scene
 from voz.robot.simulator import Trip
-from voz.simulation.arm import points
+from voz.simulation.arm import arm_points
 from voz.simulation.simulator_settings import Simulator
 
 
@@ -72,7 +72,7 @@ def test_the_robot_its_arm_and_its_target_are_where_they_are(tour: Trip) -> None
     circles = [c for c in scene.figure.findobj(Circle) if c.get_radius() == 0.17]
     assert state.pose[:2] in [c.center for c in circles]
     lines = [list(zip(*line.get_data(), strict=True)) for line in scene.figure.findobj(Line2D)]
-    shoulder, elbow, hand = (place[:2] for place in points(state.pose, state.arm))
+    shoulder, elbow, hand = (place[:2] for place in arm_points(state.pose, state.arm))
     assert [shoulder, elbow, hand] in lines
     assert [hand, Simulator().cocacola] in lines
 

@@ -25,7 +25,7 @@ from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
 from voz.run.session import Session
-from voz.run.sources import recordings_played
+from voz.run.sources import recorded_items
 
 EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
 
@@ -65,7 +65,7 @@ def simulate_recording(
     events: list[Event] = []
     unreadable: list[str] = []
     times: list[float] = []
-    items = _noted(recordings_played([found.path], recognizer, unreadable), times)
+    items = _noted(recorded_items([found.path], recognizer, unreadable), times)
     session = Session(settings, RecordedClock(items), how.listening)
     robot = SimulatedRobot(settings.simulator, session.controller.emit)
     session.receivers += [robot.receive, lambda event: events.append(_named(event, found.name))]

@@ -12,7 +12,7 @@ from voz.events import Event, Twist, Utterance
 from voz.inbox import Halt, Inbox
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
-from voz.run.sources import MAX_COMMAND_LENGTH, typed
+from voz.run.sources import MAX_COMMAND_LENGTH, text_utterance
 
 Answer = TypeVar("Answer")
 
@@ -51,7 +51,7 @@ class CommandBridge:
         text = normalize(text[:MAX_COMMAND_LENGTH])
         t = self._unique_time()
         self._commands[t] = asyncio.get_running_loop().create_future()
-        self._inbox.put(typed(text, self._known(), t, PAGE_SOURCE))
+        self._inbox.put(text_utterance(text, self._known(), t, PAGE_SOURCE))
         return await _answer(self._commands, t)
 
     async def stop(self) -> float:

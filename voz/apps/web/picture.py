@@ -9,7 +9,7 @@ import msgspec
 
 from voz.apps.web.event_history import Record
 from voz.events import Event, SelectedObject, Twist
-from voz.simulation.arm import points
+from voz.simulation.arm import arm_points
 from voz.simulation.kinematics import Pose2D, along_arc
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
@@ -47,7 +47,7 @@ class RoomPicture:
     def state(self) -> Record:
         """Where the robot and its arm are."""
         world = self._world_state()
-        arm = [[round(x, 3), round(y, 3)] for x, y, _ in points(world.pose, world.arm)]
+        arm = [[round(x, 3), round(y, 3)] for x, y, _ in arm_points(world.pose, world.arm)]
         moving = {"speed": round(world.linear, 3), "turning": round(world.angular, 3)}
         more = {"arm": arm, "selected": world.selected, "collided": world.collided}
         return {"pose": _rounded(world.pose), **moving, **more}

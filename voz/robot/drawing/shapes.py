@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.ticker import MultipleLocator
 
 from voz.robot.simulator import TripMark
-from voz.simulation.arm import points
+from voz.simulation.arm import arm_points
 from voz.simulation.kinematics import Pose2D
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, place_of
@@ -88,7 +88,7 @@ def draw_arm(
     axes: Axes, state: WorldState, settings: Simulator, alpha: float = 1.0
 ) -> list[Artist]:
     """Draw the arm from above, and a dashed line from its hand to the selected object."""
-    shoulder, elbow, hand = (place[:2] for place in points(state.pose, state.arm))
+    shoulder, elbow, hand = (place[:2] for place in arm_points(state.pose, state.arm))
     xs, ys = zip(shoulder, elbow, hand, strict=True)
     look: Any = {"color": ARM, "alpha": alpha}
     artists: list[Artist] = []

@@ -7,7 +7,7 @@ from math import ceil, cos, hypot, pi, sin
 
 from rich.text import Text
 
-from voz.simulation.arm import points
+from voz.simulation.arm import arm_points
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, place_of
 
@@ -122,7 +122,7 @@ def _draw_robot(dots: Dots, state: WorldState, settings: Simulator) -> None:
         turn = 2 * pi * number / CIRCLE_DOTS
         dots.dot(x + radius * cos(turn), y + radius * sin(turn), BODY)
     dots.line((x, y), (x + radius * cos(heading), y + radius * sin(heading)), BODY)
-    shoulder, elbow, hand = points(state.pose, state.arm)
+    shoulder, elbow, hand = arm_points(state.pose, state.arm)
     target = place_of(state.selected, settings)
     if target:
         dots.line(hand, target, RAY, every=RAY_EVERY)

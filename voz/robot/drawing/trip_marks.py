@@ -9,7 +9,7 @@ from math import hypot
 from typing import NamedTuple
 
 from voz.robot.simulator import Trip, TripMark
-from voz.simulation.arm import pointing
+from voz.simulation.arm import joints_pointing_at
 from voz.simulation.world import WorldState, place_of
 
 INTERVALS = ((1, 2), (1, 5), (2, 10), (5, 30), (10, 60), (60, 300), (300, 1800), (1800, 7200))
@@ -86,5 +86,5 @@ def _points(state: WorldState, trip: Trip) -> bool:
     target = place_of(state.selected, trip.settings)
     if target is None:
         return False
-    wanted = pointing(state.pose, target)
+    wanted = joints_pointing_at(state.pose, target)
     return all(abs(a - b) < POINTING_TOLERANCE for a, b in zip(state.arm, wanted, strict=True))

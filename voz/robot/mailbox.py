@@ -6,6 +6,7 @@ import contextlib
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 
 from voz.events import Event, Twist
 from voz.robot.base import Robot
@@ -81,9 +82,12 @@ class Mailbox:
         hangs: whether it did not take all events before the end.
     """
 
-    def __init__(self, name: str, robot: Robot) -> None:
-        """Prepare to hand events to a robot; the name is for messages."""
+    def __init__(
+        self, name: str, robot: Robot, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Prepare to hand events to a robot; the name is for messages, the clock gives s."""
         self.hangs = False
+        self._clock = clock
         self._name = name
         self._robot = robot
         self._box = EventBox()
@@ -93,7 +97,7 @@ class Mailbox:
         self._answer: str | None = None  # why the robot said that it is lost, after the last event
         self._untold: str | None = None  # the same, until `lost` has returned it
         self._busy_since: float | None = None
-        self._put_at = 0.0  # the velocity that waits, on the monotonic clock, s
+        self._put_at = 0.0  # when the velocity that waits was put there, s
         self._taken_put_at = 0.0  # the same of the velocity that was taken last
         self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
 
@@ -122,16 +126,17 @@ class Mailbox:
         """Take an event; this never waits for the robot."""
         with self._changed:
             if isinstance(event, Twist):
-                self._put_at = time.monotonic()
+                self._put_at = self._clock()
             self._box.put(event)
             self._changed.notify()
 
     def lost(self) -> str | None:
         """Return why the robot is lost, or was since the last call; None if not. Never waits."""
-        untold, self._untold = self._untold, None
+        with self._changed:  # or what the robot says at this moment would never be told
+            untold, self._untold = self._untold, None
         problem = self._failure or self._answer or untold
         busy_since = self._busy_since
-        if busy_since is not None and time.monotonic() - busy_since > EVENT_TIMEOUT:
+        if busy_since is not None and self._clock() - busy_since > EVENT_TIMEOUT:
             problem = "does not take its events"
         elif self._box.full:
             problem = "cannot keep up"
@@ -151,7 +156,7 @@ class Mailbox:
 
     def _hand_over(self) -> bool:
         while (event := self._next()) is not None:
-            self._busy_since = time.monotonic()
+            self._busy_since = self._clock()
             self._deliver(event)
             self._busy_since = None
         return True
@@ -167,13 +172,15 @@ class Mailbox:
         if self._failure and not isinstance(event, Twist):
             return
         if isinstance(event, Twist):
-            late = time.monotonic() - self._taken_put_at > EVENT_TIMEOUT
+            late = self._clock() - self._taken_put_at > EVENT_TIMEOUT
             # A velocity from the time of a loss must not be driven, nor one before all stopped.
             if late or self._failure or self._answer or self._untold:
                 event = Twist(event.t, 0.0, 0.0)
         try:
             self._robot.receive(event)
-            self._answer = lost_reason(self._robot)
-            self._untold = self._answer or self._untold
+            answer = lost_reason(self._robot)
+            with self._changed:
+                self._answer = answer
+                self._untold = answer or self._untold
         except BaseException as error:  # whatever it is, `sys.exit` too, the others go on
             self._failure = self._failure or error_line(error)

@@ -3,115 +3,157 @@
 from __future__ import annotations
 
 import itertools
-import os
+import queue
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from driving import speak, type_lines
+from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
 from voz.errors import AudioError
 from voz.events import Event, Twist, Utterance, Warning
 from voz.inbox import Inbox, TakenMessage
 from voz.recognition.recognizer import Recognizer
-from voz.run import clocks
+from voz.run import clocks, paced
+from voz.run.beat import BEATS_PER_SECOND
 from voz.run.clocks import elapsed
+from voz.run.paced import HANDOVER_LEAD
 
 LINES = ["start speech", "go forward", "-", "turn left", "stop"]
 
 
-TICK = 0.005
-"""So often this file's time goes on, s."""
+class OwnTime:
+    """A time that goes on only when all threads of a run wait for it, at once to what comes next.
 
-AT_MOST = 0.02
-"""And by no more than this, s: what is more is a machine that held up all of us."""
+    So it stands still while a thread computes, or a busy machine does not let it.
+    """
 
+    def __init__(self, threads: Callable[[], list[threading.Thread]]) -> None:
+        self.now = 0.0
+        self._threads = threads
+        self._queue: WatchedQueue | None = None
+        self._awaited: threading.Event | None = None
+        self._sleepers: list[float] = []
+        self._changed = threading.Condition()
 
-class SteadyTime:
-    """A time that goes as fast as the real one, but stands still while the machine does."""
+    def elapsed(self) -> float:
+        return self.now
 
-    def __init__(self) -> None:
-        self._now = 0.0
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._work)
-
-    def __enter__(self) -> SteadyTime:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._over.set()
-        self._thread.join()
-
-    def now(self) -> float:
-        return self._now
+    def queue(self, size: int) -> WatchedQueue:
+        """What the run reads ahead."""
+        self._queue = WatchedQueue(size)
+        return self._queue
 
     def sleep(self, seconds: float) -> None:
-        until = self._now + seconds
-        while self._now < until:
-            time.sleep(TICK)
+        """Wait, on the thread that hands over."""
+        until = self.now + max(seconds, 1e-6)
+        with self._changed:
+            self._sleepers.append(until)
+            assert self._changed.wait_for(lambda: self.now >= until, PATIENCE)
 
-    def _work(self) -> None:
-        before = time.monotonic()
-        while not self._over.wait(TICK):
-            now = time.monotonic()
-            self._now += min(now - before, AT_MOST)
-            before = now
+    def wait(self, event: threading.Event) -> None:
+        """Wait for something that happens in time, on the thread that reads ahead."""
+        self._awaited = event
+        assert event.wait(PATIENCE)
+
+    def stall(self, seconds: float) -> None:
+        """Let time go on while the thread that drives does nothing."""
+        with self._changed:
+            self._go_on(self.now + seconds)
+
+    def take(self, inbox: Inbox, timeout: float) -> TakenMessage | None:
+        """Take a message when it comes, on the thread that drives."""
+        until = self.now + timeout
+        wait_until(self._all_wait)
+        while (taken := take_at_once(inbox, 0.0)) is None and self.now < until:
+            with self._changed:
+                self._go_on(min([until, *self._sleepers]))
+            wait_until(self._all_wait)
+        return taken
+
+    def _go_on(self, until: float) -> None:
+        self.now = until
+        self._sleepers = [sleeper for sleeper in self._sleepers if sleeper > until]
+        self._changed.notify_all()
+
+    def _all_wait(self) -> bool:
+        """Whether no thread will do anything before time goes on."""
+        if self._sleepers or "voz-pace" not in {thread.name for thread in self._threads()}:
+            return True
+        awaits = self._awaited is not None and not self._awaited.is_set()
+        return awaits and self._queue is not None and self._queue.is_awaited()
+
+
+class WatchedQueue(queue.Queue[Any]):
+    """A queue that knows whether somebody waits for more."""
+
+    _awaited = False
+
+    def get(self, *arguments: Any) -> Any:
+        with self.mutex:
+            self._awaited = True
+        return super().get(*arguments)
+
+    def _get(self) -> Any:
+        self._awaited = False
+        return super()._get()
+
+    def is_awaited(self) -> bool:
+        with self.mutex:
+            return self._awaited and not self._qsize()
+
+
+take_at_once = Inbox.take
 
 
 @pytest.fixture(autouse=True)
-def steady(monkeypatch: pytest.MonkeyPatch) -> Iterator[SteadyTime]:
-    """The time of these runs; on one processor, so that a processor held up holds it up too."""
-    take = Inbox.take
-    processors = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {min(processors)})  # of this thread, and of those that it starts
-    with SteadyTime() as steady:
-
-        def take_steadily(inbox: Inbox, timeout: float) -> TakenMessage | None:
-            until = steady.now() + timeout
-            while (taken := take(inbox, TICK)) is None and steady.now() < until:
-                pass
-            return taken
-
-        monkeypatch.setattr(clocks, "elapsed", steady.now)
-        monkeypatch.setattr(Inbox, "take", take_steadily)
-        yield steady
-    os.sched_setaffinity(0, processors)
+def own_time(
+    begun: Callable[[], list[threading.Thread]], monkeypatch: pytest.MonkeyPatch
+) -> OwnTime:
+    """The time of these runs."""
+    own_time = OwnTime(begun)
+    monkeypatch.setattr(clocks, "elapsed", own_time.elapsed)
+    monkeypatch.setattr(paced, "time", own_time)
+    monkeypatch.setattr(paced, "queue", SimpleNamespace(Queue=own_time.queue))
+    monkeypatch.setattr(Inbox, "take", lambda inbox, timeout: own_time.take(inbox, timeout))
+    return own_time
 
 
 class Clocked:
     """The events of a run by the clock, and when each came."""
 
-    def __init__(self) -> None:
+    def __init__(self, own_time: OwnTime) -> None:
         self.events: list[Event] = []
         self.times: list[float] = []
+        self._own_time = own_time
 
     def receive(self, event: Event) -> None:
         self.events.append(event)
-        self.times.append(time.monotonic())
+        self.times.append(self._own_time.now)
 
 
-@pytest.mark.slow
-def test_typed_lines_give_the_same_events_each_in_its_tenth_of_a_second() -> None:
-    run, twin = Clocked(), Clocked()
+def test_typed_lines_give_the_same_events_each_in_its_tenth_of_a_second(own_time: OwnTime) -> None:
+    run, twin = Clocked(own_time), Clocked(own_time)
     type_lines(LINES, run.receive, paced=True)
     type_lines(LINES, twin.receive)
     assert run.events == twin.events
-    beats = [t for t, e in zip(run.times, run.events, strict=True) if isinstance(e, Twist)]
-    begun = beats[0]
+    *beats, _ = [t for t, e in zip(run.times, run.events, strict=True) if isinstance(e, Twist)]
     # The last is the zero that ends the run, and that comes at once.
-    assert all(t - begun > n / 10 - 0.05 for n, t in enumerate(beats[:-1]))
+    assert beats == pytest.approx([beats[0] + n / 10 for n in range(len(beats))])
 
 
 @pytest.mark.slow
-def test_recordings_give_the_same_events(recognizer: Recognizer) -> None:
+def test_recordings_give_the_same_events(recognizer: Recognizer, own_time: OwnTime) -> None:
     paths = [FIXTURES / "commands" / "festival_slt__start_speech.flac", GO_BACK, Path("none.wav")]
 
     def spoken(paced: bool) -> tuple[list[Event], list[str]]:
-        run = Clocked()
+        run = Clocked(own_time)
         errors = speak(recognizer, paths, run.receive, paced=paced)
         return run.events, errors
 
@@ -119,22 +161,22 @@ def test_recordings_give_the_same_events(recognizer: Recognizer) -> None:
 
 
 @pytest.mark.slow
-def test_an_utterance_takes_effect_at_its_time(recognizer: Recognizer) -> None:
-    run = Clocked()
+def test_an_utterance_takes_effect_at_its_time(recognizer: Recognizer, own_time: OwnTime) -> None:
+    run = Clocked(own_time)
     speak(recognizer, [GO_BACK], run.receive, paced=True)
     came = list(zip(run.events, run.times, strict=True))
     begun = next(time for event, time in came if event == Twist(0.0, 0.0, 0.0))
     ((heard, time),) = [(event, time) for event, time in came if isinstance(event, Utterance)]
-    assert time - begun > heard.t - 0.05
+    assert heard.t - HANDOVER_LEAD <= time - begun + 1e-6 <= heard.t + 1 / BEATS_PER_SECOND
 
 
-def test_the_beat_goes_on_while_no_line_comes() -> None:
+def test_the_beat_goes_on_while_no_line_comes(own_time: OwnTime) -> None:
     more = threading.Event()
 
     def slowly() -> Iterator[str]:
         yield "start speech"
         yield "go forward"
-        more.wait(30)
+        own_time.wait(more)
         yield "stop"
 
     events: list[Event] = []
@@ -180,11 +222,8 @@ def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
     assert not any(e.linear for e in [*spells[2], *spells[4]])
 
 
-@pytest.mark.slow
-def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(
-    steady: SteadyTime,
-) -> None:
-    run = Clocked()
+def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(own_time: OwnTime) -> None:
+    run = Clocked(own_time)
     paused = False
 
     def receive(event: Event) -> None:
@@ -192,14 +231,14 @@ def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(
         run.receive(event)
         if event == Twist(0.3, 0.1, 0) and not paused:
             paused = True
-            steady.sleep(1)  # as if the process were suspended
+            own_time.stall(1.1)  # as if the process were suspended
 
     lines = ["start speech", "go forward", *"-----", "go back", "-"]
     type_lines(lines, receive, paced=True)
     twists = [event for event in run.events if isinstance(event, Twist)]
     assert [event.linear for event in twists] == [0, 0.1, 0.1, 0.1, 0, 0, 0, -0.1, -0.1, 0]
     (warning,) = [event.text for event in run.events if isinstance(event, Warning)]
-    assert warning.startswith("control loop stalled for 1.")
+    assert warning.startswith("control loop stalled for 1.1 s")
 
 
 def test_time_goes_on_while_the_computer_is_suspended() -> None:

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from live_terminal import Terminal
-from programs import wait_until
+from programs import PATIENCE, wait_until
 
 from voz.inbox import Halt, Inbox
 from voz.language.sentences.command_set import plain_commands
@@ -144,12 +144,15 @@ def test_backspace_takes_the_last_letter_back(text: str) -> None:
 
 
 @pytest.fixture
-def keyboard(monkeypatch: pytest.MonkeyPatch) -> Iterator[TextIO]:
+def keyboard(
+    monkeypatch: pytest.MonkeyPatch, begun: Callable[[], list[Thread]]
+) -> Iterator[TextIO]:
     """What writes into standard input, a pipe."""
     theirs, ours = os.pipe()
     with os.fdopen(theirs) as stdin, os.fdopen(ours, "w") as keyboard:
         monkeypatch.setattr(sys, "stdin", stdin)
         yield keyboard
+        wait_until(lambda: not begun())  # or its thread reads what gets the same number next
 
 
 def test_what_cannot_be_taken_stops_the_robot_and_what_comes_after_it_is_read(
@@ -179,12 +182,12 @@ def test_what_fails_once_the_keyboard_is_left_is_no_trouble(
 
     def typed(_: str) -> None:
         taking.set()
-        assert left.wait(10)
+        assert left.wait(PATIENCE)
         raise OSError("closed")
 
     with read_keyboard(lambda: told.append("stop"), typed, KNOWN.continues, told.append):
         print("go back", file=keyboard, flush=True)
-        assert taking.wait(10)
+        assert taking.wait(PATIENCE)
     left.set()
     wait_until(lambda: not begun())
     assert told == []

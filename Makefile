@@ -13,6 +13,9 @@ CORES = $(shell getconf _NPROCESSORS_ONLN)
 SIDE_BY_SIDE = --dist loadfile --max-worker-restart 2 -n
 TWICE = $$(($(CORES) * 2))
 
+# No other test is tried again, and of these the report names each that was.
+ONE_BY_ONE = -m realtime --reruns 1 -r R
+
 # Containers often set it: then every process of the tests would compile voz anew.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -57,7 +60,7 @@ check: ## Check style and types, and run the tests of what is pure or quick, in 
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not slow" $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not slow and not realtime" $(QUICK)
 
 test: ## Install what the tests need, then check style and types and run all tests
 	@sh tools/install.sh tests
@@ -66,14 +69,16 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) --cov --cov-report= $(QUICK)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" --cov --cov-report= $(QUICK)
 	.venv/bin/coverage report --include="$(COUNTED)"
 	.venv/bin/coverage report --include="voz/control/*" --fail-under=100 --show-missing
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) $(QUICK:%=--ignore=%)
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" $(QUICK:%=--ignore=%)
+	.venv/bin/python -m pytest -q $(ONE_BY_ONE)
 
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) --cov --cov-report=term-missing
+	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" --cov --cov-report=
+	.venv/bin/python -m pytest -q $(ONE_BY_ONE) --cov --cov-append --cov-report=term-missing
 
 fixtures: ## Make the recordings of audio_fixtures/ anew
 	@sh tools/install.sh tests

@@ -10,7 +10,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as programs of voz, before
 
 import pytest
 from hypothesis import settings
-from keeping_up import pytest_runtest_protocol, pytest_terminal_summary
 from loudspeaker import loudspeaker
 from pulseaudio import no_sound, own_pulse, pulse
 from recordings import ROOT, Recording, read_manifest
@@ -21,7 +20,6 @@ from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
-__all__ += ["pytest_runtest_protocol", "pytest_terminal_summary"]  # hooks
 
 settings.register_profile("voz", deadline=None)  # a busy machine is no fault of what is tested
 settings.load_profile("voz")

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -188,6 +189,7 @@ def test_calibration_says_what_it_heard_and_the_profile_is_used(
     calibration = terminal(command=("calibrate", "ana"))
     answered = 0
     while calibration.process.poll() is None:
+        time.sleep(0.05)
         asked = re.findall(r"say(?: again)?: ([a-z ]+)\r", seen(calibration))
         if len(asked) > answered:
             answered = len(asked)

@@ -209,6 +209,7 @@ def test_what_run_learns_is_kept_for_the_next_run(
     assert 0 < frames[0] < frames[1]
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_recording_tells_what_is_heard_and_can_be_stopped_and_goes_on(
     pulse: dict[str, str], home: Path, recordings: list[Recording], tmp_path: Path

@@ -66,16 +66,14 @@ def command() -> np.ndarray:
     return soundfile.read(GO_BACK)[0]
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("gain", "noise", "said"),
     [
+        # tests/audio/test_recording_level.py has each fault.
         (1, 0, ["fine"]),
-        (0.01, 0, ["too quiet"]),
-        (10, 0, ["clipped"]),
-        (1, 0.04, ["noisy"]),
         (0.01, 0.0004, ["too quiet", "noisy"]),
-        (0, 0.01, ["no speech"]),
         (0, 0, ["silent"]),
     ],
 )
@@ -141,6 +139,7 @@ def spoken_into(environment: dict[str, str], said: Path) -> list[str]:
     return output.splitlines()
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_in_a_terminal_a_bar_moves(pulse: dict[str, str]) -> None:
     terminal, its_end = pty.openpty()

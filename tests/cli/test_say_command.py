@@ -56,6 +56,7 @@ def test_sound_lists_the_built_in_sounds(voz: Any) -> None:
     ]
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_a_built_in_sound_and_a_file_are_heard(pulse: dict[str, str], tmp_path: Path) -> None:
     wave = synthesize_sound(BuiltinSound.NEEDS_PLUGGING_BADLY)
@@ -74,6 +75,7 @@ def test_a_built_in_sound_and_a_file_are_heard(pulse: dict[str, str], tmp_path: 
     assert len(read_sound(tmp_path / "own.ogg", PLAYBACK_RATE)) == len(wave)
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_a_sound_that_repeats_ends_by_ctrl_c(pulse: dict[str, str]) -> None:
     command = [*VOZ, "sound", "backing-up", "--repeat"]

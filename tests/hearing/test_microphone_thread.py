@@ -116,6 +116,7 @@ def is_lost(answer: dict[str, Any]) -> bool:
     return answer["trouble"] is not None
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_what_is_said_comes_by_the_clock_of_the_run(pulse: dict[str, str]) -> None:
     with listening(pulse) as listener:

@@ -10,12 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from keeping_up import waited_for_processors
-
 TICK = 0.01
 
 MOST_WAITED = 0.5
 """What that may count for at most, s: it need not have been the program that waited."""
+
+
+PRESSURE = Path("/proc/pressure/cpu")
+"""How long threads waited for a processor: https://docs.kernel.org/accounting/psi.html"""
 
 
 class Seen(NamedTuple):
@@ -85,6 +87,13 @@ class Observer:
                 for line in lines:
                     who, *numbers = line.decode().split()
                     self.seen.append(Seen(who, *map(float, numbers)))
+
+
+def waited_for_processors() -> float:
+    """Since the computer started, s; 0 where Linux does not report it."""
+    if not PRESSURE.exists():
+        return 0.0
+    return int(PRESSURE.read_text().split("total=")[1].split()[0]) / 1e6
 
 
 class Judged(NamedTuple):

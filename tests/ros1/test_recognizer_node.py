@@ -32,6 +32,7 @@ def words(client) -> list[str]:
     return [data["data"] for data in client.of("/recognizer/output")]
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_it_publishes_what_is_understood_and_what_is_refused(
     ros_with_sound: Ros, recordings: list[Recording]

@@ -14,6 +14,7 @@ if find_spec("cyclonedds"):
     RUNS.append(("ros2", 2))
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 @pytest.mark.parametrize(("target", "seed"), RUNS)
 def test_whatever_happens_the_robot_stands_still_in_time(target: str, seed: int) -> None:

@@ -101,6 +101,7 @@ def until_something_sounds(client: SoundClient) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_playing_a_sound_again_begins_it_anew_and_does_not_double_it(client: SoundClient) -> None:
     client.play(BuiltinSound.NEEDS_PLUGGING)
@@ -303,6 +304,7 @@ def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(
 # Objects, waiting, closing
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_sounds_as_objects(client: SoundClient, file: Path) -> None:
     cached_speech(TEXT, KAL)
@@ -337,6 +339,7 @@ def test_a_block_waits_for_what_is_heard_once_and_ends_what_repeats(
     client.wait()
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_a_client_that_blocks_says_one_thing_after_the_other(
     loudspeaker: Recorder, file: Path

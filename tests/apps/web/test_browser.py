@@ -35,6 +35,7 @@ def shown_at(page: Page) -> float:
     return float(transform.split("(")[1].split("px")[0])
 
 
+@pytest.mark.realtime
 def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     robot: PageRobot, context: BrowserContext
 ) -> None:
@@ -62,6 +63,7 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     assert page.complaints == []  # type: ignore[attr-defined]
 
 
+@pytest.mark.realtime
 def test_hands_free_hears_until_it_is_switched_off_and_a_stop_switches_it_off(
     robot: PageRobot, context: BrowserContext
 ) -> None:
@@ -86,6 +88,7 @@ def test_hands_free_hears_until_it_is_switched_off_and_a_stop_switches_it_off(
     assert page.complaints == []  # type: ignore[attr-defined]
 
 
+@pytest.mark.realtime
 def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot(
     robot: PageRobot, context: BrowserContext
 ) -> None:

@@ -74,6 +74,7 @@ def likeness_to_what_is_played(
     return float(np.corrcoef(heard[at : at + 16000], chirp())[0, 1])
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 @pytest.mark.parametrize("before", ["", ONE_RATE])
 def test_what_is_spoken_into_the_microphone_is_heard(
@@ -83,6 +84,7 @@ def test_what_is_spoken_into_the_microphone_is_heard(
     assert likeness_to_what_is_played("mic", process, pulse, tmp_path) > 0.99
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_a_source_of_the_sound_server_is_heard_though_it_is_not_the_default(
     pulse: dict[str, str], tmp_path: Path

@@ -96,6 +96,7 @@ def test_missing_portaudio_gives_the_line_to_install_it(monkeypatch: pytest.Monk
     assert warning.endswith("libportaudio2")
 
 
+@pytest.mark.realtime
 def test_a_device_that_takes_another_rate_alone_is_played_at_that(
     loudspeaker: Recorder, monkeypatch: pytest.MonkeyPatch
 ) -> None:

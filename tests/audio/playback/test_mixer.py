@@ -26,6 +26,8 @@ from voz.audio.playback import loudspeaker as device
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.playing_sound import PLAYBACK_RATE, Wave
 
+pytestmark = pytest.mark.realtime
+
 
 def sweep(seconds: float = 0.6, start: float = 300.0, end: float = 3000.0) -> Wave:
     """A tone that rises: it resembles itself at a single place only."""

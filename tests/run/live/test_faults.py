@@ -18,7 +18,7 @@ from live_robot import LiveRobot, broken_recognizer, live_robot, moves, rests, s
 from pulseaudio import running_server
 from recordings import GO_BACK
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 Pulse = tuple[dict[str, str], "subprocess.Popen[bytes]"]
 

@@ -110,6 +110,7 @@ def robot(pulse: dict[str, str]) -> Iterator[LiveRobot]:
 # Several short sessions: a long one with nothing in its way is rare on a busy machine.
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize(
     ("texts", "seen", "selected"),
     [
@@ -136,6 +137,7 @@ def test_commands_that_are_spoken_are_obeyed(
     assert all(0 < event["latency"] < 5 for event in heard)
 
 
+@pytest.mark.realtime
 def test_commands_are_obeyed_from_start_speech_to_stop_speech(pulse: dict[str, str]) -> None:
     with live_robot(pulse) as robot:
         for text in ("go forward", "start speech", "go back", "stop speech"):
@@ -179,6 +181,7 @@ def test_s7_more_signals_do_not_keep_it_from_that(robot: LiveRobot) -> None:
     assert "Traceback" not in robot.words
 
 
+@pytest.mark.realtime
 def test_two_commands_close_together_are_both_obeyed(
     robot: LiveRobot, pulse: dict[str, str], tmp_path: Path
 ) -> None:
@@ -191,6 +194,7 @@ def test_two_commands_close_together_are_both_obeyed(
     robot.wait_for(lambda event: event["type"] == "cmd_vel" and event["angular"] == 0.1)
 
 
+@pytest.mark.realtime
 def test_a_near_miss_does_not_move_the_robot(robot: LiveRobot, pulse: dict[str, str]) -> None:
     speak(pulse, FIXTURES / "near_misses" / "festival_kal__back_to_school.flac")
     robot.wait_for(lambda event: event["type"] == "utterance")
@@ -245,6 +249,7 @@ def test_without_a_terminal_it_says_when_it_hears_and_whom(
     assert said == f"listening to {told}\n"
 
 
+@pytest.mark.realtime
 def test_the_time_is_that_since_the_start(robot: LiveRobot) -> None:
     begun = time.monotonic() - robot.arrived[-1].event["t"]
     robot.type("go forward")

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, InvalidStateError, TimeoutError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 from typing import Any
 
 from voz.apps.batch.tasks import BatchTask, TaskResult, WorkerSetup
@@ -32,8 +32,6 @@ QUEUE_FACTOR = 3
 
 TIMEOUT_CHECK_INTERVAL = 1.0
 """How often time limits are checked, s."""
-
-_ONE_TASK = Lock()
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class DaskExecutor:
     def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
         """Begin a task; a worker that exceeds the limit, s, is restarted."""
         future: Future[TaskResult] = Future()
-        dask_future = self._client.submit(work_exclusively, self._setup, task, pure=False)
+        dask_future = self._client.submit(work, self._setup, task, pure=False)
         if limit:
             deadline = time.monotonic() + limit * QUEUE_FACTOR
             self._limited[dask_future.key] = RunningTask(dask_future, future, deadline)
@@ -135,12 +133,6 @@ def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
             yield pool
         finally:
             pool.close()
-
-
-def work_exclusively(setup: WorkerSetup, task: BatchTask) -> TaskResult:
-    """Do one task at a time: a recognizer is for one thread."""
-    with _ONE_TASK:
-        return work(setup, task)
 
 
 def _check(client: Any, address: str) -> None:

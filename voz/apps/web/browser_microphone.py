@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -161,9 +161,3 @@ class BrowserMicrophone:
                 while True:
                     self._waiting.get_nowait()
             self._waiting.put_nowait(_End(False))
-
-
-@contextmanager
-def open_browser_microphone(microphone: BrowserMicrophone) -> Iterator[BrowserMicrophone]:
-    """Give a microphone to the thread that listens; it stays open all the time."""
-    yield microphone

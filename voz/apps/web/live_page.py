@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 
 from voz.apps.recordings.recorder import Recorder
-from voz.apps.web.browser_microphone import (
-    BROWSER_SOURCE,
-    BrowserMicrophone,
-    open_browser_microphone,
-)
+from voz.apps.web.browser_microphone import BROWSER_SOURCE, BrowserMicrophone
 from voz.apps.web.command_bridge import CommandBridge
 from voz.apps.web.control_api import ControlApi, application
 from voz.apps.web.driver_lock import DriverLock
@@ -80,9 +76,8 @@ class LivePage:
     @property
     def sound(self) -> SoundSource | None:
         """The browser as a microphone; None if the robot's own is used."""
-        if not self._microphone:
-            return None
-        return SoundSource(partial(open_browser_microphone, self._microphone), BROWSER_SOURCE)
+        microphone = self._microphone
+        return SoundSource(lambda: nullcontext(microphone), BROWSER_SOURCE) if microphone else None
 
     def audible_playback(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""

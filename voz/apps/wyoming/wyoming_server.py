@@ -11,7 +11,6 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 from wyoming.asr import Transcribe, Transcript
 from wyoming.audio import AudioChunk, AudioStart, AudioStop
 from wyoming.error import Error
@@ -21,7 +20,7 @@ from wyoming.server import AsyncEventHandler, AsyncServer
 
 from voz import __version__
 from voz.errors import AudioError, ConfigError, VozError
-from voz.events import Utterance
+from voz.events import Partial, Utterance
 from voz.language.generated.language_files import read_language_info
 from voz.recognition.listener import Listener
 from voz.recognition.recognizer import Recognizer
@@ -71,30 +70,6 @@ def server_info(commands: Sequence[str], language: str) -> Info:
     return Info(asr=[program])
 
 
-class SharedRecognizer:
-    """One recognizer for all clients, which decodes for one of them at a time."""
-
-    def __init__(self, recognizer: Recognizer) -> None:
-        self._recognizer = recognizer
-        self._lock = asyncio.Lock()
-
-    def listen(self, rate: float) -> Listener:
-        """Begin to listen to a stream."""
-        return self._recognizer.listen(rate)
-
-    async def feed(self, listener: Listener, sound: npt.ArrayLike) -> list[Utterance]:
-        """Decode the next sound of a stream, on another thread."""
-        async with self._lock:
-            heard = await asyncio.to_thread(listener.feed, sound)
-        return [event for event in heard if isinstance(event, Utterance)]
-
-    async def finish(self, listener: Listener) -> list[Utterance]:
-        """End a stream."""
-        async with self._lock:
-            heard = await asyncio.to_thread(listener.finish)
-        return [event for event in heard if isinstance(event, Utterance)]
-
-
 class BoundedReader(asyncio.StreamReader):
     """A stream that refuses large messages, so that no client can fill the memory."""
 
@@ -117,7 +92,7 @@ class RequestHandler(AsyncEventHandler):
 
     def __init__(
         self,
-        recognizer: SharedRecognizer,
+        recognizer: Recognizer,
         info: Info,
         language: str,
         reader: asyncio.StreamReader,
@@ -160,7 +135,7 @@ class RequestHandler(AsyncEventHandler):
                 await self._decode(AudioChunk.from_event(event))
         elif AudioStop.is_type(event.type):
             if self._listener:
-                await self._answer_first(await self._recognizer.finish(self._listener))
+                await self._answer_first(await asyncio.to_thread(self._listener.finish))
             if not self._answered:
                 await self._transcribe("")
             self._begin_request()
@@ -177,13 +152,14 @@ class RequestHandler(AsyncEventHandler):
         self._seconds += len(sound) / chunk.rate
         if self._seconds > MAX_REQUEST_TIME:
             raise AudioError(f"end a request after {MAX_REQUEST_TIME:.0f} s at the latest")
-        await self._answer_first(await self._recognizer.feed(self._listener, sound))
+        await self._answer_first(await asyncio.to_thread(self._listener.feed, sound))
 
-    async def _answer_first(self, heard: list[Utterance]) -> None:
+    async def _answer_first(self, heard: list[Utterance | Partial]) -> None:
         """Answer with the first speech: the client need not know where it ends."""
-        for utterance in heard:
-            if not self._answered and utterance.reason not in NO_SPEECH_REASONS:
-                await self._transcribe(utterance.text if utterance.accepted else "")
+        for one in heard:
+            if isinstance(one, Partial) or one.reason in NO_SPEECH_REASONS or self._answered:
+                continue
+            await self._transcribe(one.text if one.accepted else "")
 
     async def _transcribe(self, text: str) -> None:
         self._answered, self._listener = True, None
@@ -209,7 +185,7 @@ def serve(
 
     async def work() -> None:
         server = AsyncServer.from_uri(uri)
-        await server.start(partial(RequestHandler, SharedRecognizer(recognizer), info, language))
+        await server.start(partial(RequestHandler, recognizer, info, language))
         ready()
         await asyncio.Event().wait()
 

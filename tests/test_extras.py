@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from recordings import ROOT
 
-from voz.extras import how_to_install
+from voz.errors import ConfigError
+from voz.extras import how_to_install, require
 
 
 def test_in_a_clone_the_command_can_be_pasted_anywhere() -> None:
@@ -19,6 +20,43 @@ def test_in_a_clone_the_command_can_be_pasted_anywhere() -> None:
     program, *arguments = shlex.split(command)
     assert program == sys.executable
     assert arguments == ["-m", "pip", "install", "--editable", f"{ROOT}[report]"]
+
+
+def test_a_missing_library_gives_the_line_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    require("report", "jiwer", "matplotlib")
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    require("report", "jiwer")
+    with pytest.raises(ConfigError, match=r"matplotlib is .* -m pip install .*\[report\]"):
+        require("report", "jiwer", "matplotlib")
+
+
+@pytest.mark.parametrize(
+    ("missing", "command"),
+    [
+        ("jiwer", "eval {manifest}"),
+        ("matplotlib", "eval {manifest} --html page.html"),
+        ("pyarrow", "decode {manifest} --out heard.parquet"),
+        ("fsspec", "decode s3://bucket/heard.wav"),
+        ("rosbags", "run --text - --bag new.mcap"),
+        ("starlette", "view session.jsonl"),
+        ("wyoming", "serve"),
+    ],
+)
+def test_a_command_without_its_library_is_one_line(
+    missing: str, command: str, tmp_path: Path
+) -> None:
+    arguments = command.format(manifest=ROOT / "audio_fixtures" / "manifest.tsv").split()
+    program = (
+        f"import sys; sys.modules[{missing!r}] = None; from voz.cli import main; sys.exit(main())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"voz: {missing} is not installed; run `")
+    assert done.stderr.count("\n") == 1
 
 
 def test_what_is_no_clone_says_that_one_is_needed(tmp_path: Path) -> None:

@@ -1,10 +1,20 @@
-"""Advice on how to install a missing optional part of voz."""
+"""The optional parts of voz: whether they are installed, and how to install them."""
 
 from __future__ import annotations
 
 import shlex
 import sys
+from importlib.util import find_spec
 from pathlib import Path
+
+from voz.errors import ConfigError
+
+
+def require(extra: str, *modules: str) -> None:
+    """Raise ConfigError if one of these modules of an extra is not installed."""
+    for module in modules:
+        if find_spec(module) is None:
+            raise ConfigError(f"{module} is not installed; {how_to_install(extra)}")
 
 
 def how_to_install(extra: str) -> str:

@@ -111,10 +111,10 @@ def _report_scores(inputs: Inputs, heard: dict[str, Outcome]) -> None:
     results = list(results_for_clips(inputs.clips, heard))
     if not results:
         return
-    from voz.apps.evaluation.report import require_libraries
+    from voz.extras import require
 
     try:
-        require_libraries(pictures=False)
+        require("report", "jiwer")
     except ConfigError as error:
         info(f"no scores: {error}")
         return

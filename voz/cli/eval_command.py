@@ -41,6 +41,9 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
 
     Example: voz eval audio_fixtures/manifest.tsv --html report.html
     """
+    from voz.extras import require
+
+    require("report", "jiwer", *(["matplotlib"] if options.html else []))
     from voz.apps.evaluation import report
     from voz.apps.evaluation.engines import EngineChoice
     from voz.apps.evaluation.noise import noise_options
@@ -48,7 +51,6 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     from voz.apps.recordings.manifest import read_manifests
     from voz.machine import machine
 
-    report.require_libraries(pictures=options.html is not None)
     settings = options.settings()
     choice = EngineChoice(options.engine, options.language(settings), settings.recognition)
     ratios, noises = noise_options(options.snr, options.noise)

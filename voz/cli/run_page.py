@@ -5,12 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from voz.cli.run_options import RunOptions
 from voz.cli.text_io import info
-from voz.errors import AudioError, ConfigError
+from voz.errors import AudioError
 from voz.files import data_folder
 
 if TYPE_CHECKING:
@@ -49,11 +48,9 @@ def chosen_microphone(options: RunOptions) -> str | None:
 
 def check_installed() -> None:
     """Raise ConfigError if a package that a page needs is missing."""
-    missing = [name for name in WEB_PACKAGES if find_spec(name) is None]
-    if missing:
-        from voz.extras import how_to_install
+    from voz.extras import require
 
-        raise ConfigError(f"{missing[0]} is not installed; {how_to_install('web')}")
+    require("web", *WEB_PACKAGES)
 
 
 @contextmanager

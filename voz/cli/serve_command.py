@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from importlib.util import find_spec
 from typing import Annotated
 
 import typer
 
 from voz.cli.options import ProfileOption, RecognizerOptions, with_options
 from voz.cli.text_io import info
-from voz.errors import ConfigError
 
 
 @dataclass
@@ -34,10 +32,9 @@ def serve(options: ServeOptions) -> None:
 
     Example: voz serve --wyoming tcp://0.0.0.0:10300
     """
-    if find_spec("wyoming") is None:
-        from voz.extras import how_to_install
+    from voz.extras import require
 
-        raise ConfigError(f"wyoming is not installed; {how_to_install('wyoming')}")
+    require("wyoming", "wyoming")
     from voz.apps.wyoming.wyoming_server import serve as serve_wyoming
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile

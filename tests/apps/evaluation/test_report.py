@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-from importlib import util
 from pathlib import Path
 from typing import Any
 
@@ -81,11 +80,3 @@ def test_the_terminal_gets_the_main_figures(results: list[Result]) -> None:
     for words in ("right and accepted", "let through", "per hour", "area under the ROC"):
         assert words in text
     assert report.to_text(report.evaluate([], {})) == ""
-
-
-def test_a_missing_library_gives_the_line_that_installs_it(monkeypatch: Any) -> None:
-    report.require_libraries(pictures=True)
-    monkeypatch.setattr(report, "find_spec", lambda name: None if name == "matplotlib" else util)
-    report.require_libraries(pictures=False)
-    with pytest.raises(ConfigError, match=r"matplotlib is .* -m pip install .*\[report\]"):
-        report.require_libraries(pictures=True)

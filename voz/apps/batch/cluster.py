@@ -18,7 +18,7 @@ from typing import Any
 from voz.apps.batch.tasks import BatchTask, TaskResult, WorkerSetup
 from voz.apps.batch.worker import work
 from voz.errors import ConfigError, VozError
-from voz.extras import how_to_install
+from voz.extras import require
 from voz.process.worker_pool import WorkerDied
 
 CONNECT_TIMEOUT = 30
@@ -114,10 +114,9 @@ def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
     Raises:
         ConfigError: dask is not installed, the cluster does not answer, or cannot be used.
     """
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise ConfigError(f"dask is not installed; {how_to_install('dask')}") from error
+    require("dask", "distributed")
+    from distributed import Client
+
     try:
         client = Client(  # type: ignore[no-untyped-call]
             address, timeout=CONNECT_TIMEOUT, set_as_default=False

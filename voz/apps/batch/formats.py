@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import groupby, islice
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
 
@@ -19,11 +19,8 @@ from voz.apps.batch.outcomes import Row, parse_row
 from voz.apps.batch.remote import shown_name
 from voz.errors import ConfigError
 from voz.events import to_json
-from voz.extras import how_to_install
+from voz.extras import require
 from voz.files import atomic_write, os_errors_as_config_error
-
-if TYPE_CHECKING:
-    import pyarrow
 
 TABLE_COLUMNS = (
     "file",
@@ -72,7 +69,7 @@ def format_of(output: str) -> OutputFormat:
     """
     ending = PurePath(output).suffix
     if ending == ".parquet":
-        _pyarrow()
+        require("parquet", "pyarrow")
     if ending not in OUTPUT_FORMATS:
         raise ConfigError(f"{shown_name(output)}: end it with {', '.join(OUTPUT_FORMATS)}")
     return OUTPUT_FORMATS[ending]
@@ -114,7 +111,7 @@ def _read_csv(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
 
 
 def _write_parquet(path: Path, header: Header, rows: Rows) -> None:
-    pa = _pyarrow()
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     kinds = {"accepted": pa.bool_(), **dict.fromkeys(NUMBER_COLUMNS, pa.float64())}
@@ -134,7 +131,6 @@ def _write_parquet(path: Path, header: Header, rows: Rows) -> None:
 
 @contextmanager
 def _read_parquet(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
-    _pyarrow()
     import pyarrow.parquet as pq
 
     with pq.ParquetFile(path) as file:
@@ -203,12 +199,3 @@ def _from_cells(cells: dict[str, str]) -> Row:
     if "accepted" in flat:  # an utterance, whose text may be empty
         flat |= {"accepted": flat["accepted"] == "true", "text": cells["text"]}
     return _from_flat(flat)
-
-
-def _pyarrow() -> pyarrow:
-    try:
-        import pyarrow
-    except ImportError as error:
-        advice = how_to_install("parquet")
-        raise ConfigError(f"pyarrow is not installed, which writes Parquet; {advice}") from error
-    return pyarrow

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from voz.apps.batch.remote import is_remote, require_fsspec
+from voz.apps.batch.remote import is_remote
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.errors import ConfigError
+from voz.extras import require
 from voz.files import shown_path
 
 AUDIO_FORMATS = "aif aifc aiff au caf flac mp3 oga ogg opus rf64 sph w64 wav"
@@ -47,7 +48,7 @@ def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -
             elif each:
                 names.update(dict.fromkeys(_found(each, glob)))
     if any(map(is_remote, names)):
-        require_fsspec()
+        require("remote", "fsspec")
     return Inputs(list(names), clips)
 
 

@@ -17,9 +17,9 @@ from voz.apps.batch.remote import (
     local_recording,
     reason_of,
     remote_info,
-    require_fsspec,
 )
 from voz.errors import AudioError, ConfigError
+from voz.extras import require
 from voz.files import check_new, check_writable, file_exists_error
 
 JOURNAL_ENDING = ".journal"
@@ -112,7 +112,7 @@ def output_file(output: str) -> Iterator[Path]:
 
 def _file_system(address: str) -> tuple[Any, str]:
     """The file system of an address, and its path there."""
-    require_fsspec()
+    require("remote", "fsspec")
     from fsspec.core import url_to_fs
 
     try:

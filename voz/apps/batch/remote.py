@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from voz.errors import AudioError, ConfigError
-from voz.extras import how_to_install
+from voz.errors import AudioError
+from voz.extras import require
 from voz.files import shown_path
 
 MOST_FETCHED_BYTES = 4_000_000_000
@@ -85,7 +85,7 @@ def remote_info(name: str) -> dict[str, Any] | None:
 
 
 def _pieces(name: str) -> Iterator[bytes]:
-    require_fsspec()
+    require("remote", "fsspec")
     import fsspec
 
     read = 0
@@ -106,12 +106,3 @@ def _pieces(name: str) -> Iterator[bytes]:
 def reason_of(error: Exception) -> str:
     """The message of an error of fsspec in one line."""
     return " ".join(str(error).split()) or type(error).__name__
-
-
-def require_fsspec() -> None:
-    """Raise ConfigError if fsspec, which opens addresses, is not installed."""
-    try:
-        import fsspec  # noqa: F401
-    except ImportError as error:
-        advice = how_to_install("remote")
-        raise ConfigError(f"fsspec is not installed, which opens addresses; {advice}") from error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 import msgspec
@@ -16,7 +15,6 @@ from voz.apps.evaluation.results import Result
 from voz.apps.evaluation.scores import Scores, score
 from voz.apps.evaluation.tables import Table, main_tables, table_text
 from voz.errors import ConfigError
-from voz.extras import how_to_install
 from voz.files import read_json
 
 
@@ -39,13 +37,6 @@ class _Saved(msgspec.Struct):
     """What a comparison needs of an earlier evaluation."""
 
     results: list[Result]
-
-
-def require_libraries(pictures: bool) -> None:
-    """Raise ConfigError, before the work, if what counts or draws is not installed."""
-    for library in ["jiwer", *(["matplotlib"] if pictures else [])]:
-        if find_spec(library) is None:
-            raise ConfigError(f"{library} is not installed; {how_to_install('report')}")
 
 
 def read_results(path: Path, in_noise: bool) -> list[Result]:

@@ -10,14 +10,13 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from voz.apps.recordings.bag_files import open_bag
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, SelectedObject, Twist, Utterance
-from voz.extras import how_to_install
+from voz.extras import require
 from voz.run.sources import BagContent, BagSentence
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def check_bag(path: Path) -> None:
     Raises:
         ConfigError: the name or the folder cannot be used, it exists, or rosbags is missing.
     """
-    _check_installed()
+    require("bags", "rosbags")
     if path.suffix not in BAG_ENDINGS:
         raise ConfigError(
             f"{path}: invalid name of a bag; end it with .mcap, .db3, .bag or nothing"
@@ -157,7 +156,7 @@ def _event(kind: str, t: float, message: Any) -> Event:
 @contextmanager
 def _opened(path: Path) -> Iterator[AnyReader]:
     """Read a bag in a `with` block; raises ConfigError if that fails."""
-    _check_installed()
+    require("bags", "rosbags")
     if not path.exists():
         raise ConfigError(f"{path}: there is no such bag")
     from rosbags.highlevel import AnyReader
@@ -254,8 +253,3 @@ def _text(message: Any) -> str:
 
 def _seconds(nanoseconds: int) -> float:
     return round(nanoseconds / 1e9, 3)
-
-
-def _check_installed() -> None:
-    if find_spec("rosbags") is None:
-        raise ConfigError(f"rosbags is not installed; {how_to_install('bags')}")

@@ -6,11 +6,10 @@ Drawing in a terminal needs rich alone; files need matplotlib, which is imported
 from __future__ import annotations
 
 import shutil
-from importlib.util import find_spec
 from pathlib import Path
 
 from voz.errors import ConfigError
-from voz.extras import how_to_install
+from voz.extras import require
 from voz.files import check_writable, os_errors_as_config_error
 from voz.robot.simulator import Trip
 
@@ -53,6 +52,5 @@ def save_animation(trip: Trip, path: Path) -> None:
 def _check(path: Path, endings: tuple[str, str], what: str) -> None:
     if path.suffix.lower() not in endings:
         raise ConfigError(f"{path}: not a file name for {what}; end it with {' or '.join(endings)}")
-    if find_spec("matplotlib") is None:
-        raise ConfigError(f"matplotlib is not installed; {how_to_install('report')}")
+    require("report", "matplotlib")
     check_writable(path)

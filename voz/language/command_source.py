@@ -73,7 +73,7 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
         commands: plain list or templates, in any format; a `pronunciations.txt` beside it is used.
         language: what is spoken; None is English.
     """
-    data = _read_text(commands)
+    data = _read_user_file(commands)
     if is_templates(commands, data):
         source, read = read_templates(commands)
         return _of_templates(source, read, commands.parent, language)
@@ -148,7 +148,9 @@ def _pronounced(
 ) -> dict[str, LexiconEntry]:
     own = folder / PRONUNCIATIONS_FILE if folder else None
     phones = language.spoken.phones if language else None
-    user = parse_pronunciations(_read_text(own), str(own), phones) if own and own.exists() else {}
+    user = (
+        parse_pronunciations(_read_user_file(own), str(own), phones) if own and own.exists() else {}
+    )
     if language:
         return pronounce_from(places, user, language.dictionary, language.rules)
     check_english(places)
@@ -159,5 +161,5 @@ def _phones(entries: Mapping[str, LexiconEntry]) -> dict[str, tuple[str, ...]]:
     return {word: entry.phones for word, entry in entries.items()}
 
 
-def _read_text(path: Path) -> bytes:
+def _read_user_file(path: Path) -> bytes:
     return read_bytes(path, CommandsError, "give a readable text file", MAX_TEXT_BYTES)

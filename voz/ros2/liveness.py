@@ -7,7 +7,7 @@ from collections.abc import Set
 ACKNOWLEDGE_TIMEOUT = 0.5
 """A subscriber that acknowledges nothing for this time, s, is gone.
 
-DDS itself takes a killed program for alive for 10 to 20 s more.
+DDS itself lists a killed program as connected for another 10 to 20 s.
 """
 
 

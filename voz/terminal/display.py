@@ -156,16 +156,16 @@ class PanelWithExtra:
 def _level_text(peak: float) -> Text:
     decibels = max(BAR_MIN_DBFS, 20 * math.log10(peak)) if peak > 0 else BAR_MIN_DBFS
     full = round(BAR_WIDTH * (1 - decibels / BAR_MIN_DBFS))
-    colour = "red" if decibels > CLIPPING_DBFS else "green"
+    color = "red" if decibels > CLIPPING_DBFS else "green"
     shown = f"{decibels:4.0f} dB" if decibels > BAR_MIN_DBFS else "  silent"
-    return Text.assemble(("█" * full, colour), ("·" * (BAR_WIDTH - full), "dim"), f" {shown}")
+    return Text.assemble(("█" * full, color), ("·" * (BAR_WIDTH - full), "dim"), f" {shown}")
 
 
 def _room_text(background: float, above: float | None) -> Text:
     level = Text(f"{background:4.0f} dB")
     if above is not None:
-        colour = "yellow" if above < MIN_SNR else "green"
-        level.append(f", the last speech {above:.0f} dB above it", colour)
+        color = "yellow" if above < MIN_SNR else "green"
+        level.append(f", the last speech {above:.0f} dB above it", color)
     return level
 
 

@@ -211,11 +211,7 @@ def stale_warning(files: LanguageFiles) -> str | None:
     """Warn if the command list has changed since its files were generated; else None."""
     if stored := _stored(files):
         changed = [name for name, known in stored.sources.items() if _sha(files, name) != known]
-        if not changed:
-            return None
-        return (
-            f"{files.folder / changed[0]} has changed since the last `voz build-lm`: run it again"
-        )
+        return _changed(files.folder / changed[0]) if changed else None
     if not files.commands.is_file():
         return None
     try:
@@ -234,8 +230,7 @@ def _changed(path: Path) -> str:
 
 def _sha(files: LanguageFiles, name: str) -> str | None:
     try:
-        return sha256(
-            read_bytes(files.folder / name, CommandsError, "", MAX_TEXT_BYTES)
-        ).hexdigest()
+        data = read_bytes(files.folder / name, CommandsError, "", MAX_TEXT_BYTES)
     except CommandsError:
         return None
+    return sha256(data).hexdigest()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
-from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import msgspec
 import numpy as np
@@ -23,6 +22,8 @@ DESCRIPTION = "description"
 """Entry with the `Description` in JSON, as bytes."""
 
 FINGERPRINT_DIGITS = 12
+
+READ_BYTES = 65_536
 
 
 class UnknownNetworkError(Exception):
@@ -48,14 +49,16 @@ class NetworkFile(NamedTuple):
 def read_network(path: Path) -> NetworkFile:
     """Read a `.npz` file with an entry for each tensor; raises UnknownNetworkError."""
     try:
-        content = path.read_bytes()
-        with np.load(BytesIO(content), allow_pickle=False) as entries:
-            weights = {name: entries[name] for name in entries.files}
-        description = msgspec.json.decode(weights.pop(DESCRIPTION).tobytes(), type=Description)
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as entries:
+            description = msgspec.json.decode(entries[DESCRIPTION].tobytes(), type=Description)
+            names = [name for name in entries.files if name != DESCRIPTION]
+            # One after the other: all of them in both precisions would take 4 MB more.
+            weights = {name: entries[name].astype(np.float32) for name in names}
+            file.seek(0)
+            identity = fingerprint(file)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise UnknownNetworkError(f"{path}: holds no phoneme network ({error})") from error
-    floats = {name: tensor.astype(np.float32) for name, tensor in weights.items()}
-    return NetworkFile(floats, description, fingerprint(content))
+    return NetworkFile(weights, description, identity)
 
 
 def write_network(path: Path, weights: dict[str, Floats], description: Description) -> None:
@@ -68,9 +71,13 @@ def write_network(path: Path, weights: dict[str, Floats], description: Descripti
 
 def fingerprint_of(file: str | None = None) -> str:
     """The fingerprint of a file of weights, or of the network of voz."""
-    return fingerprint(Path(file or DEFAULT_NETWORK).read_bytes())
+    with Path(file or DEFAULT_NETWORK).open("rb") as opened:
+        return fingerprint(opened)
 
 
-def fingerprint(content: bytes) -> str:
+def fingerprint(file: BinaryIO) -> str:
     """The first digits of the SHA-256 of a file's content."""
-    return hashlib.sha256(content).hexdigest()[:FINGERPRINT_DIGITS]
+    digest = hashlib.sha256()
+    while block := file.read(READ_BYTES):
+        digest.update(block)
+    return digest.hexdigest()[:FINGERPRINT_DIGITS]

@@ -12,6 +12,6 @@ for number in (signal.SIGINT, signal.SIGPIPE):  # end without a word by Ctrl-C, 
 listener = voz.load().listen(rate=48000)
 while block := sys.stdin.buffer.read(9600):  # 0.1 s
     for event in listener.feed(numpy.frombuffer(block, numpy.int16, len(block) // 2)):
-        print(event, flush=True)
+        print(repr(event), flush=True)
 for event in listener.finish():
-    print(event)
+    print(repr(event))

@@ -29,3 +29,12 @@ from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, 
 )
 def test_an_event_is_one_line_of_json(event: Event, line: str) -> None:
     assert to_json(event) == line
+
+
+def test_an_utterance_is_its_text_and_true_if_it_is_accepted() -> None:
+    accepted = Utterance(1.5, "go back", 0.93, True, 0.2, 1.1, "a.wav")
+    refused = Utterance(1.5, "go back", 0.31, False, 0.2, 1.1, "a.wav", reason="not_a_command")
+    assert (str(accepted), bool(accepted)) == ("go back", True)
+    assert (str(refused), bool(refused)) == ("go back", False)
+    assert repr(accepted) == "<Utterance 'go back', accepted, confidence 0.93, 0.20-1.10 s>"
+    assert repr(refused) == "<Utterance 'go back', not a command, confidence 0.31, 0.20-1.10 s>"

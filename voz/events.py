@@ -86,6 +86,20 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         """Hash without the slots, which cannot be hashed."""
         return hash((self.t, self.text, self.source))
 
+    def __bool__(self) -> bool:
+        """Whether it is accepted."""
+        return self.accepted
+
+    def __str__(self) -> str:
+        """What was said."""
+        return self.text
+
+    def __repr__(self) -> str:
+        """What was said, when, and whether it is accepted, in a line."""
+        why = "accepted" if self.accepted else explain(self.reason or "not_a_command", self.between)
+        when = f"{self.start:.2f}-{self.end:.2f} s"
+        return f"<Utterance {self.text!r}, {why}, confidence {self.confidence:.2f}, {when}>"
+
     @property
     def name(self) -> str:
         """The name of the command, also of one that is not accepted."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fcntl import LOCK_SH
 from itertools import pairwise
+from os import PathLike
+from pathlib import Path
 
 import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import Samples
 from voz.audio.capture.arrays import to_samples
+from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segment import Segment, belong_together, feed_all
 from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
+from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.generated.file_checks import lock_folder
 from voz.language.generated.language_files import LanguageFiles
@@ -23,6 +27,12 @@ from voz.recognition.confidence_model import Model
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
 from voz.recognition.listener import Listener
+from voz.recognition.live_utterances import (
+    Blocks,
+    MicrophoneUtterances,
+    in_background,
+    utterances_of,
+)
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
@@ -144,20 +154,71 @@ class Recognizer:
         """Begin a stream of arrays of a rate, Hz; AudioError if it is missing or too low."""
         return Listener(self.stream(ARRAY), rate)
 
-    def decode(self, array: npt.ArrayLike, rate: float | None = None) -> list[Utterance]:
+    def decode(
+        self, sound: str | PathLike[str] | npt.ArrayLike, rate: float | None = None
+    ) -> list[Utterance]:
         """Recognize a whole recording.
 
         Args:
-            array: samples, or samples x channels: int16, or floats from -1 to 1.
-            rate: of the samples, Hz; must be given.
+            sound: a file of any format of libsndfile, or an array: samples, or samples x channels,
+                int16 or floats from -1 to 1.
+            rate: of an array, Hz; must be given.
 
         Returns:
             The utterances by time.
 
         Raises:
-            AudioError: the rate is missing, or the array holds something else.
+            AudioError: the file cannot be read, the rate is missing, or the array holds something
+                else.
         """
-        return list(self.utterances([to_samples(array, rate)], ARRAY))
+        if not isinstance(sound, str | PathLike):
+            return list(self.utterances([to_samples(sound, rate)], ARRAY))
+        if rate is not None:
+            raise AudioError(f"{sound}: a file has its own rate; leave `rate` out")
+        return list(self.utterances(read_blocks(Path(sound)), str(sound)))
+
+    def microphone(self, device: str | None = None) -> MicrophoneUtterances:
+        """Listen to a microphone: iterate over what it returns.
+
+        Args:
+            device: its number or a part of its name, as `voz devices` prints them; None is the
+                default one.
+
+        Raises:
+            AudioError: there is no such microphone.
+        """
+        return MicrophoneUtterances(self.stream(MICROPHONE, spotting=False), device)
+
+    def listen_in_background(
+        self, callback: Callable[[Utterance], None], device: str | None = None
+    ) -> Callable[[], None]:
+        """Listen to a microphone on a thread of its own.
+
+        Args:
+            callback: called on that thread with each utterance.
+            device: as for `microphone`.
+
+        Returns:
+            A function that ends it; it raises the error by which it ended before, if any: that of
+            the microphone or of the callback.
+
+        Raises:
+            AudioError: there is no such microphone.
+        """
+        return in_background(self.microphone(device), callback)
+
+    def astream(self, blocks: Blocks, rate: float | None = None) -> AsyncIterator[Utterance]:
+        """Recognize a stream for `async for`; the event loop goes on meanwhile.
+
+        Args:
+            blocks: arrays as for `decode`, by `async for` or by `for`, which then waits on a
+                thread.
+            rate: of the arrays, Hz; must be given.
+
+        Raises:
+            AudioError: the rate is missing, or a block holds something else.
+        """
+        return utterances_of(Listener(self.stream(ARRAY, spotting=False), rate), blocks)
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
         """Recognize a recording, independently of others unless it is learning.

@@ -1,0 +1,127 @@
+"""Utterances as they are said: of a microphone, in the background, and for asyncio."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import deque
+from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable, Iterator
+from contextlib import ExitStack
+from threading import Thread, current_thread
+from typing import Any
+
+import numpy.typing as npt
+
+from voz.audio.capture.microphone import open_microphone
+from voz.errors import AudioError
+from voz.events import Partial, Utterance
+from voz.recognition.listener import Listener
+from voz.recognition.stream import Stream
+
+_log = logging.getLogger("voz")
+
+BACKGROUND_JOIN_TIMEOUT = 5.0
+"""For a callback to return after the end, s."""
+
+Blocks = AsyncIterable[npt.ArrayLike] | Iterable[npt.ArrayLike]
+
+
+class MicrophoneUtterances:
+    """Iterates over what is said into a microphone; `Recognizer.microphone` makes one.
+
+    It listens from when it is made until it is closed, or its `with` block ends.
+
+    Attributes:
+        device: the name of the microphone.
+    """
+
+    def __init__(self, stream: Stream, device: str | None) -> None:
+        """Open a microphone; raises AudioError if there is no such microphone."""
+        self._stream = stream
+        self._opened = ExitStack()
+        self._blocks = self._opened.enter_context(open_microphone(device))
+        self.device = self._blocks.name
+        self._heard: deque[Utterance] = deque()
+        self._closed = False
+
+    def __enter__(self) -> MicrophoneUtterances:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __iter__(self) -> Iterator[Utterance]:
+        return self
+
+    def __next__(self) -> Utterance:
+        """Wait for the next utterance; raises AudioError when the microphone is lost."""
+        while not self._heard:
+            try:
+                block = next(self._blocks)
+            except AudioError:
+                if not self._closed:
+                    self.close()
+                    raise
+            if self._closed:
+                raise StopIteration
+            self._heard += only_utterances(self._stream.feed(block))
+        return self._heard.popleft()
+
+    def close(self) -> None:
+        """Close the microphone, on any thread; the iteration ends."""
+        self._closed = True
+        self._opened.close()
+
+
+def in_background(
+    utterances: MicrophoneUtterances, callback: Callable[[Utterance], None]
+) -> Callable[[], None]:
+    """Call a function with each utterance, on a thread of its own; returns what ends that.
+
+    What ends it raises the error by which it ended before: of the microphone, or of the function.
+    """
+    failures: list[Exception] = []
+
+    def work() -> None:
+        try:
+            for heard in utterances:
+                callback(heard)
+        except Exception as error:
+            failures.append(error)
+            _log.error("the microphone is not listened to any more: %s", error)
+            utterances.close()
+
+    thread = Thread(target=work, name="voz-background", daemon=True)
+
+    def stop() -> None:
+        utterances.close()
+        if thread is not current_thread():  # the function may end it itself
+            thread.join(BACKGROUND_JOIN_TIMEOUT)
+        if failures:
+            raise failures[0]
+
+    thread.start()
+    return stop
+
+
+async def utterances_of(listener: Listener, blocks: Blocks) -> AsyncIterator[Utterance]:
+    """Yield the utterances of arrays while the event loop goes on."""
+    async for block in blocks if isinstance(blocks, AsyncIterable) else _taken(blocks):
+        for heard in only_utterances(await asyncio.to_thread(listener.feed, block)):
+            yield heard
+    for heard in only_utterances(await asyncio.to_thread(listener.finish)):
+        yield heard
+
+
+async def _taken(blocks: Iterable[npt.ArrayLike]) -> AsyncIterator[npt.ArrayLike]:
+    """Wait for each block on a thread."""
+    iterator = iter(blocks)
+    nothing: Any = object()
+    while (block := await asyncio.to_thread(next, iterator, nothing)) is not nothing:
+        yield block
+
+
+def only_utterances(events: Iterable[Utterance | Partial]) -> Iterator[Utterance]:
+    """The utterances among events."""
+    return (event for event in events if isinstance(event, Utterance))

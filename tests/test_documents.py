@@ -118,7 +118,7 @@ def test_the_notation_of_sentences_means_what_is_said_beside_it() -> None:
     assert len(said) > 10
     assert [one for one in said if not commands.parse(one)] == []
     for typed, name, slots in (
-        ("bring the deep blue cup", "bring the {colour} cup", {"colour": "blue"}),
+        ("bring the deep blue cup", "bring the {color} cup", {"color": "blue"}),
         ("go one and a half metres", "go {far} metres", {"far": 1.5}),
         ("from the table to the shelf", "from {origin} to {goal}", None),
         ("move on", "go on", {}),

@@ -12,7 +12,7 @@ from recordings import Recording
 import voz
 
 SAID = ("go forward", "stop", "turn left")
-LIGHTS = ["turn [the] {colour} light on", "colour = red | green"]
+LIGHTS = ["turn [the] {color} light on", "color = red | green"]
 
 
 def test_a_list_of_commands_is_understood(recordings: list[Recording]) -> None:
@@ -31,13 +31,13 @@ def test_lines_of_templates_mean_what_they_mean_in_a_file(
     assert recognizer.commands.examples()[:2] == ["go forward", "stop"]
     parse = recognizer.commands.parse("turn green light on")
     assert parse
-    assert (parse.command, dict(parse.slots)) == ("turn {colour} light on", {"colour": "green"})
+    assert (parse.command, dict(parse.slots)) == ("turn {color} light on", {"color": "green"})
 
 
 @pytest.mark.parametrize(
     ("commands", "told"),
     [
-        (["stop", LIGHTS[0]], r'^the list of commands:2:13: there is no list "colour"; add a line'),
+        (["stop", LIGHTS[0]], r'^the list of commands:2:13: there is no list "color"; add a line'),
         (["go forward\udcff"], "^the list of commands:1: is not UTF-8 text"),
         (["stop", "import others.txt"], "^the list of commands:2:8: import works only in files"),
         ([], "^the list of commands: contains no command"),

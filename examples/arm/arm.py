@@ -25,7 +25,7 @@ class Arm(Robot):
         """Do a command that is obeyed."""
         if name == "bring":
             thing = str(slots["thing"])
-            print("reach", slots.get("colour", "any"), thing, "at", PLACES[thing], flush=True)
+            print("reach", slots.get("color", "any"), thing, "at", PLACES[thing], flush=True)
             time.sleep(0.1)
         elif name == "put":
             print("put the", slots["thing"], "on the", slots["place"], flush=True)

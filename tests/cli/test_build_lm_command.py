@@ -142,9 +142,9 @@ def test_typed_templates_drive_with_what_they_mean(voz: Any, templates: Path) ->
 MANY = """
 stop
 turn: turn {way} {angle: 5..180 by 5} degrees [and go (forward|back) {far: 0.5..3 by 0.5} metres]
-bring: [please] bring [me] (the|a) [{colour}] {thing} [from the {place}]
+bring: [please] bring [me] (the|a) [{color}] {thing} [from the {place}]
 way = left | right
-colour = red | green | deep blue:blue | yellow
+color = red | green | deep blue:blue | yellow
 thing = cup | bottle | apple | key | box | hammer
 place = kitchen | garage | office
 """
@@ -160,7 +160,7 @@ def test_spoken_templates_are_understood_with_their_slots(voz: Any, templates: P
         (
             "bring me the deep blue bottle from the kitchen",
             "bring",
-            {"colour": "blue", "thing": "bottle", "place": "kitchen"},
+            {"color": "blue", "thing": "bottle", "place": "kitchen"},
         ),
     ):
         assert voz("say", text, "--out", wav).code == 0

@@ -35,7 +35,7 @@ def drive(
 
 @given(st.floats(0.05, 0.5), st.floats(0.1, 1.0), st.sampled_from((1, -1)))
 @settings(max_examples=20)
-def test_a_full_circle_closes_within_a_millimetre(linear: float, angular: float, side: int) -> None:
+def test_a_full_circle_closes_within_a_millimeter(linear: float, angular: float, side: int) -> None:
     begun = drive(start(WIDE), linear, side * angular, 3.0, WIDE)  # up to speed
     ended = drive(begun, linear, side * angular, 2 * pi / angular, WIDE)
     assert hypot(ended.pose.x - begun.pose.x, ended.pose.y - begun.pose.y) < 0.001

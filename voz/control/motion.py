@@ -69,7 +69,7 @@ def faster(motion: Motion, by: int) -> Motion:
 
 
 def slower(motion: Motion, by: int) -> Motion:
-    """Move the velocity in use towards 0, and past 0 to the other side."""
+    """Move the velocity in use toward 0, and past 0 to the other side."""
     return faster(motion, -by)
 
 

@@ -27,7 +27,7 @@ def apply_safety(step: Step, before: Motion, after: Motion, safety: Safety) -> M
 
 
 def stop_listening_stops(step: Step, after: Motion) -> Motion:
-    """S2: ending the listening also stops the robot, as no command could afterwards."""
+    """S2: ending the listening also stops the robot, as no command could afterward."""
     return halt(after) if step.listen is False else after
 
 

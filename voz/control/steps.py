@@ -55,7 +55,7 @@ class Step(
         turn: turns to the left while driving, rad/s; negative to the right, said again tighter.
         rotate: rotates on the spot to the left, rad/s; negative to the right.
         faster: moves the velocity in use away from 0, m/s or rad/s.
-        slower: moves it towards 0.
+        slower: moves it toward 0.
         stop: both velocities 0.
         listen: whether commands are obeyed from now on.
         state: the set of commands from now on, of `[states.NAME]`; "" is `[commands]` again.

@@ -13,7 +13,7 @@ from voz.recognition.search_graph import SILENCE, phone_word
 
 @contextmanager
 def filler_dictionary(phones: Iterable[str]) -> Iterator[Path]:
-    """Write a dictionary of silences and phones, and delete it afterwards."""
+    """Write a dictionary of silences and phones, and delete it afterward."""
     words = [f"{word} {SILENCE_PHONE}" for word in ("<s>", "</s>", SILENCE)]
     words += [f"{phone_word(phone)} {phone}" for phone in phones]
     with tempfile.NamedTemporaryFile(

@@ -126,7 +126,7 @@ class Stream:
             self._segmenter.mark_command()
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
-        self._interpreter.learn(heard)  # afterwards, so that the robot need not wait for it
+        self._interpreter.learn(heard)  # afterward, so that the robot need not wait for it
 
 
 def _between(one: Segment | None, other: Sound) -> Context:

@@ -34,13 +34,13 @@ FOLDED = Joints(0.0, 2.3, -2.8)
 
 
 def joints_pointing_at(pose: Pose2D, target: Point) -> Joints:
-    """Return the joints of an arm that is stretched towards a point of the room."""
+    """Return the joints of an arm that is stretched toward a point of the room."""
     dx, dy, dz = target[0] - pose.x, target[1] - pose.y, target[2] - SHOULDER_HEIGHT
     return Joints(wrap_angle(atan2(dy, dx) - pose.heading), atan2(dz, hypot(dx, dy)), 0.0)
 
 
 def turn_joints(joints: Joints, wanted: Joints, most: float) -> Joints:
-    """Turn each joint towards its wanted angle by at most `most` rad; the pan the short way."""
+    """Turn each joint toward its wanted angle by at most `most` rad; the pan the short way."""
 
     def turn(angle: float, wanted: float, by: float) -> float:
         return wanted if abs(by) <= most else angle + copysign(most, by)

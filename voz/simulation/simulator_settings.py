@@ -10,7 +10,7 @@ from voz.errors import ConfigError
 from voz.settings import Section
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 
-Metres = Annotated[float, msgspec.Meta(ge=0, le=100)]
+Meters = Annotated[float, msgspec.Meta(ge=0, le=100)]
 Length = Annotated[float, msgspec.Meta(ge=0.1, le=100)]  # thinner, and a robot drives through it
 Angle = Annotated[float, msgspec.Meta(ge=-6.3, le=6.3)]
 Rate = Annotated[float, msgspec.Meta(ge=0.01, le=10)]
@@ -38,11 +38,11 @@ class Simulator(Section, frozen=True, kw_only=True):
     """
 
     room: tuple[Length, Length] = (2.6, 1.8)
-    start: tuple[Metres, Metres, Angle] = (0.7, 0.6, 0.0)
-    table: tuple[Metres, Metres, Length, Length] = (1.5, 1.35, 0.9, 0.45)
-    table_height: Metres = 0.7
-    beer: tuple[Metres, Metres] = (1.7, 1.5)
-    cocacola: tuple[Metres, Metres] = (2.2, 1.5)
+    start: tuple[Meters, Meters, Angle] = (0.7, 0.6, 0.0)
+    table: tuple[Meters, Meters, Length, Length] = (1.5, 1.35, 0.9, 0.45)
+    table_height: Meters = 0.7
+    beer: tuple[Meters, Meters] = (1.7, 1.5)
+    cocacola: tuple[Meters, Meters] = (2.2, 1.5)
     radius: Annotated[float, msgspec.Meta(ge=0.05, le=5)] = 0.17
     max_linear: Rate = 1.0
     max_angular: Rate = 2.0

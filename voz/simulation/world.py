@@ -24,7 +24,7 @@ FOLD_ARM = 100
 """The number that folds the arm."""
 
 TOUCH_DISTANCE = 0.0001
-"""Nearer than this to a wall or the table, m, the base cannot move towards it."""
+"""Nearer than this to a wall or the table, m, the base cannot move toward it."""
 
 CLEAR_DISTANCE = 0.01
 """Farther than this from them, m, the next touch is another collision."""

@@ -37,12 +37,12 @@ def test_a_template_says_its_sentences(template: str, sentences: list[str]) -> N
 
 
 def test_lists_have_what_is_spoken_and_its_value() -> None:
-    commands = commands_of("bring the {colour} cup\ncolour = red | deep blue:blue | seven:7")
+    commands = commands_of("bring the {color} cup\ncolor = red | deep blue:blue | seven:7")
     parses = [commands.parse(text) for text in commands]
     assert [parse and parse.slots for parse in parses] == [
-        {"colour": "red"},
-        {"colour": "blue"},
-        {"colour": 7},
+        {"color": "red"},
+        {"color": "blue"},
+        {"color": 7},
     ]
 
 
@@ -161,8 +161,8 @@ def test_the_line_is_shown_with_a_caret() -> None:
 
 
 def test_names_that_nobody_uses_are_named() -> None:
-    assert compile_text("stop\ncolour = red\n<polite> = please").warnings == (
-        "l.txt:2:1: list {colour} is never used; remove it",
+    assert compile_text("stop\ncolor = red\n<polite> = please").warnings == (
+        "l.txt:2:1: list {color} is never used; remove it",
         "l.txt:3:1: rule <polite> is never used; remove it",
     )
 

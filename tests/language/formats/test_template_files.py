@@ -63,15 +63,15 @@ def test_the_ending_tells_the_format() -> None:
 RHASSPY = """
 # lights
 [ChangeLight]
-colours = (red | green | deep blue:blue){colour}
-set [the] light to <colours>
+colors = (red | green | deep blue:blue){color}
+set [the] light to <colors>
 \\[please] turn (on:ON){state} the $room light
 dim to (0..100!int){level} percent
 make it (warm){how:cosy}
 
 [Stop]
 stop
-all <ChangeLight.colours> off
+all <ChangeLight.colors> off
 """
 
 
@@ -90,13 +90,13 @@ def test_rhasspy(tmp_path: Path) -> None:
         "all green off",
         "turn off",
     ) == [
-        ("ChangeLight", {"colour": "deep blue"}),
+        ("ChangeLight", {"color": "deep blue"}),
         ("ChangeLight", {"state": "ON"}),
         ("ChangeLight", {"state": "ON"}),
         ("ChangeLight", {"level": 35}),
         ("ChangeLight", {"how": "cosy"}),
         ("Stop", {}),
-        ("Stop", {"colour": "green"}),
+        ("Stop", {"color": "green"}),
         None,
     ]
 
@@ -217,8 +217,8 @@ grammar robot;
 public <command> = <move> | <robot.paint> | halt {STOP} | (wait | hold) still; // the end
 <move> = [ please ] ( /0.7/ go | /0.3/ drive ) <way>;
 <way> = forward {1} | "all" back {-1};
-<paint> = paint it <colour> <NULL>;
-<colour> = red | deep blue {blue};
+<paint> = paint it <color> <NULL>;
+<color> = red | deep blue {blue};
 """
 
 
@@ -228,8 +228,8 @@ def test_jsgf(tmp_path: Path) -> None:
         commands, "please go all back", "paint it deep blue", "paint it red", "halt", "hold still"
     ) == [
         ("move", {"way": -1}),
-        ("paint", {"colour": "blue"}),
-        ("paint", {"colour": "red"}),
+        ("paint", {"color": "blue"}),
+        ("paint", {"color": "red"}),
         ("STOP", {}),
         ("wait still", {}),
     ]

@@ -54,8 +54,8 @@ def test_a_number_is_compared_with_other_words(tmp_path: Path) -> None:
 
 
 def test_what_a_simpler_pair_mixes_up_already_is_left_out(tmp_path: Path) -> None:
-    template = "bring: [please] (bring|give) me the [{colour}] {thing}"
-    text = f"{template}\ncolour = red\nthing = cup | cap\n"
+    template = "bring: [please] (bring|give) me the [{color}] {thing}"
+    text = f"{template}\ncolor = red\nthing = cup | cap\n"
     pairs = risky(tmp_path / "list.txt", text)
     assert len(pairs) == 2
     assert {tuple(sorted(one ^ other)) for one, other in (map(words, pair) for pair in pairs)} == {

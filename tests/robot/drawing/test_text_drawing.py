@@ -69,7 +69,7 @@ def test_the_robot_is_where_it_is_and_the_way_behind_it() -> None:
     state = replace(start(ROOM), pose=Pose2D(1.3, 0.9, 0.0))
     way = [replace(state, pose=Pose2D(x / 100, 0.9, 0.0)) for x in range(30, 130)]
     body = cells_of(BODY, state, way, 53, 18)
-    # 40 dots for a metre: 20 characters across, 10 down.
+    # 40 dots for a meter: 20 characters across, 10 down.
     columns, rows = {column for column, _ in body}, {row for _, row in body}
     assert (min(columns), max(columns)) == pytest.approx((23, 29), abs=1)
     assert (min(rows), max(rows)) == pytest.approx((7, 10), abs=1)

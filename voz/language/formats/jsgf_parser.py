@@ -113,7 +113,7 @@ def parse_jsgf(data: bytes, name: str) -> TemplateSource:
             raise error_at(whole.place(at), "imports are not supported; copy the rules here")
         match = _JSGF_RULE.match(text, at)
         if not match:
-            raise error_at(whole.place(at), "expected a rule, as in: <colour> = red | green;")
+            raise error_at(whole.place(at), "expected a rule, as in: <color> = red | green;")
         place = whole.place(at)
         body = JsgfParser(_part(whole, match.start(3), match.end(3)), grammar).parse()
         rule = match[2].removeprefix(f"{grammar}.")

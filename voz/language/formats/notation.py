@@ -1,6 +1,6 @@
 """The notation of voz, which is that of hassil and Home Assistant; pure.
 
-`[please] (go|drive) forward`, `{colour}`, `{angle: 5..180 by 5}`, `{thing:object}`, `<polite>`,
+`[please] (go|drive) forward`, `{color}`, `{angle: 5..180 by 5}`, `{thing:object}`, `<polite>`,
 `(a;b)`, `light[s]`; in a list `deep blue:blue`.
 """
 
@@ -60,7 +60,7 @@ class Notation(Parser):
             return found
         token = self.take()
         if not self.values:
-            self.fail('":" gives values in lists only, as in: colour = deep blue:blue', token.at)
+            self.fail('":" gives values in lists only, as in: color = deep blue:blue', token.at)
         if not token.text[1:].strip():
             self.fail('no value after ":"; add one or remove the ":"', token.at)
         return Tag(found, parse_value(" ".join(token.text[1:].split())))
@@ -112,11 +112,11 @@ class Notation(Parser):
 
 
 def slot(passage: Passage) -> Slot:
-    """Parse the inside of braces: `colour`, `thing:object` or `angle: 5..180 by 5`."""
+    """Parse the inside of braces: `color`, `thing:object` or `angle: 5..180 by 5`."""
     place = passage.place()
     match = _SLOT.fullmatch(passage.text)
     if not match:
-        raise error_at(place, "the name of a slot is one word, as in {colour}")
+        raise error_at(place, "the name of a slot is one word, as in {color}")
     name, behind = match[1], match[2]
     if behind is None:
         return Slot(name, Reference("list", name, place), place)

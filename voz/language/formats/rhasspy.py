@@ -1,7 +1,7 @@
 """Rhasspy's `sentences.ini`; pure.
 
 `[Intent]` begins the sentences of one, `name = ...` is a rule of it, `<Intent.name>` of another,
-`word:other` says what counts for a word, `(red | green){colour}` is a slot, `$name` a list in
+`word:other` says what counts for a word, `(red | green){color}` is a slot, `$name` a list in
 `slots/name` beside the file.
 """
 
@@ -58,7 +58,7 @@ class RhasspyParser(Parser):
             items.append(Tag(item, parse_value(" ".join(token.text.strip(":()").split()))))
         elif token.kind == "tag":
             if not items:
-                self.fail("no words before this tag; write it as in (red){colour}", token.at)
+                self.fail("no words before this tag; write it as in (red){color}", token.at)
             self.take()
             items.append(self._slot(items.pop(), token))
         elif token.kind == "converter":
@@ -69,7 +69,7 @@ class RhasspyParser(Parser):
     def _slot(self, item: Expression, token: Token) -> Slot:
         match = _TAG.fullmatch(token.text)
         if not match:
-            self.fail("a tag is one word, optionally with a value, as in {colour:red}", token.at)
+            self.fail("a tag is one word, optionally with a value, as in {color:red}", token.at)
         place = self.passage.place(token.at)
         value = match[2]
         return Slot(

@@ -56,7 +56,7 @@ def _add(source: TemplateSource, line: Passage) -> None:
         at = line.text.index("=")
         raise error_at(
             line.place(at),
-            '"=" is allowed only after the name of a list or rule, as in: colour = red | green',
+            '"=" is allowed only after the name of a list or rule, as in: color = red | green',
         )
     else:
         source.templates.append(Template(None, Notation(line).parse(), place))

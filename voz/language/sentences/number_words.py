@@ -23,7 +23,7 @@ QUARTERS = {
     Fraction(1, 2): ("a half", "half", "one half", "half a"),
     Fraction(3, 4): ("three quarters",),
 }
-"""Fractions that have names; `half a` as in `half a metre`."""
+"""Fractions that have names; `half a` as in `half a meter`."""
 
 
 @lru_cache(maxsize=20_000)

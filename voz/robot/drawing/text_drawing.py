@@ -41,8 +41,8 @@ class Dots:
         """Choose the scale so that a room, m, fits into so many characters."""
         self._size = width, height
         across, down = width * DOT_COLUMNS - 1, height * DOT_ROWS - 1
-        self._per_metre = min(across / room[0], down / room[1])
-        self._top = round(room[1] * self._per_metre)
+        self._per_meter = min(across / room[0], down / room[1])
+        self._top = round(room[1] * self._per_meter)
         self._bits: dict[tuple[int, int], int] = {}
         self._styles: dict[tuple[int, int], str] = {}
         self._letters: dict[tuple[int, int], str] = {}
@@ -58,7 +58,7 @@ class Dots:
     ) -> None:
         """Draw a line between two places, m, with `every` dots between drawn ones."""
         length = hypot(end[0] - start[0], end[1] - start[1])
-        steps = max(1, ceil(length * self._per_metre / every))
+        steps = max(1, ceil(length * self._per_meter / every))
         for step in range(steps + 1):
             share = step / steps
             x = start[0] + (end[0] - start[0]) * share
@@ -87,7 +87,7 @@ class Dots:
         return Text("\n", no_wrap=True, end="").join(lines)
 
     def _cell(self, x: float, y: float) -> tuple[tuple[int, int], int, int]:
-        across, down = round(x * self._per_metre), self._top - round(y * self._per_metre)
+        across, down = round(x * self._per_meter), self._top - round(y * self._per_meter)
         return (across // DOT_COLUMNS, down // DOT_ROWS), down % DOT_ROWS, across % DOT_COLUMNS
 
     def _character(self, cell: tuple[int, int]) -> tuple[str, str]:

@@ -4,7 +4,7 @@
 .PHONY: benchmark clean
 
 QUICK = tests/control tests/simulation tests/language tests/apps/evaluation tests/robot/drawing tests/audio
-QUICK += $(wildcard tests/test_*.py)
+QUICK += $(filter-out tests/test_first_hour.py tests/test_examples.py,$(wildcard tests/test_*.py))
 # What the quick tests are there to test; to count all the others too takes them a fifth longer.
 COUNTED = voz/audio/*,voz/control/*,voz/apps/evaluation/*,voz/language/*,voz/robot/drawing/*,voz/simulation/*
 

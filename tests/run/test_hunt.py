@@ -9,7 +9,7 @@ from hunting.observing import Seen, judge
 from hunting.run import hunt
 
 # Seeds whose runs are short, and of many kinds.
-RUNS = [("live", 2), ("live", 7), ("robot", 5), ("text", 2), ("ros1", 2)]
+RUNS = [("live", 2), ("live", 7), ("robot", 11), ("text", 2), ("ros1", 2)]
 if find_spec("cyclonedds"):
     RUNS.append(("ros2", 2))
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from starlette.datastructures import Headers
 
 from voz.apps.web.access_control import MAX_SESSIONS, AccessControl, new_token
 from voz.apps.web.driver_lock import DRIVER_TIMEOUT, RELEASE_TIMEOUT, DriverLock
@@ -209,15 +210,15 @@ HERE = [(b"host", b"robot.local:8737")]
 def test_requests_from_other_sites_are_refused(
     headers: list[tuple[bytes, bytes]], allowed: bool
 ) -> None:
-    refusal = AccessControl(["robot.local"]).refusal(headers)
+    refusal = AccessControl(["robot.local"]).refusal(Headers(raw=headers))
     assert (refusal is None) == allowed
 
 
 @given(st.lists(st.tuples(st.sampled_from([b"host", b"origin", b"cookie"]), st.binary())))
 def test_strange_headers_raise_nothing(headers: list[tuple[bytes, bytes]]) -> None:
     access = AccessControl(["robot.local"], "token")
-    access.refusal(headers)
-    assert not access.is_authenticated(headers)
+    access.refusal(Headers(raw=headers))
+    assert not access.is_authenticated(Headers(raw=headers))
 
 
 def test_the_token_is_changed_for_a_session() -> None:
@@ -227,11 +228,11 @@ def test_the_token_is_changed_for_a_session() -> None:
     assert access.log_in("\udcff") is None
     session = access.log_in(token)
     assert session
-    assert access.is_authenticated([(b"cookie", f"a=b; voz-1={session}".encode())])
-    assert not access.is_authenticated([(b"cookie", f"voz-2={session}".encode())])
-    assert not access.is_authenticated([(b"cookie", f"voz-1={token}".encode())])
-    assert not access.is_authenticated([(b"cookie", f"voz-1=a; voz-1={session}".encode())])
-    assert access.is_authenticated([(b"authorization", f"Bearer {token}".encode())])
+    assert access.is_authenticated(Headers({"cookie": f"a=b; voz-1={session}"}))
+    assert not access.is_authenticated(Headers({"cookie": f"voz-2={session}"}))
+    assert not access.is_authenticated(Headers({"cookie": f"voz-1={token}"}))
+    assert not access.is_authenticated(Headers({"cookie": f"voz-1=a; voz-1={session}"}))
+    assert access.is_authenticated(Headers({"authorization": f"Bearer {token}"}))
     for _ in range(MAX_SESSIONS):
         access.log_in(token)
-    assert not access.is_authenticated([(b"cookie", f"voz-1={session}".encode())])
+    assert not access.is_authenticated(Headers({"cookie": f"voz-1={session}"}))

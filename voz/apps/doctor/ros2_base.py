@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from cyclonedds.builtin import BuiltinTopicDcpsPublication
 
 from voz.apps.doctor.base_stop_check import MeasuredMotion, Obstacle, motion_of
+from voz.apps.doctor.finding import Finding
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.node import Ros2Node
@@ -17,27 +17,27 @@ from voz.ros2.subscribers import Endpoints, MatchedReaders
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 
-
-@dataclass(frozen=True)
-class Subscribers:
-    """The subscribers to a topic in a domain; if there is none, perhaps why."""
-
-    topic: str
-    domain: int
-    names: list[str]
-    obstacle: str | None
+ROS2 = "ROS 2"
 
 
-def find_subscribers(settings: Ros2) -> Subscribers:
-    """Find who listens to the velocities; raises VozError if the domain cannot be joined."""
+def check_subscribers(settings: Ros2) -> list[Finding]:
+    """Check who listens to the velocities; raises VozError if the domain cannot be joined."""
     node = Ros2Node(settings)
     velocities = VelocityTopic(node, settings)
     velocities.wait_for_listener(settings.wait)
     there = MatchedReaders(Endpoints(node), velocities.writer)
     topic = node.name(settings.cmd_vel)
     names = sorted(there.name(handle) for handle in there.handles())
-    obstacle = None if names else there.obstacle(topic)
-    return Subscribers(topic, domain_number(settings, os.environ), names, obstacle)
+    if names:
+        status, remedy = f"{' and '.join(names)} listens", None
+    else:
+        status = there.obstacle(topic) or "nobody listens"
+        remedy = "start the base's driver, or look at ROS_DOMAIN_ID and at [ros2] in voz.toml"
+    joined = f"domain {domain_number(settings, os.environ)} is joined"
+    return [
+        Finding(ROS2, True, joined),
+        Finding(f"{ROS2} {topic}", bool(names), status, remedy),
+    ]
 
 
 class Ros2Base:

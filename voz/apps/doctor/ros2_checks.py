@@ -11,26 +11,16 @@ from voz.apps.doctor.finding import Finding, failed
 from voz.errors import VozError
 from voz.settings import Ros2
 
-ROS2 = "ROS 2"
-
 
 def check_ros2(settings: Ros2) -> Iterator[Finding]:
     """Check ROS 2, for a robot that is driven by it."""
     try:
         import voz.ros2  # noqa: F401, it says what to do where cyclonedds is missing
-        from voz.apps.doctor.ros2_base import find_subscribers
+        from voz.apps.doctor.ros2_base import check_subscribers
 
-        found = find_subscribers(settings)
+        yield from check_subscribers(settings)
     except VozError as error:
-        yield failed(ROS2, error)
-        return
-    yield Finding(ROS2, True, f"domain {found.domain} is joined")
-    part = f"{ROS2} {found.topic}"
-    if found.names:
-        yield Finding(part, True, f"{' and '.join(found.names)} listens")
-    else:
-        remedy = "start the base's driver, or look at ROS_DOMAIN_ID and at [ros2] in voz.toml"
-        yield Finding(part, False, found.obstacle or "nobody listens", remedy)
+        yield failed("ROS 2", error)
 
 
 @contextmanager

@@ -14,6 +14,8 @@ from contextlib import suppress
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
+from starlette.datastructures import Headers
+
 MAX_SESSIONS = 200
 """Browsers that are logged in at a time; with more, the first has to show the token again."""
 
@@ -47,16 +49,15 @@ class AccessControl:
         """Whether a client must show a token."""
         return self._token is not None
 
-    def refusal(self, headers: Collection[tuple[bytes, bytes]]) -> str | None:
+    def refusal(self, headers: Headers) -> str | None:
         """Return why a request is refused for its Host or Origin; None if it is not."""
-        hosts = [value for name, value in headers if name == b"host"]
-        host = hosts[0].decode("latin-1").lower() if len(hosts) == 1 else ""
+        hosts = headers.getlist("host")
+        host = hosts[0].lower() if len(hosts) == 1 else ""
         if not self._is_own(_without_port(host)):
             return "this server has another name: use the address that `voz run` shows"
-        origins = [v.decode("latin-1").lower() for name, v in headers if name == b"origin"]
-        sites = [value for name, value in headers if name == b"sec-fetch-site"]
-        if b"cross-site" in sites or any(
-            origin not in (f"http://{host}", f"https://{host}") for origin in origins
+        own = (f"http://{host}", f"https://{host}")
+        if "cross-site" in headers.getlist("sec-fetch-site") or any(
+            origin.lower() not in own for origin in headers.getlist("origin")
         ):
             return "another site's page may not drive this robot"
         return None
@@ -66,14 +67,14 @@ class AccessControl:
             return bool(ip_address(name))  # DNS rebinding needs a name
         return name in self._hosts
 
-    def is_authenticated(self, headers: Collection[tuple[bytes, bytes]]) -> bool:
+    def is_authenticated(self, headers: Headers) -> bool:
         """Whether the client has shown the token, in this request or before."""
         if self._token is None:
             return True
-        bearer = _first(headers, b"authorization").removeprefix("Bearer ")
+        bearer = headers.get("authorization", "").removeprefix("Bearer ")
         if secrets_equal(bearer, self._token):
             return True
-        cookies = (part.strip().partition("=") for part in _first(headers, b"cookie").split(";"))
+        cookies = (part.strip().partition("=") for part in headers.get("cookie", "").split(";"))
         # The first alone: a stranger could send thousands, each compared with all sessions.
         shown = next((value for name, _, value in cookies if name == self.cookie), "")
         return any(secrets_equal(shown, session) for session in self._sessions)
@@ -96,7 +97,3 @@ def _without_port(host: str) -> str:
 def secrets_equal(shown: str, known: str) -> bool:
     """Compare two secrets in a time that does not depend on where they differ."""
     return hmac.compare_digest(shown.encode("utf-8", "replace"), known.encode())
-
-
-def _first(headers: Collection[tuple[bytes, bytes]], wanted: bytes) -> str:
-    return next((v.decode("latin-1") for name, v in headers if name == wanted), "")

@@ -6,7 +6,7 @@ import time
 from contextlib import nullcontext
 from http import HTTPStatus
 
-from starlette.datastructures import MutableHeaders
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -60,8 +60,9 @@ class AccessMiddleware:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        authenticated = self._access.is_authenticated(scope["headers"])
-        status, why = self._refusal(scope, authenticated)
+        headers = Headers(scope=scope)
+        authenticated = self._access.is_authenticated(headers)
+        status, why = self._refusal(scope, headers, authenticated)
         if why is None:
             scope["headers"] = [
                 header for header in scope["headers"] if not _is_multi_range(header)
@@ -74,8 +75,10 @@ class AccessMiddleware:
         else:
             await JSONResponse({"error": why}, status)(scope, receive, _with_security_headers(send))
 
-    def _refusal(self, scope: Scope, authenticated: bool) -> tuple[HTTPStatus, str | None]:
-        headers, path = scope["headers"], scope["path"]
+    def _refusal(
+        self, scope: Scope, headers: Headers, authenticated: bool
+    ) -> tuple[HTTPStatus, str | None]:
+        path = scope["path"]
         if why := self._access.refusal(headers):
             return HTTPStatus.FORBIDDEN, why
         client = (scope["client"] and scope["client"][0], authenticated)
@@ -83,8 +86,8 @@ class AccessMiddleware:
             return HTTPStatus.TOO_MANY_REQUESTS, "too many requests"
         if path.startswith("/api/") and path not in PUBLIC_PATHS and not authenticated:
             return HTTPStatus.UNAUTHORIZED, "open the link that `voz run` shows: it has the token"
-        length = next((value for name, value in headers if name == b"content-length"), b"0")
-        if not length.isdigit() or int(length[:9]) > MAX_BODY_BYTES:
+        length = headers.get("content-length", "0")
+        if not length.isdecimal() or int(length[:9]) > MAX_BODY_BYTES:
             return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "request body too large"
         return HTTPStatus.OK, None
 

@@ -20,7 +20,7 @@ import voz
 from voz.apps.web.json_requests import decode_json
 from voz.apps.web.page_messages import Alarms
 from voz.config import Config, load_config, overridden
-from voz.control.motion import Motion, moved
+from voz.control.motion import Motion, apply_step
 from voz.control.safety import apply_safety
 from voz.control.steps import Step
 from voz.errors import ConfigError, VozError
@@ -194,7 +194,7 @@ def test_no_limit_lets_a_robot_drive_faster_or_the_other_way(limit: Any, velocit
     except ConfigError:
         return
     for step in (Step(drive=velocity), Step(turn=velocity)):
-        driven = apply_safety(step, Motion(), moved(Motion(), step), safety).velocities()
+        driven = apply_safety(step, Motion(), apply_step(Motion(), step), safety).velocities()
         assert all(abs(v) <= limit + 1e-9 and v * velocity >= 0 for v in driven)
 
 

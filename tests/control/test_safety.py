@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.config import default_commands
-from voz.control.motion import Mode, Motion, moved
+from voz.control.motion import Mode, Motion, apply_step
 from voz.control.safety import (
     ends_goals,
-    limited,
+    limit_velocities,
     motion_has_expired,
     slower_ends_at_zero,
     stop_listening_stops,
@@ -66,7 +66,7 @@ def test_s3_slow_down_does_not_start_a_rotation_from_standstill() -> None:
 
 @given(before=motions)
 def test_s3_slow_down_never_gets_faster_or_turns_round(before: Motion) -> None:
-    slowed = slower_ends_at_zero(SLOWER, before, moved(before, SLOWER))
+    slowed = slower_ends_at_zero(SLOWER, before, apply_step(before, SLOWER))
     assert abs(slowed.linear) <= abs(before.linear)
     assert abs(slowed.angular) <= abs(before.angular)
     assert slowed.linear * before.linear >= 0
@@ -75,7 +75,7 @@ def test_s3_slow_down_never_gets_faster_or_turns_round(before: Motion) -> None:
 
 @given(motions, st.floats(0, 3), st.floats(0, 3))
 def test_s4_no_motion_is_beyond_the_limits(motion: Motion, linear: float, angular: float) -> None:
-    velocities = limited(motion, linear, angular).velocities()
+    velocities = limit_velocities(motion, linear, angular).velocities()
     assert abs(velocities[0]) <= linear + 1e-6
     assert abs(velocities[1]) <= angular + 1e-6
 

@@ -5,7 +5,13 @@ from math import exp, hypot, isclose, pi
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.simulation.kinematics import SETTLED_DIFFERENCE, Pose2D, along_arc, respond, wrap_angle
+from voz.simulation.kinematics import (
+    SETTLED_DIFFERENCE,
+    Pose2D,
+    move_along_arc,
+    respond,
+    wrap_angle,
+)
 
 velocities = st.floats(-2, 2)
 poses = st.builds(Pose2D, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi - 1e-6))
@@ -21,9 +27,9 @@ def apart(one: Pose2D, other: Pose2D) -> float:
 def test_an_arc_is_as_many_small_arcs(
     pose: Pose2D, linear: float, angular: float, seconds: float, parts: int
 ) -> None:
-    at_once = along_arc(pose, linear * seconds, angular * seconds)
+    at_once = move_along_arc(pose, linear * seconds, angular * seconds)
     for _ in range(parts):
-        pose = along_arc(pose, linear * seconds / parts, angular * seconds / parts)
+        pose = move_along_arc(pose, linear * seconds / parts, angular * seconds / parts)
     assert apart(at_once, pose) < 1e-9
 
 
@@ -31,10 +37,10 @@ def test_an_arc_is_as_many_small_arcs(
 def test_an_arc_is_what_many_tiny_straight_steps_come_to(
     pose: Pose2D, linear: float, angular: float
 ) -> None:
-    at_once, tiny = along_arc(pose, linear, angular), 1e-3
+    at_once, tiny = move_along_arc(pose, linear, angular), 1e-3
     for _ in range(1000):
-        pose = along_arc(pose, linear * tiny, 0.0)
-        pose = along_arc(pose, 0.0, angular * tiny)
+        pose = move_along_arc(pose, linear * tiny, 0.0)
+        pose = move_along_arc(pose, 0.0, angular * tiny)
     assert apart(at_once, pose) < abs(linear * angular) * tiny + 1e-9
 
 
@@ -42,17 +48,17 @@ def test_an_arc_is_what_many_tiny_straight_steps_come_to(
 def test_a_full_circle_closes(pose: Pose2D, linear: float, angular: float) -> None:
     steps, end = 1000, pose
     for _ in range(steps):
-        end = along_arc(end, linear * 2 * pi / abs(angular) / steps, 2 * pi / steps)
+        end = move_along_arc(end, linear * 2 * pi / abs(angular) / steps, 2 * pi / steps)
     assert apart(pose, end) < 1e-9
 
 
 def test_half_a_circle_to_the_left_ends_on_the_left_and_looks_back() -> None:
-    assert apart(along_arc(Pose2D(1.0, 1.0, 0.0), pi * 0.5, pi), Pose2D(1.0, 2.0, pi)) < 1e-12
+    assert apart(move_along_arc(Pose2D(1.0, 1.0, 0.0), pi * 0.5, pi), Pose2D(1.0, 2.0, pi)) < 1e-12
 
 
 @given(poses)
 def test_no_velocity_is_no_motion_at_all(pose: Pose2D) -> None:
-    assert along_arc(pose, 0.0, 0.0) == pose
+    assert move_along_arc(pose, 0.0, 0.0) == pose
 
 
 @given(velocities, velocities, st.floats(0.01, 2), st.floats(0.01, 10), st.floats(0.001, 0.1))

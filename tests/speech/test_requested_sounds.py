@@ -21,68 +21,68 @@ keys = st.tuples(kinds, names) | st.tuples(st.just("voice"), names, voices)
 
 
 class OrdersInAnyOrder(RuleBasedStateMachine):
-    """Against a model: for each key the order that was placed last, and what became of it."""
+    """Against a model: for each key the sound that was requested last, and what became of it."""
 
-    orders_placed = Bundle("orders_placed")
+    requested_sounds = Bundle("requested_sounds")
 
     def __init__(self) -> None:
         super().__init__()
         self.mixer = Mixer(lambda _: None)
         self.mixer._loudspeaker.wake = lambda: None  # there is none
-        self.orders = RequestedSounds(self.mixer)
+        self.sounds = RequestedSounds(self.mixer)
         self.state: dict[RequestedSound, str] = {}
         self.current: dict[SoundKey, RequestedSound] = {}
 
-    @rule(target=orders_placed, key=keys, repeats=st.booleans())
+    @rule(target=requested_sounds, key=keys, repeats=st.booleans())
     def place(self, key: SoundKey, repeats: bool) -> RequestedSound:
         self.model_stop(key)
-        order = self.orders.place(key, 1.0, repeats)
-        self.current[key] = order
-        self.state[order] = "waiting"
-        return order
+        sound = self.sounds.add(key, 1.0, repeats)
+        self.current[key] = sound
+        self.state[sound] = "waiting"
+        return sound
 
-    @rule(order=orders_placed)
-    def begin(self, order: RequestedSound) -> None:
-        self.orders.begin(order, WAVE)
-        if self.state[order] == "waiting":
-            self.state[order] = "heard"
+    @rule(sound=requested_sounds)
+    def begin(self, sound: RequestedSound) -> None:
+        self.sounds.begin(sound, WAVE)
+        if self.state[sound] == "waiting":
+            self.state[sound] = "heard"
 
-    @rule(order=orders_placed)
-    def fail(self, order: RequestedSound) -> None:
+    @rule(sound=requested_sounds)
+    def fail(self, sound: RequestedSound) -> None:
         error = SpeechError("no")
-        assert self.orders.fail(order, error) is (self.state[order] == "waiting")
-        if self.state[order] == "waiting":
-            self.state[order] = "over"
-            assert order.error is error
+        assert self.sounds.fail(sound, error) is (self.state[sound] == "waiting")
+        if self.state[sound] == "waiting":
+            self.state[sound] = "over"
+            assert sound.error is error
 
     @rule(beginning=keys | st.tuples(kinds) | st.just(()))
     def stop(self, beginning: SoundKey) -> None:
-        self.orders.stop(beginning)
+        self.sounds.stop(beginning)
         self.model_stop(beginning)
 
     def model_stop(self, beginning: SoundKey) -> None:
-        for key, order in self.current.items():
+        for key, sound in self.current.items():
             if key[: len(beginning)] == beginning:
-                self.state[order] = "over"
+                self.state[sound] = "over"
 
     @invariant()
     def what_is_over_is_known(self) -> None:
-        for order, state in self.state.items():
-            assert order.over is (state == "over")
-            assert (order.source is not None and not order.source.over) is (state == "heard")
+        for sound, state in self.state.items():
+            assert sound.over is (state == "over")
+            assert (sound.source is not None and not sound.source.over) is (state == "heard")
 
     @invariant()
     def who_waits_for_all_waits_for_what_ends(self) -> None:
-        waited = self.orders.heard_once()
-        for order, state in self.state.items():
+        waited = self.sounds.without_repeating()
+        for sound, state in self.state.items():
             if state != "over":
-                assert (order in waited) is (not order.repeats)
+                assert (sound in waited) is (not sound.repeats)
 
     def teardown(self) -> None:
-        self.orders.close()
-        assert all(order.over for order in self.state)
-        late = self.orders.place(("wave", "a"), 1.0, True)
-        self.orders.begin(late, WAVE)
+        self.sounds.close()
+        assert all(sound.over for sound in self.state)
+        late = self.sounds.add(("wave", "a"), 1.0, True)
+        self.sounds.begin(late, WAVE)
         assert late.over
 
 

@@ -89,17 +89,17 @@ def _decode_files(
     """Decode recordings on all cores; return whether some could not be read."""
     from voz.apps.batch.inputs import find_inputs
     from voz.apps.batch.remote import shown_name
-    from voz.cli.decode_output import keep
+    from voz.cli.decode_output import decode_to_file
 
     inputs = find_inputs(paths, options.glob, _names_on_stdin())
     if options.drive and not (options.resumes or options.overwrite):
         from voz.apps.batch.simulated_run import check_no_events
 
         check_no_events(options.drive, map(shown_name, inputs.names))
-    header, many = _batch_decoder(options, settings, language)
+    header, decoder = _batch_decoder(options, settings, language)
     if options.out:
-        return keep(options, settings, header, inputs, many)
-    return _show_all(options, inputs, many)
+        return decode_to_file(options, settings, header, inputs, decoder)
+    return _show_all(options, inputs, decoder)
 
 
 def _batch_decoder(
@@ -119,7 +119,7 @@ def _batch_decoder(
     folder = str(language.folder.resolve())
     setup = WorkerSetup(folder, settings.recognition, options.profile, memory, header.fingerprint)
     if options.drive:
-        simulation = _driving(options.drive, settings, language, options.listening)
+        simulation = _simulation_options(options.drive, settings, language, options.listening)
         setup = replace(setup, simulation=simulation)
         rules = digest_of([simulation.settings.decode(), str(simulation.listening)])
         header = replace(header, drive=rules)
@@ -127,7 +127,7 @@ def _batch_decoder(
     return header, BatchDecoder(setup, options.jobs, options.time_limit, careful, options.dask)
 
 
-def _driving(
+def _simulation_options(
     folder: Path, settings: Config, language: LanguageFiles, listening: bool
 ) -> SimulationOptions:
     """Return the rules by which recordings drive; refuses a list that drives and cannot stop."""
@@ -141,13 +141,13 @@ def _driving(
     return simulation_options(folder, settings, listening)
 
 
-def _show_all(options: DecodeOptions, inputs: Inputs, many: BatchDecoder) -> bool:
+def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> bool:
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.output import in_input_order
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
     write = writer(options)
-    finished: Iterator[Finished] = many.decode(names, range(len(names)))
+    finished: Iterator[Finished] = decoder.decode(names, range(len(names)))
     if not sys.stdout.isatty():  # in between results a bar would be in the way
         finished = with_progress(finished, len(names))
     failed = 0

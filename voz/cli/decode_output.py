@@ -42,7 +42,7 @@ class OutputSummary:
     heard: dict[str, Outcome] = field(default_factory=dict)
     begun: float = field(default_factory=time.monotonic)
 
-    def written(self, outcome: Outcome) -> None:
+    def add(self, outcome: Outcome) -> None:
         """Count what goes into the output."""
         self.whole.add(outcome)
         if (file := outcome.rows[0].file) in self.said:
@@ -58,8 +58,8 @@ class OutputSummary:
         _report_scores(inputs, self.heard)
 
 
-def keep(
-    options: DecodeOptions, settings: Config, header: Header, inputs: Inputs, many: BatchDecoder
+def decode_to_file(
+    options: DecodeOptions, settings: Config, header: Header, inputs: Inputs, decoder: BatchDecoder
 ) -> bool:
     """Decode recordings into `--out`, and report; return whether some could not be read."""
     from msgspec.structs import replace
@@ -79,18 +79,18 @@ def keep(
         settings, [output], [name for name in names if Path(name) == Path(output)]
     )
     check_output(output, options.resumes or options.overwrite, "continue it with --resume, ")
-    account = OutputSummary({shown_name(str(clip.path)) for clip in inputs.clips})
+    summary = OutputSummary({shown_name(str(clip.path)) for clip in inputs.clips})
 
     def decode(numbers: Sequence[int]) -> Generator[Finished, None, None]:
-        for finished in with_progress(many.decode(names, numbers), len(numbers)):
-            account.new.add(finished.outcome)
+        for finished in with_progress(decoder.decode(names, numbers), len(numbers)):
+            summary.new.add(finished.outcome)
             yield finished
 
-    how = ResumeOptions(options.resumes, options.retry_failed, options.overwrite, info)
+    resume = ResumeOptions(options.resumes, options.retry_failed, options.overwrite, info)
     with _explaining_resume(output):
-        decode_to_output(output, header, names, decode, how, whole=account.written)
-    account.report(output, inputs)
-    return account.whole.failed > 0
+        decode_to_output(output, header, names, decode, resume, whole=summary.add)
+    summary.report(output, inputs)
+    return summary.whole.failed > 0
 
 
 @contextmanager

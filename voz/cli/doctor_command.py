@@ -52,7 +52,7 @@ def doctor(
 
     settings = options.settings(robot=robot or None)
     robots = robot_names(settings.robot)
-    driven = _driven(robots, yes) if base else None
+    driven = _base_to_drive(robots, yes) if base else None
     well = True
     with quiet_libraries():
         from voz.apps.doctor.all_checks import check_all, check_base_stops
@@ -65,7 +65,7 @@ def doctor(
         raise typer.Exit(NOT_WELL)
 
 
-def _driven(robots: Sequence[str], yes: bool) -> str:
+def _base_to_drive(robots: Sequence[str], yes: bool) -> str:
     """Return the robot whose base is to be driven, if somebody confirms it."""
     possible = [name for name in robots if name in ("ros1", "ros2")]
     if len(possible) != 1:

@@ -62,7 +62,7 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     recognized = _recognized(tasks, choice, options.jobs)
     results = [result for _, result in recognized]
     points = _operating_points(results, choice) if options.engine == "voz" else []
-    asked = options.described(manifests, settings.recognition)
+    asked = options.describe(manifests, settings.recognition)
     made = datetime.now().astimezone().isoformat(timespec="seconds"), machine()
     evaluation = report.evaluate(results, asked, others, points, made)
     show_evaluation(evaluation, [task for task, _ in recognized], options)

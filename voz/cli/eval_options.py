@@ -77,7 +77,7 @@ class EvalOptions(RecognizerOptions):
                 check_writable(Path(name))
                 check_new(Path(name), self.overwrite)
 
-    def described(self, manifests: Sequence[Path], settings: Recognition) -> dict[str, str]:
+    def describe(self, manifests: Sequence[Path], settings: Recognition) -> dict[str, str]:
         """Describe the options for the results."""
         return {
             "manifests": ", ".join(map(shown_path, manifests)),

@@ -78,18 +78,18 @@ def report(found: Calibration, sentences: int) -> list[str]:
         f"{'':20}{'right':>8}{'obeyed':>8}{'wrongly obeyed':>17}",
     ]
     for title, score in (("before", found.before), ("with the profile", found.after)):
-        lines.append(f"{title:20}{_shares(score)}")
-    kept = _kept(found.profile)
+        lines.append(f"{title:20}{_score_columns(score)}")
+    kept = _profile_parts(found.profile)
     lines.append(f"kept: {', '.join(kept)}" if kept else "kept: nothing, for nothing is better")
     return lines
 
 
-def _shares(score: Score) -> str:
+def _score_columns(score: Score) -> str:
     right, obeyed, wrong = (n / score.sentences for n in (score.right, score.obeyed, score.wrong))
     return f"{right:8.2f}{obeyed:8.2f}{wrong:17.2f}"
 
 
-def _kept(profile: Profile) -> list[str]:
+def _profile_parts(profile: Profile) -> list[str]:
     kept = []
     if profile.start.frames:
         kept.append("the start of the cepstral mean")

@@ -159,7 +159,7 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
             default=field.default,
             annotation=shared[field.name],
         )
-        for field in _own_first(kind)
+        for field in _own_fields_first(kind)
     ]
 
     @functools.wraps(command)
@@ -172,7 +172,7 @@ def with_options(command: Callable[..., None]) -> Callable[..., None]:
     return call
 
 
-def _own_first(kind: type) -> list[Field[Any]]:
+def _own_fields_first(kind: type) -> list[Field[Any]]:
     """List the fields of a class, those that it adds before those that it inherits."""
     classes = [inspect.get_annotations(one) for one in kind.__mro__]
     return sorted(fields(kind), key=lambda field: [field.name in c for c in classes].index(True))

@@ -53,7 +53,7 @@ class RobotPlan:
     verbose: bool = False
 
     @property
-    def displayed(self) -> bool:
+    def has_display(self) -> bool:
         """Whether a terminal shows what is heard."""
         return self.live and self.terminal is not None
 
@@ -90,7 +90,7 @@ def open_robots(
         receivers, troubles = stack.enter_context(_opened_robots(robots, plan.clocked))
         if view:
             receivers.append(view.receive)
-        if CONSOLE not in names and not plan.displayed:
+        if CONSOLE not in names and not plan.has_display:
             receivers.append(_show_warning)
         yield OpenRobots(receivers, troubles, _odometry(robots), setup.show, view)
 
@@ -98,7 +98,7 @@ def open_robots(
 def _robot_names(plan: RobotPlan) -> list[str]:
     """List the robots. What a live run hears is always shown: on its display, or as lines."""
     names = [*plan.names, CONSOLE] if plan.live else plan.names
-    if plan.displayed:
+    if plan.has_display:
         names = [name for name in names if name != CONSOLE]
     # The simulator first: its warning comes before the event that caused it.
     return sorted(dict.fromkeys(names), key=lambda name: name != SIMULATOR)

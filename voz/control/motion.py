@@ -73,7 +73,7 @@ def slower(motion: Motion, by: int) -> Motion:
     return faster(motion, -by)
 
 
-def moved(motion: Motion, step: Step) -> Motion:
+def apply_step(motion: Motion, step: Step) -> Motion:
     """Apply the velocities of a step whose slots are filled."""
     if step.stop:
         return halt(motion)

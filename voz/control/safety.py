@@ -23,7 +23,7 @@ def apply_safety(step: Step, before: Motion, after: Motion, safety: Safety) -> M
         return after
     after = stop_listening_stops(step, after)
     after = slower_ends_at_zero(step, before, after)
-    return limited(after, safety.max_linear, safety.max_angular)
+    return limit_velocities(after, safety.max_linear, safety.max_angular)
 
 
 def stop_listening_stops(step: Step, after: Motion) -> Motion:
@@ -42,9 +42,9 @@ def slower_ends_at_zero(step: Step, before: Motion, after: Motion) -> Motion:
     )
 
 
-def limited(after: Motion, max_linear: float, max_angular: float) -> Motion:
+def limit_velocities(after: Motion, max_linear: float, max_angular: float) -> Motion:
     """S4: velocities stay within their limits, in m/s and rad/s."""
-    linear, angular = _whole(max_linear), _whole(max_angular)
+    linear, angular = _thousandths(max_linear), _thousandths(max_angular)
     return replace(
         after,
         linear=max(-linear, min(after.linear, linear)),
@@ -81,5 +81,5 @@ def _between_zero_and(before: int, after: int) -> int:
     return max(min(0, before), min(after, max(0, before)))
 
 
-def _whole(velocity: float) -> int:
+def _thousandths(velocity: float) -> int:
     return int(round(velocity * PER_UNIT, 6))

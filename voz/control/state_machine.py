@@ -19,7 +19,7 @@ from voz.control.bounded_motion import (
     is_finished,
     update_bounded,
 )
-from voz.control.motion import Motion, halt, moved
+from voz.control.motion import Motion, apply_step, halt
 from voz.control.safety import apply_safety
 from voz.control.steps import Step, fill_slots
 from voz.control.table import DEFAULT_STATE, CommandTable, Steps, is_selection
@@ -170,7 +170,7 @@ def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | N
     events: list[Event] = []
     for number, step in enumerate(steps):
         before = state
-        motion = apply_safety(step, before.motion, moved(before.motion, step), safety)
+        motion = apply_safety(step, before.motion, apply_step(before.motion, step), safety)
         state = replace(state, motion=motion, **_changed(step))
         if before.motion.moving and not motion.moving:
             state = at_rest(state)  # whatever ended the motion, no later step may start another one

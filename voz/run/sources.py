@@ -73,7 +73,7 @@ def recorded_items(
     """
     heard = 0  # samples of all recordings so far
 
-    def counted(blocks: Iterator[Samples]) -> Iterator[Samples]:
+    def count_samples(blocks: Iterator[Samples]) -> Iterator[Samples]:
         nonlocal heard
         for block in blocks:
             heard += len(block)
@@ -82,7 +82,7 @@ def recorded_items(
     for path in paths:
         begin = heard / SAMPLE_RATE
         try:
-            for event in recognizer.events(counted(read_blocks(path)), shown_path(path)):
+            for event in recognizer.events(count_samples(read_blocks(path)), shown_path(path)):
                 yield shift_time(event, begin)
         except AudioError as error:
             unreadable.append(str(error))

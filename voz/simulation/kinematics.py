@@ -35,7 +35,7 @@ def respond(
     return velocity + max(-most, min(change, most))
 
 
-def along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
+def move_along_arc(pose: Pose2D, distance: float, turn: float) -> Pose2D:
     """Move a pose along an arc of a length (m, below 0 backward) that turns left by `turn`, rad."""
     # By the chord of the arc, which is exact for tiny turns, too.
     half = turn / 2

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from voz.events import Twist
 from voz.simulation.arm import FOLDED, Joints, Point, joints_pointing_at, turn_joints
-from voz.simulation.kinematics import Pose2D, along_arc, respond
+from voz.simulation.kinematics import Pose2D, move_along_arc, respond
 from voz.simulation.room import Tabletop, gap_to_table, gap_to_walls
 from voz.simulation.simulator_settings import Simulator
 
@@ -67,7 +67,7 @@ def start(settings: Simulator) -> WorldState:
 
 def step(state: WorldState, twist: Twist, dt: float, settings: Simulator) -> WorldState:
     """Return the state after `dt` s; a `twist` that is too old stops the base."""
-    state = _driven(state, *_obeyed(twist, state.t, settings), dt, settings)
+    state = _move_base(state, *_allowed_velocity(twist, state.t, settings), dt, settings)
     target = place_of(state.selected, settings)
     wanted = joints_pointing_at(state.pose, target) if target else FOLDED
     return replace(
@@ -90,7 +90,7 @@ def gap(pose: Pose2D, settings: Simulator) -> Gap:
     return min(Gap(to_walls, "a wall"), Gap(to_table, "the table"))
 
 
-def _obeyed(twist: Twist, now: float, settings: Simulator) -> tuple[float, float]:
+def _allowed_velocity(twist: Twist, now: float, settings: Simulator) -> tuple[float, float]:
     """Return the velocity that the base follows: within its limits, and 0 after the timeout."""
     too_old = now - twist.t >= settings.cmd_vel_timeout
     if too_old or not (isfinite(twist.linear) and isfinite(twist.angular)):
@@ -102,7 +102,7 @@ def _obeyed(twist: Twist, now: float, settings: Simulator) -> tuple[float, float
     )
 
 
-def _driven(
+def _move_base(
     state: WorldState, linear: float, angular: float, dt: float, settings: Simulator
 ) -> WorldState:
     lag = settings.time_constant
@@ -110,23 +110,23 @@ def _driven(
     angular = respond(state.angular, angular, lag, settings.angular_acceleration, dt)
     # The velocities change evenly within such a short time: their means give the arc.
     distance, turn = (state.linear + linear) / 2 * dt, (state.angular + angular) / 2 * dt
-    pose = along_arc(state.pose, distance, turn)
+    pose = move_along_arc(state.pose, distance, turn)
     before, after = gap(state.pose, settings).size, gap(pose, settings).size
     if after < 0 or (after < TOUCH_DISTANCE and after < before - ROUNDING_ERROR):
-        pose = _up_to_touch(state.pose, distance, turn, settings)
+        pose = _pose_at_touch(state.pose, distance, turn, settings)
         return replace(state, pose=pose, linear=0.0, angular=0.0, collided=True)
     collided = state.collided and after < CLEAR_DISTANCE
     return replace(state, pose=pose, linear=linear, angular=angular, collided=collided)
 
 
-def _up_to_touch(pose: Pose2D, distance: float, turn: float, settings: Simulator) -> Pose2D:
+def _pose_at_touch(pose: Pose2D, distance: float, turn: float, settings: Simulator) -> Pose2D:
     """Return where along an arc the base first touches something."""
     free, blocked = 0.0, 1.0
     for _ in range(MAX_HALVINGS):
         middle = (free + blocked) / 2
-        there = along_arc(pose, distance * middle, turn * middle)
+        there = move_along_arc(pose, distance * middle, turn * middle)
         if gap(there, settings).size < TOUCH_DISTANCE / 2:
             blocked = middle
         else:
             free = middle
-    return along_arc(pose, distance * free, turn * free)
+    return move_along_arc(pose, distance * free, turn * free)

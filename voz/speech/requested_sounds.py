@@ -46,57 +46,57 @@ class RequestedSounds:
     def __init__(self, mixer: Mixer) -> None:
         self._mixer = mixer
         self._lock = threading.Lock()
-        self._orders: dict[SoundKey, RequestedSound] = {}
+        self._sounds: dict[SoundKey, RequestedSound] = {}
         self._closed = False
 
-    def place(self, key: SoundKey, volume: float, repeats: bool) -> RequestedSound:
+    def add(self, key: SoundKey, volume: float, repeats: bool) -> RequestedSound:
         """Add a sound that is to begin; it replaces the one with the same key."""
-        order = RequestedSound(volume, repeats)
+        sound = RequestedSound(volume, repeats)
         self.stop(key)
         with self._lock:
             if self._closed:
-                order.decided.set()
-            self._orders = {k: o for k, o in self._orders.items() if not o.over}
-            self._orders[key] = order
-        return order
+                sound.decided.set()
+            self._sounds = {k: one for k, one in self._sounds.items() if not one.over}
+            self._sounds[key] = sound
+        return sound
 
-    def begin(self, order: RequestedSound, wave: Wave) -> None:
+    def begin(self, sound: RequestedSound, wave: Wave) -> None:
         """Play a sound, unless it was stopped meanwhile."""
         with self._lock:
-            if not order.decided.is_set():
-                order.source = self._mixer.play(wave, order.volume, order.repeats)
-                order.decided.set()
+            if not sound.decided.is_set():
+                sound.source = self._mixer.play(wave, sound.volume, sound.repeats)
+                sound.decided.set()
 
-    def fail(self, order: RequestedSound, error: VozError) -> bool:
+    def fail(self, sound: RequestedSound, error: VozError) -> bool:
         """Note that a sound cannot be played; returns False if it was stopped meanwhile."""
         with self._lock:
-            if order.decided.is_set():
+            if sound.decided.is_set():
                 return False
-            order.error = error
-            order.decided.set()
+            sound.error = error
+            sound.decided.set()
             return True
 
     def stop(self, beginning: SoundKey = ()) -> None:
         """Stop all sounds whose keys begin like this."""
         with self._lock:
-            for key, order in self._orders.items():
+            for key, sound in self._sounds.items():
                 if key[: len(beginning)] == beginning:
-                    order.decided.set()
-                    if order.source:
-                        self._mixer.stop(order.source)
+                    sound.decided.set()
+                    if sound.source:
+                        self._mixer.stop(sound.source)
 
-    def wait(self, order: RequestedSound) -> None:
+    def wait(self, sound: RequestedSound) -> None:
         """Wait until a sound has ended; raises the error that prevented it."""
-        order.decided.wait()
-        if order.source:
-            self._mixer.wait(order.source)
-        if order.error:
-            raise order.error
+        sound.decided.wait()
+        if sound.source:
+            self._mixer.wait(sound.source)
+        if sound.error:
+            raise sound.error
 
-    def heard_once(self) -> list[RequestedSound]:
+    def without_repeating(self) -> list[RequestedSound]:
         """The sounds that do not repeat."""
         with self._lock:
-            return [order for order in self._orders.values() if not order.repeats]
+            return [sound for sound in self._sounds.values() if not sound.repeats]
 
     def close(self) -> None:
         """Stop all sounds, and start no more."""

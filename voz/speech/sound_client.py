@@ -82,7 +82,7 @@ class SoundClient:
         self._closed = threading.Event()
         self._renderers: list[threading.Thread] = []
         self.mixer = Mixer(self._tell)
-        self._orders = RequestedSounds(self.mixer)
+        self._sounds = RequestedSounds(self.mixer)
 
     def play(self, sound: int, volume: float = 1.0, blocking: bool | None = None) -> None:
         """Play a built-in sound once.
@@ -103,7 +103,7 @@ class SoundClient:
 
     def stop(self, sound: int) -> None:
         """Stop a built-in sound, or with `ALL` every sound."""
-        self._orders.stop(() if sound == ALL else ("builtin", BuiltinSound(sound).name))
+        self._sounds.stop(() if sound == ALL else ("builtin", BuiltinSound(sound).name))
 
     def play_wave(
         self, sound: str | os.PathLike[str], volume: float = 1.0, blocking: bool | None = None
@@ -133,7 +133,7 @@ class SoundClient:
 
     def stop_wave(self, sound: str | os.PathLike[str]) -> None:
         """Stop a sound file."""
-        self._orders.stop(_key_of(sound))
+        self._sounds.stop(_key_of(sound))
 
     def say(
         self, text: str, voice: str = "", volume: float = 1.0, blocking: bool | None = None
@@ -160,11 +160,11 @@ class SoundClient:
         """Stop a text, in any voice."""
         for voice in ("", ESPEAK_PREFIX):
             with suppress(SpeechError):  # such a voice cannot say it
-                self._orders.stop(("voice", speakable(text, voice)))
+                self._sounds.stop(("voice", speakable(text, voice)))
 
     def stop_all(self) -> None:
         """Stop every sound."""
-        self._orders.stop()
+        self._sounds.stop()
 
     def builtin_sound(self, sound: int, volume: float = 1.0) -> Sound:
         """A built-in sound, to be played later."""
@@ -196,13 +196,13 @@ class SoundClient:
 
     def wait(self) -> None:
         """Wait until all sounds that do not repeat have ended."""
-        for order in self._orders.heard_once():
+        for requested in self._sounds.without_repeating():
             with suppress(VozError):  # reported before
-                self._orders.wait(order)
+                self._sounds.wait(requested)
 
     def close(self) -> None:
         """Stop every sound, and play nothing more."""
-        self._orders.close()
+        self._sounds.close()
         self._closed.set()
         for thread in self._renderers:
             thread.join(RENDERER_TIMEOUT)
@@ -220,18 +220,18 @@ class SoundClient:
 
     def _play_builtin(self, sound: int, volume: float, repeats: bool) -> RequestedSound:
         known = BuiltinSound(sound)
-        order = self._orders.place(("builtin", known.name), volume, repeats)
-        self._orders.begin(order, synthesize_sound(known))
-        return order
+        requested = self._sounds.add(("builtin", known.name), volume, repeats)
+        self._sounds.begin(requested, synthesize_sound(known))
+        return requested
 
     def _play_wave(
         self, sound: str | os.PathLike[str], volume: float, repeats: bool
     ) -> RequestedSound:
         key = _key_of(sound)
         wave = read_sound(Path(sound), PLAYBACK_RATE)
-        order = self._orders.place(key, volume, repeats)
-        self._orders.begin(order, wave)
-        return order
+        requested = self._sounds.add(key, volume, repeats)
+        self._sounds.begin(requested, wave)
+        return requested
 
     def _say(
         self, text: str, voice: str, volume: float, repeats: bool, tell: bool
@@ -243,29 +243,29 @@ class SoundClient:
         self._renderers = [thread for thread in self._renderers if thread.is_alive()]
         if not at_once and len(self._renderers) >= MAX_RENDERERS:
             raise SpeechError("festival is busy with other texts; say it again later")
-        order = self._orders.place(("voice", plain, voice), volume, repeats)
-        render = partial(self._render, order, plain, voice, tell)
+        requested = self._sounds.add(("voice", plain, voice), volume, repeats)
+        render = partial(self._render, requested, plain, voice, tell)
         if at_once:
             render()
         else:
             thread = threading.Thread(target=render, name="voz-renderer", daemon=True)
             self._renderers.append(thread)
             thread.start()
-        return order
+        return requested
 
-    def _render(self, order: RequestedSound, plain: str, voice: str, tell: bool) -> None:
+    def _render(self, requested: RequestedSound, plain: str, voice: str, tell: bool) -> None:
         try:
             wave = read_sound(cached_speech(plain, voice, self._closed), PLAYBACK_RATE)
         except VozError as error:
-            if self._orders.fail(order, error) and tell and str(error) not in self._told:
+            if self._sounds.fail(requested, error) and tell and str(error) not in self._told:
                 self._told.add(str(error))
                 self._tell(str(error))
         else:
-            self._orders.begin(order, trim_leading_silence(wave))
+            self._sounds.begin(requested, trim_leading_silence(wave))
 
-    def _wait_for(self, order: RequestedSound, blocking: bool | None) -> None:
+    def _wait_for(self, requested: RequestedSound, blocking: bool | None) -> None:
         if self._blocks(blocking):
-            self._orders.wait(order)
+            self._sounds.wait(requested)
 
     def _blocks(self, blocking: bool | None) -> bool:
         return self._blocking if blocking is None else blocking

@@ -70,7 +70,7 @@ def test_what_stood_out_of_what_goes_on_is_found_in_its_place(
     now = begun()
     now.levels = levels
     begins = [n for n, x in enumerate(levels) if x == LOUD and levels[n - 1] == LOW]
-    parts = list(now.divided(len(levels) * FRAME))
+    parts = list(now.divide(len(levels) * FRAME))
     assert [part.start for part in parts] == [n * FRAME - SEGMENT_MARGIN for n in begins]
     assert [part.loud for part in parts] == [loud for loud, _ in spells]
     assert all(part.ended and part.loudest == LOUD for part in parts)

@@ -10,7 +10,7 @@ import msgspec
 from voz.apps.web.event_history import Record
 from voz.events import Event, SelectedObject, Twist
 from voz.simulation.arm import arm_points
-from voz.simulation.kinematics import Pose2D, along_arc
+from voz.simulation.kinematics import Pose2D, move_along_arc
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState
 
@@ -78,7 +78,7 @@ class DeadReckoningPicture:
         if isinstance(event, Twist):
             seconds = min(MAX_STEP, max(0.0, event.t - self._last.t))
             last = self._last
-            self._pose = along_arc(self._pose, last.linear * seconds, last.angular * seconds)
+            self._pose = move_along_arc(self._pose, last.linear * seconds, last.angular * seconds)
             self._last = event
         elif isinstance(event, SelectedObject):
             self._selected = event.value

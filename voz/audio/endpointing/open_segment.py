@@ -90,7 +90,7 @@ class OpenSegment:
         """Where it paused, given the position in the stream, samples."""
         return min(heard, heard - self.silent * FRAME + SEGMENT_MARGIN)
 
-    def divided(self, heard: int) -> Iterator[OpenSegment]:
+    def divide(self, heard: int) -> Iterator[OpenSegment]:
         """Split an overlong segment at its quiet parts; the last part may go on."""
         first = heard - len(self.levels) * FRAME
         before = self.before

@@ -121,9 +121,9 @@ class Segmenter:
             Segments whose end is known, and after each once that nothing followed.
         """
         self._kept = np.concatenate([self._kept, block])
-        for frame, level in self._frames(self._unheard()):
+        for frame, level in self._frames(self._unread()):
             self._heard += FRAME
-            yield from self._progress(frame, level)
+            yield from self._take_frame(frame, level)
         self._forget()
 
     def warm_up(self, at: int, before: Samples) -> None:
@@ -150,10 +150,10 @@ class Segmenter:
 
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the open segment, if any, and the quiet after it."""
-        self._heard += len(self._unheard())
+        self._heard += len(self._unread())
         if self._open:
-            yield self._over(self._open)
-        yield from self._quiet()
+            yield self._finish_segment(self._open)
+        yield from self._report_quiet()
 
     def cut(self) -> None:
         """End the segment that has paused; what follows is another one."""
@@ -170,7 +170,7 @@ class Segmenter:
         """Note that the sound so far was said to the robot, and is no talk of others."""
         self._command_until = self._heard
 
-    def _unheard(self) -> Samples:
+    def _unread(self) -> Samples:
         return self._kept[self._heard - self._kept_from :]
 
     def _frames(self, sound: Samples) -> Iterator[tuple[bytes, BandLevels]]:
@@ -178,13 +178,13 @@ class Segmenter:
         frames = (frame.tobytes() for frame in whole.reshape(-1, FRAME))
         return zip(frames, self._loudness.measure(whole), strict=True)
 
-    def _progress(self, frame: bytes, level: BandLevels) -> Iterator[Sound]:
+    def _take_frame(self, frame: bytes, level: BandLevels) -> Iterator[Sound]:
         voice = self._is_voice(frame)
         background = self._background.follow(level, voice)
         if self._open is None:
             yield from self._begin(voice, level, background)
         else:
-            yield from self._go_on(self._open, voice, level[0])
+            yield from self._continue(self._open, voice, level[0])
             if self._pause and self._open and self._heard // FRAME % ONGOING_INTERVAL == 0:
                 so_far = self._kept[: self._heard - self._kept_from]
                 yield Ongoing(self._heard / SAMPLE_RATE, so_far)
@@ -196,7 +196,7 @@ class Segmenter:
             return
         since = self._heard - self._last_end
         if since > QUIET_AFTER_ONSET or (since > QUIET_AFTER and not self._standing):
-            yield from self._quiet()
+            yield from self._report_quiet()
 
     def _note(self, voice: bool, level: BandLevels, background: BandLevels) -> None:
         """Note whether a frame stands out, in either band and in both."""
@@ -219,28 +219,28 @@ class Segmenter:
         self._standing = 0
         self._stood.clear()
 
-    def _go_on(self, now: OpenSegment, voice: bool, level: float) -> Iterator[Sound]:
+    def _continue(self, now: OpenSegment, voice: bool, level: float) -> Iterator[Sound]:
         now.follow(voice, level)
         if (noise := self._noise_under(now)) is not None:
-            yield self._over(now, self._heard - RISE_FRAMES * FRAME)
+            yield self._finish_segment(now, self._heard - RISE_FRAMES * FRAME)
             self._background.settle(noise.usual)
             self._start_above(noise.highest, RISE_FRAMES)
         elif now.ended and now.is_click:
             self._open = None
         elif now.ended:
-            yield self._over(now)
+            yield self._finish_segment(now)
         elif self._heard - now.start > self._longest:
-            yield from self._divided(now)
+            yield from self._divide(now)
         elif now.silent == self._pause and not now.is_click:
             yield self._segment(now, now.paused_at(self._heard))._replace(over=False)
 
-    def _divided(self, whole: OpenSegment) -> Iterator[Segment]:
+    def _divide(self, whole: OpenSegment) -> Iterator[Segment]:
         self._open = None
-        for part in whole.divided(self._heard):
+        for part in whole.divide(self._heard):
             part.start = max(self._last_end, part.start)
             self._open = part
             if part.ended:
-                yield self._over(part)
+                yield self._finish_segment(part)
         if self._open is None:
             self._end(self._heard)
 
@@ -260,12 +260,12 @@ class Segmenter:
             self._kept[end - STEADY_FRAMES * FRAME - RUN_UP : end]
         )
 
-    def _quiet(self) -> Iterator[Quiet]:
+    def _report_quiet(self) -> Iterator[Quiet]:
         if not self._quiet_reported:
             self._quiet_reported = True
             yield Quiet(self._heard / SAMPLE_RATE)
 
-    def _over(self, now: OpenSegment, end: int | None = None) -> Segment:
+    def _finish_segment(self, now: OpenSegment, end: int | None = None) -> Segment:
         end = now.paused_at(self._heard) if end is None else end
         segment = self._segment(now, end)
         self._end(end)

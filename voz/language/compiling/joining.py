@@ -65,7 +65,7 @@ class _Joining:
     def join(self) -> None:
         self._number(tuple(self.begins), (NO_LABEL, ""))
         for state, members in enumerate(self._todo):
-            self._end(state, [member for member in members if member in self.ends])
+            self._label_state(state, [member for member in members if member in self.ends])
             following: dict[str, list[int]] = {}
             for member in members:
                 for word, targets in self.steps[member].items():
@@ -77,7 +77,7 @@ class _Joining:
                 if len(apart) < len(targets):
                     twice = next(to for to in apart if targets.count(to) > 1)
                     template = bisect_right(self.begins, twice) - 1
-                    self._share(arcs[word], twice, (template, template))
+                    self._note_shared(arcs[word], twice, (template, template))
             self.arcs.append(arcs)
 
     def _number(self, members: tuple[int, ...], before: tuple[int, str]) -> int:
@@ -90,25 +90,25 @@ class _Joining:
             self._before.append(before)
         return known
 
-    def _end(self, state: int, ended: Sequence[int]) -> None:
+    def _label_state(self, state: int, ended: Sequence[int]) -> None:
         labels = sorted(self.ends[member] for member in ended)
         self.labels.append(labels[0] if labels else NO_LABEL)
         for other in labels[1:]:
-            self._share(state, ended[0], (labels[0], other))
+            self._note_shared(state, ended[0], (labels[0], other))
 
-    def _share(self, state: int, member: int, templates: tuple[int, int]) -> None:
+    def _note_shared(self, state: int, member: int, templates: tuple[int, int]) -> None:
         if templates not in self.shared:
-            sentence = " ".join([*self._way_to(state), *self._way_on(member)])
+            sentence = " ".join([*self._words_to(state), *self._words_after(member)])
             self.shared[templates] = SharedSentence(sentence, *templates)
 
-    def _way_to(self, state: int) -> list[str]:
+    def _words_to(self, state: int) -> list[str]:
         words = []
         while state:
             state, word = self._before[state]
             words.append(word)
         return words[::-1]
 
-    def _way_on(self, member: int) -> list[str]:
+    def _words_after(self, member: int) -> list[str]:
         words = []
         while member not in self.ends:
             word, targets = next(iter(self.steps[member].items()))

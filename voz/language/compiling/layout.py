@@ -56,7 +56,7 @@ class _States:
             if self.arcs > MAX_TEMPLATE_ARCS:
                 raise TooManyArcsError
         elif isinstance(item, Concatenation):
-            self._in_a_row(item.items, start, end)
+            self._lay_in_order(item.items, start, end)
         elif isinstance(item, Choice):
             for one in item.items:
                 self.lay(one, start, end)
@@ -64,17 +64,17 @@ class _States:
             self.lay(item.item, start, end)
             self.silent[start].append(((), end))
         elif isinstance(item, Permutation):
-            self._in_any_order(item.items, start, end)
+            self._lay_in_any_order(item.items, start, end)
         elif isinstance(item, NumberRange):
             self.lay(_number_words(item), start, end)
         elif isinstance(item, Tag):
-            self._marked(item.item, (("<", ""),), ((">", item.value),), start, end)
+            self._lay_marked(item.item, (("<", ""),), ((">", item.value),), start, end)
         elif isinstance(item, Slot):
-            self._marked(item.item, (("{", item.name),), (("}", ""),), start, end)
+            self._lay_marked(item.item, (("{", item.name),), (("}", ""),), start, end)
         elif isinstance(item, ResolvedReference):
             self.lay(item.item, start, end)
 
-    def _in_a_row(self, items: Sequence[Expression], start: int, end: int) -> None:
+    def _lay_in_order(self, items: Sequence[Expression], start: int, end: int) -> None:
         if not items:
             self.silent[start].append(((), end))
         for item in items[:-1]:
@@ -84,7 +84,7 @@ class _States:
         if items:
             self.lay(items[-1], start, end)
 
-    def _in_any_order(self, items: Sequence[Expression], start: int, end: int) -> None:
+    def _lay_in_any_order(self, items: Sequence[Expression], start: int, end: int) -> None:
         """Lay a state for each set of items that were said: there are fewer than orders."""
         everything = (1 << len(items)) - 1
         said = {0: start, everything: end}
@@ -96,7 +96,7 @@ class _States:
                         said[more] = self.new()
                     self.lay(item, said[done], said[more])
 
-    def _marked(
+    def _lay_marked(
         self, item: Expression, begin: SlotMarks, close: SlotMarks, start: int, end: int
     ) -> None:
         first, last = self.new(), self.new()
@@ -110,7 +110,7 @@ class _States:
         todo, arcs, ends = [0], list[dict[str, list[MarkedArc]]](), dict[int, SlotMarks]()
         for state in todo:
             found: dict[str, list[MarkedArc]] = {}
-            for near, marks in self._near(state):
+            for near, marks in self._reached_silently(state):
                 if near == 1:
                     ends[len(arcs)] = marks
                 for word, target in self.words[near]:
@@ -124,7 +124,7 @@ class _States:
             arcs.append(found)
         return SlotReader(arcs, ends)
 
-    def _near(self, state: int) -> Iterator[tuple[int, SlotMarks]]:
+    def _reached_silently(self, state: int) -> Iterator[tuple[int, SlotMarks]]:
         """Return the states reached without a word, each by the first way."""
         seen: set[int] = set()
         todo: list[tuple[int, SlotMarks]] = [(state, ())]

@@ -118,7 +118,13 @@ class Commands(Collection[str]):
         label = self._label(words)
         if label is None:
             typed = spoken_forms(text)
-            found = next(chain(self._spoken(typed), self._spoken(self._accented(typed))), None)
+            found = next(
+                chain(
+                    self._matching_sentences(typed),
+                    self._matching_sentences(self._with_accents(typed)),
+                ),
+                None,
+            )
             if found is None:
                 return None
             words, label = found
@@ -136,7 +142,7 @@ class Commands(Collection[str]):
     def is_typed_prefix(self, text: str) -> bool:
         """Whether a longer sentence begins with a typed text, perhaps with digits."""
         return bool(words := spoken_forms(text)) and any(
-            self.automaton.arcs[state] for state, _ in self._walked(words)
+            self.automaton.arcs[state] for state, _ in self._states_after(words)
         )
 
     def continuing_commands(self, text: str) -> frozenset[str]:
@@ -194,7 +200,7 @@ class Commands(Collection[str]):
         label = NO_LABEL if state is None else self.automaton.labels[state]
         return None if label == NO_LABEL else label
 
-    def _accented(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
+    def _with_accents(self, typed: Sequence[Sequence[str]]) -> list[list[str]]:
         """Return typed words with their accents, in all ways."""
         return [[word for way in ways for word in self._accents.get(way, [way])] for ways in typed]
 
@@ -205,13 +211,15 @@ class Commands(Collection[str]):
             found.setdefault(strip_accents(word), []).append(word)
         return found
 
-    def _spoken(self, typed: Sequence[Sequence[str]]) -> Iterator[tuple[list[str], int]]:
+    def _matching_sentences(
+        self, typed: Sequence[Sequence[str]]
+    ) -> Iterator[tuple[list[str], int]]:
         """Yield the sentences that typed text may be, with their labels."""
-        for state, words in self._walked(typed):
+        for state, words in self._states_after(typed):
             if self.automaton.labels[state] != NO_LABEL:
                 yield words, self.automaton.labels[state]
 
-    def _walked(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
+    def _states_after(self, typed: Sequence[Sequence[str]]) -> list[tuple[int, list[str]]]:
         """Return the states to which typed text leads, with the words on the way."""
         begun: list[tuple[int, list[str]]] = [(0, [])]
         for ways in typed:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import http.server
-import threading
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -61,14 +60,9 @@ class Store(http.server.BaseHTTPRequestHandler):
 
 
 @pytest.fixture
-def store() -> Iterator[tuple[str, type[Store]]]:
+def store(serve: Callable[[type[Store]], str]) -> tuple[str, type[Store]]:
     handler = type("_", (Store,), {"objects": {}})
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_port}", handler
-        server.shutdown()
-        thread.join()
+    return serve(handler), handler
 
 
 @pytest.fixture(autouse=True)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import fsspec
@@ -22,21 +19,10 @@ from voz.language.generated.language_files import PACKAGED_FOLDER
 from voz.settings import Recognition
 
 
-class Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, *_: object) -> None:
-        pass
-
-
 @pytest.fixture
-def server() -> Iterator[str]:
+def server(serve: Callable[[Path], str]) -> str:
     """A web server with the recorded commands."""
-    handler = functools.partial(Quiet, directory=str(GO_BACK.parent))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as found:
-        thread = threading.Thread(target=found.serve_forever)
-        thread.start()
-        yield f"http://127.0.0.1:{found.server_port}"
-        found.shutdown()
-        thread.join()
+    return serve(GO_BACK.parent)
 
 
 def decoded(*names: str) -> list[Outcome]:

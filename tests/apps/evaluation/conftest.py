@@ -11,6 +11,8 @@ from voz.apps.evaluation.results import Result, Understood
 
 Make = Callable[..., Result]
 
+EVIL = '<script>alert("x")</script>'
+
 
 @pytest.fixture
 def result() -> Make:
@@ -28,3 +30,18 @@ def result() -> Make:
         )
 
     return make
+
+
+@pytest.fixture
+def results(result: Make) -> list[Result]:
+    """Results of all kinds, with names that a page must not run."""
+    return [
+        result("stop", "stop", file="a", confidence=0.9),
+        result("go back", EVIL, file="b", confidence=0.7, speaker=EVIL, condition=EVIL),
+        result(EVIL, "stop", file="b2", set=EVIL),
+        result("stop", "stop", file="c", snr=10.0, noise=EVIL, set=EVIL),
+        result("stop", "go back", file="c", snr=5.0, noise=EVIL, set=EVIL),
+        result("stop it", "stop?", file="d", confidence=0.4, kind="near-miss"),
+        result("stop", file=EVIL, error=f"{EVIL}: there is no such file"),
+        result(EVIL, "stop", file="e", kind="talk", seconds=60.0),
+    ]

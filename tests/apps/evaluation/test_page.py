@@ -6,7 +6,6 @@ import re
 from html.parser import HTMLParser
 from typing import Any
 
-import pytest
 import soundfile
 
 from voz.apps.evaluation import report
@@ -18,20 +17,6 @@ from voz.apps.evaluation.results import Result
 from voz.events import to_json
 
 EVIL = '<script>alert("x")</script>'
-
-
-@pytest.fixture
-def results(result: Any) -> list[Result]:
-    return [
-        result("stop", "stop", file="a", confidence=0.9),
-        result("go back", EVIL, file="b", confidence=0.7, speaker=EVIL, condition=EVIL),
-        result(EVIL, "stop", file="b2", set=EVIL),
-        result("stop", "stop", file="c", snr=10.0, noise=EVIL, set=EVIL),
-        result("stop", "go back", file="c", snr=5.0, noise=EVIL, set=EVIL),
-        result("stop it", "stop?", file="d", confidence=0.4, kind="near-miss"),
-        result("stop", file=EVIL, error=f"{EVIL}: there is no such file"),
-        result(EVIL, "stop", file="e", kind="talk", seconds=60.0),
-    ]
 
 
 class Page(HTMLParser):

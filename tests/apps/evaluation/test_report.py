@@ -11,22 +11,6 @@ from voz.apps.evaluation.results import Result
 from voz.errors import ConfigError
 from voz.events import to_json
 
-EVIL = '<script>alert("x")</script>'
-
-
-@pytest.fixture
-def results(result: Any) -> list[Result]:
-    return [
-        result("stop", "stop", file="a", confidence=0.9),
-        result("go back", EVIL, file="b", confidence=0.7, speaker=EVIL, condition=EVIL),
-        result(EVIL, "stop", file="b2", set=EVIL),
-        result("stop", "stop", file="c", snr=10.0, noise=EVIL, set=EVIL),
-        result("stop", "stop", file="c", snr=5.0, noise=EVIL, set=EVIL),
-        result("stop it", "stop?", file="d", confidence=0.4, kind="near-miss"),
-        result("stop", file=EVIL, error=f"{EVIL}: there is no such file"),
-        result(EVIL, "stop", file="e", kind="talk", seconds=60.0),
-    ]
-
 
 def test_what_json_writes_can_be_compared_with(results: list[Result], tmp_path: Path) -> None:
     evaluation = report.evaluate(results, {"engine": "voz"})

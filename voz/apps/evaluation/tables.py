@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from voz.apps.evaluation.comparison import AlarmDifference, Difference
@@ -51,112 +51,90 @@ def speaker_tables(scores: Scores) -> list[Table]:
     return [table for table in tables if table.rows]
 
 
-def commands_table(scores: Sequence[CommandScores]) -> Table:
+def commands_table(scores: Iterable[CommandScores]) -> Table:
     """Show recordings of commands."""
-    header = (
-        "commands",
-        "clips",
-        "speakers",
-        "right",
-        "right and accepted",
-        "word errors",
-        "refused",
-        "wrongly obeyed",
-        "CPU ms",
-    )
-    rows = [
-        (
-            _label(s.group),
-            str(s.clips),
-            str(s.speakers),
-            estimate_text(s.right),
-            estimate_text(s.right_and_accepted),
-            estimate_text(s.word_error_rate),
-            estimate_text(s.refused),
-            estimate_text(s.wrongly_obeyed),
-            f"{s.cpu_ms:.1f}",
-        )
+    return _table(
+        {
+            "commands": _label(s.group),
+            "clips": str(s.clips),
+            "speakers": str(s.speakers),
+            "right": estimate_text(s.right),
+            "right and accepted": estimate_text(s.right_and_accepted),
+            "word errors": estimate_text(s.word_error_rate),
+            "refused": estimate_text(s.refused),
+            "wrongly obeyed": estimate_text(s.wrongly_obeyed),
+            "CPU ms": f"{s.cpu_ms:.1f}",
+        }
         for s in scores
-    ]
-    return Table(header, rows)
+    )
 
 
-def near_miss_table(scores: Sequence[NearMissScores]) -> Table:
+def near_miss_table(scores: Iterable[NearMissScores]) -> Table:
     """Show speech that is no command."""
-    rows = [
-        (_label(s.group), str(s.clips), str(s.speakers), estimate_text(s.let_through))
+    return _table(
+        {
+            "near-misses": _label(s.group),
+            "clips": str(s.clips),
+            "speakers": str(s.speakers),
+            "let through": estimate_text(s.let_through),
+        }
         for s in scores
-    ]
-    return Table(("near-misses", "clips", "speakers", "let through"), rows)
-
-
-def alarm_table(scores: Sequence[AlarmScores]) -> Table:
-    """Show running speech, noise, and what is between commands."""
-    rows = [
-        (
-            _alarm_label(s.group),
-            alarm_rate_text(s.rate),
-            ", ".join(f"{command} {number}" for command, number in s.commands.items()),
-        )
-        for s in scores
-    ]
-    return Table(("talk and noise", "false alarms", "obeyed"), rows)
-
-
-def operating_point_table(operating_points: Sequence[OperatingPoint]) -> Table:
-    """Show what fewer or more false alarms would cost."""
-    header = ("false_alarms_per_hour", "threshold", "missed", "near-misses", "alarms in talk")
-    rows = [
-        (
-            f"{p.false_alarms_per_hour:g}",
-            f"{p.threshold:.3f}",
-            *("" if v is None else f"{v:.3f}" for v in (p.missed, p.let_through)),
-            "" if p.talk is None else alarm_rate_text(p.talk),
-        )
-        for p in operating_points
-    ]
-    return Table(header, rows)
-
-
-def comparison_table(differences: Sequence[Difference]) -> Table:
-    """Show two evaluations side by side."""
-    header = (
-        "right and accepted",
-        "clips",
-        "here",
-        "there",
-        "difference",
-        "only here",
-        "only there",
-        "p",
     )
-    rows = [
-        (
-            d.set if d.snr is None else f"{TABLE_INDENT}{d.snr:g} dB",
-            str(d.clips),
-            f"{d.this:.3f}",
-            f"{d.other:.3f}",
-            f"{d.this - d.other:+.3f}",
-            str(d.only_this),
-            str(d.only_other),
-            f"{d.p:.2g}",
-        )
+
+
+def alarm_table(scores: Iterable[AlarmScores]) -> Table:
+    """Show running speech, noise, and what is between commands."""
+    return _table(
+        {
+            "talk and noise": _alarm_label(s.group),
+            "false alarms": alarm_rate_text(s.rate),
+            "obeyed": ", ".join(f"{command} {number}" for command, number in s.commands.items()),
+        }
+        for s in scores
+    )
+
+
+def operating_point_table(operating_points: Iterable[OperatingPoint]) -> Table:
+    """Show what fewer or more false alarms would cost."""
+    return _table(
+        {
+            "false_alarms_per_hour": f"{p.false_alarms_per_hour:g}",
+            "threshold": f"{p.threshold:.3f}",
+            "missed": "" if p.missed is None else f"{p.missed:.3f}",
+            "near-misses": "" if p.let_through is None else f"{p.let_through:.3f}",
+            "alarms in talk": "" if p.talk is None else alarm_rate_text(p.talk),
+        }
+        for p in operating_points
+    )
+
+
+def comparison_table(differences: Iterable[Difference]) -> Table:
+    """Show two evaluations side by side."""
+    return _table(
+        {
+            "right and accepted": d.set if d.snr is None else f"{TABLE_INDENT}{d.snr:g} dB",
+            "clips": str(d.clips),
+            "here": f"{d.this:.3f}",
+            "there": f"{d.other:.3f}",
+            "difference": f"{d.this - d.other:+.3f}",
+            "only here": str(d.only_this),
+            "only there": str(d.only_other),
+            "p": f"{d.p:.2g}",
+        }
         for d in differences
-    ]
-    return Table(header, rows)
+    )
 
 
-def alarm_comparison_table(differences: Sequence[AlarmDifference]) -> Table:
+def alarm_comparison_table(differences: Iterable[AlarmDifference]) -> Table:
     """Show the false alarms of two evaluations side by side."""
-    rows = [
-        (
-            f"{d.set}, {d.kind}" if d.snr is None else f"{d.set}, {d.kind}, {d.snr:g} dB",
-            alarm_rate_text(d.this),
-            alarm_rate_text(d.other),
-        )
+    return _table(
+        {
+            "false alarms": f"{d.set}, {d.kind}" + ("" if d.snr is None else f", {d.snr:g} dB"),
+            "here": alarm_rate_text(d.this),
+            "there": alarm_rate_text(d.other),
+        }
         for d in differences
-    ]
-    return Table(("false alarms", "here", "there"), rows)
+    )
 
 
 def table_text(table: Table) -> str:
@@ -182,6 +160,12 @@ def alarm_rate_text(rate: AlarmRate) -> str:
     """Write alarms with how long they come from: `0 in 0.6 h (0 to 6.1 per hour)`."""
     low, high = _short(rate.per_hour.low), _short(rate.per_hour.high)
     return f"{rate.alarms} in {_short(rate.hours)} h ({low} to {high} per hour)"
+
+
+def _table(rows: Iterable[Mapping[str, str]]) -> Table:
+    """Make a table of rows by the names of their columns."""
+    rows = list(rows)
+    return Table(tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows])
 
 
 def _short(figure: float) -> str:

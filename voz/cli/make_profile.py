@@ -121,7 +121,7 @@ def _record(
         console.print(f"{len(asked) - len(left)} of {len(asked)} are recorded already")
     try:
         with open_microphone(device) as blocks:
-            record_prompts(left, blocks, recognizer, folder, name, console)
+            record_prompts(left, blocks, recognizer, folder=folder, name=name, console=console)
     except SystemExit:  # Ctrl-C
         console.print("stopped; what is recorded is kept, and the same call goes on")
         raise

@@ -48,7 +48,8 @@ def say(asked: list[str], folder: Path, recognizer: Recognizer, *clips: Path) ->
     """Answer by recordings, one after the other and again; gives the lines that are shown."""
     shown = io.StringIO()
     blocks = microphone(clips or [GO_BACK])
-    record_prompts(asked, blocks, recognizer, folder, "ana", Console(file=shown, width=200))
+    console = Console(file=shown, width=200)
+    record_prompts(asked, blocks, recognizer, folder=folder, name="ana", console=console)
     return [" ".join(line.split()) for line in shown.getvalue().splitlines()]
 
 

@@ -62,6 +62,7 @@ def record_prompts(
     asked: Sequence[str],
     blocks: Iterator[Samples],
     recognizer: Recognizer,
+    *,
     folder: Path,
     name: str,
     console: Console,

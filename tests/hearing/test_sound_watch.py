@@ -45,13 +45,13 @@ def test_a_microphone_that_is_muted_is_told_once_until_something_is_heard() -> N
     inbox = Inbox(["stop"])
     watch = SoundWatch(inbox, lambda: 0.0)
     for _ in range(2 * int(MUTED_AFTER)):
-        assert watch.look_at(SECOND, 0) == 0.0
+        assert watch.check(SECOND, 0) == 0.0
     assert watch.zeros == 2 * MUTED_AFTER
     assert warnings(inbox) == [MUTE_WARNING]
-    assert watch.look_at(SECOND - 16384, 0) == 0.5
+    assert watch.check(SECOND - 16384, 0) == 0.5
     assert watch.zeros == 0.0
     for _ in range(int(MUTED_AFTER)):
-        watch.look_at(SECOND, 0)
+        watch.check(SECOND, 0)
     assert warnings(inbox) == [MUTE_WARNING]
 
 
@@ -59,9 +59,9 @@ def test_sound_that_is_lost_again_and_again_is_told_now_and_then() -> None:
     now = 0.0
     inbox = Inbox(["stop"])
     watch = SoundWatch(inbox, lambda: now)
-    watch.look_at(SECOND + 1, 1)
-    watch.look_at(SECOND + 1, 3)
+    watch.check(SECOND + 1, 1)
+    watch.check(SECOND + 1, 3)
     now = LOSS_WARNING_INTERVAL
-    watch.look_at(SECOND + 1, 4)
+    watch.check(SECOND + 1, 4)
     lost = [f"{blocks * MICROPHONE_BLOCK_SECONDS:.2f} s of sound were lost" for blocks in (1, 3)]
     assert [line.split(":")[0] for line in warnings(inbox)] == lost

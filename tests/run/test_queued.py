@@ -12,7 +12,7 @@ import pytest
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Twist, Warning
 from voz.inbox import End
-from voz.run.queued import MAX_QUEUED_EVENTS, Queued
+from voz.run.queued import MAX_QUEUED_EVENTS, QueuedReceiver
 
 
 class Log:
@@ -47,7 +47,7 @@ def twist(t: float) -> Twist:
 
 def test_all_events_are_written_in_order_before_it_is_closed() -> None:
     log = Log()
-    with Queued("log", log.opening(), pytest.fail) as receive:
+    with QueuedReceiver("log", log.opening(), pytest.fail) as receive:
         for number in range(200):
             receive(twist(number))
     assert log.times == list(range(200))
@@ -58,7 +58,7 @@ def test_who_sends_does_not_wait_and_is_warned_once() -> None:
     log = Log()
     log.flows.clear()
     told: list[Warning | End] = []
-    with Queued("log", log.opening(), told.append) as receive:
+    with QueuedReceiver("log", log.opening(), told.append) as receive:
         receive(twist(0))
         assert log.begun.wait(10)  # that one is stuck, and the others wait
         for number in range(1, MAX_QUEUED_EVENTS + 3):
@@ -72,7 +72,7 @@ def test_who_sends_does_not_wait_and_is_warned_once() -> None:
 def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
     log = Log(fails_at=0)
     told: queue.SimpleQueue[Warning | End] = queue.SimpleQueue()
-    queued = Queued("log", log.opening(), told.put)
+    queued = QueuedReceiver("log", log.opening(), told.put)
     receive = queued.__enter__()
     receive(twist(0))
     end = told.get(timeout=10)
@@ -88,7 +88,7 @@ def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
 def test_an_error_that_ended_the_run_is_not_hidden_by_another_at_its_end() -> None:
     log = Log(fails_at=0)
     told: queue.SimpleQueue[Warning | End] = queue.SimpleQueue()
-    queued = Queued("log", log.opening(), told.put)
+    queued = QueuedReceiver("log", log.opening(), told.put)
     queued.__enter__()(twist(0))
     told.get(timeout=10)
     queued.__exit__(RuntimeError, RuntimeError(), None)
@@ -96,7 +96,7 @@ def test_an_error_that_ended_the_run_is_not_hidden_by_another_at_its_end() -> No
 
 def test_what_it_raises_last_is_raised_at_the_end() -> None:
     log = Log(fails_at=2)
-    queued = Queued("log", log.opening(), lambda _: None)
+    queued = QueuedReceiver("log", log.opening(), lambda _: None)
     receive = queued.__enter__()
     receive(twist(1))
     receive(twist(2))
@@ -113,6 +113,6 @@ def test_what_opening_raises_is_raised_at_once() -> None:
 
     with (
         pytest.raises(ConfigError, match="No such file"),
-        Queued("log", closed(), pytest.fail),
+        QueuedReceiver("log", closed(), pytest.fail),
     ):
         pytest.fail("it is not open")

@@ -203,8 +203,8 @@ def _source(
     if options.replay:
         from voz.apps.recordings.bags import read_sayings
 
-        bag, sayings = options.replay, read_sayings(options.replay)
-        return lambda _: sources.bag_items(bag, sayings, commands)
+        bag, content = options.replay, read_sayings(options.replay)
+        return lambda _: sources.bag_items(bag, content, commands)
     recognizer = parts.enter_context(recognizer_at("recordings"))
     return lambda _: sources.recorded_items(options.recordings, recognizer, unreadable)
 
@@ -215,15 +215,15 @@ def _receivers(
 ) -> Iterator[OpenRobots]:
     """Open the robots, and what else gets the events; with a clock, each has a queue."""
     from voz.cli.event_log import event_log
-    from voz.run.queued import Queued
+    from voz.run.queued import QueuedReceiver
 
-    def written(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
-        return parts.enter_context(Queued(name, opening, put) if plan.clocked else opening)
+    def open_file(name: str, opening: AbstractContextManager[Receiver]) -> Receiver:
+        return parts.enter_context(QueuedReceiver(name, opening, put) if plan.clocked else opening)
 
     with ExitStack() as parts:
-        log = [written(options.events, event_log(options.events))] if options.events else []
+        log = [open_file(options.events, event_log(options.events))] if options.events else []
         robots = parts.enter_context(open_robots(plan, settings, put))
-        bag = [written(str(options.bag), _bag(options.bag))] if options.bag else []
+        bag = [open_file(str(options.bag), _bag(options.bag))] if options.bag else []
         yield replace(robots, receivers=[*robots.receivers, *log, *bag])
 
 
@@ -242,8 +242,8 @@ def _recorder(folder: Path, settings: Config, warn: Callable[[str], None]) -> Re
 def _other_recognizer(settings: Ros2) -> OtherRecognizer:
     from voz.ros2 import ROS2_SOURCE, listen_to_recognizer
 
-    return lambda typist, failed: listen_to_recognizer(
-        settings, lambda text: typist(text, ROS2_SOURCE), failed
+    return lambda take_text, failed: listen_to_recognizer(
+        settings, lambda text: take_text(text, ROS2_SOURCE), failed
     )
 
 

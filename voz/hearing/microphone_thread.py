@@ -196,9 +196,9 @@ class Hearing:
                     while not self._closing.is_set():
                         self._listen(microphone)
             except VozError as error:
-                self._lose(str(error))
+                self._note_loss(str(error))
             except BaseException as error:  # whatever it is, the robot must not drive on unheard
-                self._lose(f"the recognizer fails ({error!r})")
+                self._note_loss(f"the recognizer fails ({error!r})")
             if self._recorder:
                 self._recorder.end_stream()
             self._opened.set()
@@ -211,7 +211,7 @@ class Hearing:
         self._microphone = microphone
         self._opened.set()
 
-    def _lose(self, problem: str) -> None:
+    def _note_loss(self, problem: str) -> None:
         self.peak = 0.0
         self.deaf = False
         self._busy_since = None
@@ -228,7 +228,7 @@ class Hearing:
                 return
             self._busy_since = microphone.arrived
             fed += len(block)
-            self.peak = watch.look_at(block, microphone.blocks_lost)
+            self.peak = watch.check(block, microphone.blocks_lost)
             self._zeros = watch.zeros
             if self._recorder:
                 self._recorder.feed(block)
@@ -251,12 +251,12 @@ class Hearing:
 
     def _send(self, events: Iterator[Utterance | Partial], begun: float) -> None:
         for event in events:
-            told = self._in_run_time(event, begun)
+            told = self._to_run_time(event, begun)
             self._inbox.put(told)
             if self._recorder and isinstance(told, Utterance):
                 self._recorder.mark(told, begun)
 
-    def _in_run_time(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
+    def _to_run_time(self, event: Utterance | Partial, begun: float) -> Utterance | Partial:
         """Convert the times of a stream to those of the run."""
         now = self._clock()
         moved = replace(shift_time(event, begun), t=round(now, 3))

@@ -52,7 +52,7 @@ class SoundWatch:
         self._loss_told = -LOSS_WARNING_INTERVAL  # when
         self.zeros = 0.0
 
-    def look_at(self, block: Samples, blocks_lost: int) -> float:
+    def check(self, block: Samples, blocks_lost: int) -> float:
         """Check a block, and the number of lost blocks so far; returns its peak, 0 to 1."""
         now = self._clock()
         if blocks_lost > self._blocks_lost and now - self._loss_told >= LOSS_WARNING_INTERVAL:

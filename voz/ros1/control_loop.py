@@ -19,7 +19,7 @@ from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
-from voz.run.queued import Queued
+from voz.run.queued import QueuedReceiver
 from voz.run.session import OpenRobots, Session, SpeechInput, open_programs
 
 KEPT_SPECIAL_ARGUMENTS = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
@@ -67,9 +67,9 @@ def run_node_session(
         session.run_in_real_time(inbox)
 
 
-def log_receiver(tell: Callable[[Warning | End], None]) -> Queued:
+def log_receiver(tell: Callable[[Warning | End], None]) -> QueuedReceiver:
     """Return a receiver that logs events on its own thread: ROS's log may be slow."""
-    return Queued("the log", nullcontext(_log), tell)
+    return QueuedReceiver("the log", nullcontext(_log), tell)
 
 
 def _log(event: Event) -> None:

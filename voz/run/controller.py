@@ -96,7 +96,7 @@ class Controller:
             why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
             self._obey(replace(event, ignored=why) if why else event)
 
-    def late_from(self, source: str, behind: bool) -> None:
+    def mark_late(self, source: str, behind: bool) -> None:
         """Note whether a source is behind; late commands move nothing."""
         (self._late_sources.add if behind else self._late_sources.discard)(source)
 
@@ -148,7 +148,7 @@ class Controller:
             ConfigError: the time is no number.
         """
         _check_time(now)
-        self._follow(let_time_pass(self._state, now, self._safety, self._place(now)))
+        self._apply(let_time_pass(self._state, now, self._safety, self._place(now)))
         if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
@@ -179,24 +179,24 @@ class Controller:
 
     def _obey(self, utterance: Utterance) -> None:
         transition = self._preview(utterance)
-        if utterance.ignored and not self._harmless(utterance, transition):
+        if utterance.ignored and not self._is_harmless(utterance, transition):
             self.emit(replace(utterance, obeyed=False))
         elif not transition.obeyed:
             self.emit(replace(utterance, obeyed=False, ignored=transition.ignored))
-            self._follow(transition)
+            self._apply(transition)
         else:
             self.emit(replace(utterance, obeyed=True, ignored=None))
             self._last_command = utterance.t
             if utterance.name in self.table.halts:
                 self._stop_begun = max(self._stop_begun, utterance.start)
-            self._follow(transition)
+            self._apply(transition)
 
-    def _follow(self, transition: Transition) -> None:
+    def _apply(self, transition: Transition) -> None:
         self._state = transition.state
         for event in transition.events:
             self.emit(event)
 
-    def _harmless(self, utterance: Utterance, transition: Transition) -> bool:
+    def _is_harmless(self, utterance: Utterance, transition: Transition) -> bool:
         """Whether a command may be obeyed though it is to be ignored.
 
         While the robot speaks, only what stops it may. What comes too late may still end the

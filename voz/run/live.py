@@ -15,8 +15,8 @@ from voz.hearing.microphone_thread import Hearing, SoundRecorder, SoundSource, s
 from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run.clocks import Clock, WallClock
+from voz.run.command_reload import reload_on_change
 from voz.run.controller import Controller
-from voz.run.renewal import reload_on_change
 from voz.run.session import (
     OpenRobots,
     Session,
@@ -134,7 +134,9 @@ def run_live(
         session.add_robots(robots)
         session.receivers += [*speech_receivers(speaker), start, *([page.receive] if page else [])]
         shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
-        enter(_showing(_display(shown, line, robots.view), session, options, hearing.device))
+        enter(
+            _show_on_terminal(_display(shown, line, robots.view), session, options, hearing.device)
+        )
         if page:
             session.watch({PAGE: partial(_trouble, page, session.controller)})
         session.watch_input(enter(page.serving(shown)) if page else hearing)
@@ -186,12 +188,12 @@ def _trouble(page: Page, controller: Controller) -> str | None:
 
 
 @contextmanager
-def _showing(
+def _show_on_terminal(
     display: Display, session: Session, options: LiveOptions, microphone: str
 ) -> Iterator[None]:
     """Draw the run on the terminal in a `with` block; without one, announce that it begins."""
     if options.terminal is None:
-        options.announce(_ready(microphone, options))
+        options.announce(_ready_line(microphone, options))
         yield
         return
     session.receivers.append(display.receive)
@@ -199,7 +201,7 @@ def _showing(
         yield
 
 
-def _ready(microphone: str, options: LiveOptions) -> str:
+def _ready_line(microphone: str, options: LiveOptions) -> str:
     sources = [f"the microphone {microphone}"]
     sources += ["typed commands"] if can_read_input() else []
     sources += ["another recognizer"] if options.other_recognizer else []

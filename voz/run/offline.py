@@ -25,24 +25,26 @@ from voz.speech.reply_speaker import ReplySpeaker
 Source: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
 """What drives the robot, made from what returns the time of the run, s."""
 
-OpeningRobots: TypeAlias = Callable[[Callable[[Warning], None]], AbstractContextManager[OpenRobots]]
+RobotOpener: TypeAlias = Callable[[Callable[[Warning], None]], AbstractContextManager[OpenRobots]]
 """Opens the robots for a `with` block, given what takes their warnings."""
 
 
-def run_unpaced(source: Source, settings: Config, listening: bool, opening: OpeningRobots) -> None:
+def run_unpaced(
+    source: Source, settings: Config, listening: bool, open_robots: RobotOpener
+) -> None:
     """Drive with no clock but that of the source: the same events each time.
 
     Args:
         source: what drives the robot.
         settings: the safety rules and the voice.
         listening: whether commands are obeyed before a `start speech`.
-        opening: opens the robots.
+        open_robots: opens the robots.
     """
     problems: list[str] = []
     session = Session(settings, RecordedClock(source(lambda: 0.0)), listening)
     table = session.controller.table
     with (
-        opening(session.controller.emit) as robots,
+        open_robots(session.controller.emit) as robots,
         open_speaker(settings.speech, table.replies, problems.append) as speaker,
         Programs(table, session.controller.emit, robots.show, wait=True) as programs,
     ):
@@ -51,11 +53,11 @@ def run_unpaced(source: Source, settings: Config, listening: bool, opening: Open
         session.run(finish=lambda: _warn_of(problems, speaker, session))
 
 
-def run_paced(source: Source, settings: Config, listening: bool, opening: OpeningRobots) -> None:
+def run_paced(source: Source, settings: Config, listening: bool, open_robots: RobotOpener) -> None:
     """Drive by the real clock, for robots that need it; arguments as for `run_unpaced`."""
     table = settings.table
     inbox = Inbox(table.halts)
-    with opening(inbox.put) as robots:
+    with open_robots(inbox.put) as robots:
         clock = PacedClock(inbox)
         session = Session(settings, clock, listening)
         with (

@@ -17,7 +17,7 @@ EVENT_FLUSH_TIMEOUT = 3.0
 """To write what waits when the run is over, s; some readers never read it."""
 
 
-class Queued:
+class QueuedReceiver:
     """Hands events to a receiver that may be slow, without waiting for it.
 
     The `with` block opens the receiver; its end writes what is queued and closes it. An error of

@@ -43,7 +43,7 @@ class Watch:
             return
         self.in_trouble = bool(found)
         if self._source:
-            self._controller.late_from(self._source, self.in_trouble)
+            self._controller.mark_late(self._source, self.in_trouble)
         again = f"{self._again}; the robot waits for a command"
         # Also when it is back: commands of the meantime are out of date.
         self._controller.stop(now, f"{found}: the robot stops" if found else again, good=not found)

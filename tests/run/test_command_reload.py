@@ -7,7 +7,7 @@ import pytest
 from voz.config import default_commands
 from voz.errors import LanguageError
 from voz.recognition.recognizer import Recognizer
-from voz.run.renewal import _renew
+from voz.run.command_reload import _reload
 
 
 @pytest.mark.parametrize(
@@ -21,7 +21,7 @@ def test_what_cannot_be_loaded_is_told_and_the_old_list_stays(
 
     monkeypatch.setattr(recognizer, "reload", reload)
     before, told = recognizer.commands, list[tuple[str, bool]]()
-    _renew(recognizer, default_commands(), lambda line, good: told.append((line, good)))
+    _reload(recognizer, default_commands(), lambda line, good: told.append((line, good)))
     ((line, good),) = told
     assert line.startswith(f"the new commands are not taken: {why}")
     assert not good

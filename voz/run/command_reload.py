@@ -16,7 +16,7 @@ from voz.run.command_check import check_list
 RELOAD_CHECK_INTERVAL = 1.0
 """Time between two checks of the files, s."""
 
-State: TypeAlias = tuple[int, int] | None
+FileVersion: TypeAlias = tuple[int, int] | None
 """Modification time and inode of a file; None if there is none."""
 
 
@@ -35,16 +35,16 @@ def reload_on_change(
     """
     end = threading.Event()
     files = recognizer.files
-    before = _state(files)
+    before = _file_version(files)
 
-    def look() -> None:
+    def reload_when_new() -> None:
         seen = before
         while not end.wait(RELOAD_CHECK_INTERVAL):
-            if (now := _state(files)) not in (seen, None):
+            if (now := _file_version(files)) not in (seen, None):
                 seen = now
-                _renew(recognizer, table, warn)
+                _reload(recognizer, table, warn)
 
-    thread = threading.Thread(target=look, name="voz-renewal", daemon=True)
+    thread = threading.Thread(target=reload_when_new, name="voz-reload", daemon=True)
     thread.start()
     try:
         yield
@@ -52,7 +52,7 @@ def reload_on_change(
         end.set()
 
 
-def _renew(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, bool], None]) -> None:
+def _reload(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, bool], None]) -> None:
     files = recognizer.files
     try:
         recognizer.reload(lambda commands: check_list(commands, table, list_name(files)))
@@ -62,7 +62,7 @@ def _renew(recognizer: Recognizer, table: CommandTable, warn: Callable[[str, boo
         warn(f"there are new commands: {len(recognizer.commands):,} sentences", True)
 
 
-def _state(files: LanguageFiles) -> State:
+def _file_version(files: LanguageFiles) -> FileVersion:
     try:
         found = files.fingerprint.stat()
     except OSError:

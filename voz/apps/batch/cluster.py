@@ -105,11 +105,7 @@ class DaskExecutor:
 
 @contextmanager
 def dask_executor(address: str, setup: WorkerSetup) -> Iterator[DaskExecutor]:
-    """Connect to a cluster for the length of a `with` block.
-
-    Args:
-        address: of its scheduler, as `tcp://10.0.0.1:8786`.
-        setup: for its workers.
+    """Connect to a cluster by the address of its scheduler, for the length of a `with` block.
 
     Raises:
         ConfigError: dask is not installed, the cluster does not answer, or cannot be used.

@@ -29,13 +29,9 @@ def decode_blocks(
     file: str,
     on_row: Callable[[Row], None] = lambda _: None,
 ) -> Outcome:
-    """Decode the samples of one recording.
+    """Decode one recording, 16 kHz, whose rows name it `file`; the blocks may end in an AudioError.
 
-    Args:
-        recognizer: for this recording.
-        blocks: 16 kHz; they may end in an AudioError.
-        file: the name for its rows.
-        on_row: called with each row as soon as it is known.
+    `on_row` is called with each row as soon as it is known.
     """
     before = time.process_time()
     heard = 0

@@ -27,15 +27,9 @@ class Executor(Protocol):
         """How much sound is handed out in one task, bytes."""
 
     def submit(self, task: BatchTask, limit: float | None) -> Future[TaskResult]:
-        """Begin a task.
+        """Begin a task; a worker that takes longer than the limit, s, is ended.
 
-        Args:
-            task: what is done.
-            limit: a worker that takes longer is ended, s; None is no limit.
-
-        Returns:
-            The future; it raises WorkerDied, TimeoutError, or a VozError if the worker has no
-            models to work with.
+        The future raises WorkerDied, TimeoutError, or VozError if the worker has no models.
         """
 
 

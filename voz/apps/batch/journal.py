@@ -48,12 +48,7 @@ class Journal:
     """Outcomes by recording; made by `open_journal`."""
 
     def __init__(self, file: int, names: Sequence[str]) -> None:
-        """Read what is there.
-
-        Args:
-            file: a descriptor, open for reading and writing.
-            names: the recordings of this run, as results name them.
-        """
+        """Read a file, open for reading and writing, of recordings as results name them."""
         self._file = file
         self._numbers = {name: number for number, name in enumerate(names)}
         self._at = array("q", [NO_OFFSET]) * len(names)
@@ -135,8 +130,8 @@ def open_journal(
         output: for which it is.
         header: of this run.
         names: the recordings of this run, as results name them.
-        resume: whether to go on from what is there.
-        finished: what is known already, if there is no journal.
+        resume: whether to go on from what is there, or else from the `finished` entries.
+        finished: those of the output that a run goes on from.
         overwrite: whether to begin again, whatever is there.
 
     Raises:

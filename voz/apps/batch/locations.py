@@ -69,11 +69,9 @@ def exists(output: str) -> bool:
 
 
 def object_state(output: str) -> str:
-    """Describe an object, so that a write by another run is noticed.
+    """Return a text that changes with an object, so that a write by another run is noticed.
 
-    Returns:
-        Text that changes with the object; empty if there is none, if the store does not say, and
-        for a file, whose journal is locked.
+    It is empty if the store does not say, and for a file, whose journal is locked.
     """
     return str(remote_info(output) or "") if is_remote(output) else ""
 

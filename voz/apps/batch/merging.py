@@ -24,10 +24,6 @@ Of = TypeVar("Of")
 def merge(shards: Sequence[str], output: str) -> int:
     """Merge the outputs of shards, in the order of the input; returns the number of recordings.
 
-    Args:
-        shards: all of them, in any order and format.
-        output: where the whole is written.
-
     Raises:
         ConfigError: one is missing, there twice, unfinished, or made by other models.
     """

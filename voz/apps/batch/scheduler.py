@@ -82,7 +82,7 @@ class Scheduler:
             executor: who decodes.
             names: of all recordings.
             numbers: the indexes of those to be decoded.
-            limit: for one recording, or a part of a long one, s; None for its length and a minute.
+            limit: for a recording or a part of it, s; None for its length and a minute.
         """
         self._executor, self._names, self._limit = executor, names, limit
         self._left = deque(numbers)

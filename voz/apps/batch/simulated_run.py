@@ -33,11 +33,6 @@ EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
 def simulation_options(folder: Path, settings: Config, listening: bool) -> SimulationOptions:
     """Prepare the folder for the events and pictures.
 
-    Args:
-        folder: for the events and pictures.
-        settings: of the run.
-        listening: whether commands are obeyed from the start.
-
     Raises:
         ConfigError: the folder cannot be made, or a drawing library is missing.
     """

@@ -64,12 +64,7 @@ class StampCheck:
 def stamp_of(name: str, base: str = "") -> Stamp | None:
     """Make the stamp of a recording without reading it, and so without a checksum.
 
-    Args:
-        name: a path, or an address that fsspec opens.
-        base: the folder that a path is relative to; empty for the working folder.
-
-    Returns:
-        None if it is missing, or no regular file.
+    A path is relative to `base`. None if it is missing, or no regular file.
     """
     if is_remote(name):
         return _stamp_of_object(name)
@@ -97,15 +92,13 @@ def with_checksum(stamp: Stamp, path: Path) -> Stamp:
 def check_stamps(
     names: Sequence[str], known: Iterable[tuple[int, Stamp | None]]
 ) -> Iterator[StampCheck]:
-    """Find the recordings whose stamps differ from the known ones.
+    """Yield the recordings that changed, and those with the same bytes but another time.
+
+    One that is missing now has not changed.
 
     Args:
         names: paths and addresses of all recordings.
         known: index and stamp of some; None for what was missing.
-
-    Yields:
-        Those that changed, and those with the same bytes but another time. A recording that is
-        missing now has not changed.
     """
 
     def look(some: list[tuple[int, Stamp | None]]) -> list[StampCheck]:
@@ -163,12 +156,9 @@ def _stamp_of_object(name: str) -> Stamp | None:
 
 
 def write_stamps(output: str, stamped: Iterable[RecordingStamp]) -> None:
-    """Write the stamps of the recordings of a finished output, in the order of its rows.
+    """Write the stamps of a finished output in the order of its rows; raises ConfigError.
 
     Nothing is written for an output that is no regular file, as a pipe.
-
-    Raises:
-        ConfigError: it cannot be written.
     """
     seen = stamp_of(output)
     if seen is None:

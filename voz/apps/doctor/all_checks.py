@@ -31,12 +31,9 @@ EXTRA_MODULES: Mapping[str, tuple[str, ...]] = {
 
 
 def check_all(settings: Config, robots: Sequence[str], device: str | None) -> Iterator[Finding]:
-    """Check what a run needs; nothing moves.
+    """Check what a run with these robots needs; nothing moves.
 
-    Args:
-        settings: those of the run.
-        robots: by their names.
-        device: the microphone, by its number or a part of its name.
+    `device` is the microphone, by its number or a part of its name.
     """
     yield check_microphone(device)
     yield check_loudspeaker(settings.speech.enabled)
@@ -49,12 +46,9 @@ def check_all(settings: Config, robots: Sequence[str], device: str | None) -> It
 
 
 def check_base_stops(settings: Config, robot: str, odometry: str | None) -> Finding:
-    """Drive the base of a robot for a moment, and check whether it stops by itself.
+    """Drive the base of one of `BASES` for a moment, and check whether it stops by itself.
 
-    Args:
-        settings: those of the robot.
-        robot: one of `BASES`.
-        odometry: the topic of the base's odometry; None as the settings say.
+    `odometry` is the topic of the base's odometry; None as the settings say.
     """
     try:
         topic = odometry or getattr(settings, robot).odom

@@ -96,10 +96,7 @@ class Base(Protocol):
 
 
 def check_stop(base: Base) -> Finding:
-    """Drive a base and fall silent; a signal ends it at once.
-
-    Args:
-        base: turns on the spot, for two and a half seconds at most.
+    """Turn a base on the spot, for two and a half seconds at most, and fall silent.
 
     Raises:
         SystemExit: a signal came; the base has been sent zero.

@@ -55,12 +55,7 @@ class EngineChoice:
 
 
 def load_engine(choice: EngineChoice) -> Engine:
-    """Load the engine that was chosen.
-
-    Raises:
-        ConfigError: there is no such engine or program.
-        LanguageError: the language files cannot be used.
-    """
+    """Load the engine that was chosen; raises VozError."""
     if choice.name in ENGINES:
         return ENGINES[choice.name](choice.language, choice.settings)
     if choice.name.startswith(PROGRAM_PREFIX):

@@ -51,12 +51,9 @@ class Example:
 def collect_examples(
     clips: Sequence[Clip], lm: str | None, processes: int | None
 ) -> Iterator[RecordingExamples]:
-    """Recognize labeled recordings; yields the examples of each, in order.
+    """Recognize recordings and stretches of streams; yields the examples of each, in order.
 
-    Args:
-        clips: the recordings, and stretches of streams.
-        lm: folder of the language files; None for the default ones.
-        processes: how many work at the same time; None for one on each core.
+    `lm` is the folder of the language files; `processes` None is one on each core.
     """
     tasks = tasks_for(clips, [], [], room=False)
     return in_processes(partial(_examples, lm=lm), tasks, processes)

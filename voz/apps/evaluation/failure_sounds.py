@@ -19,14 +19,9 @@ LONGEST_SOUND = 20.0
 
 
 def sounds_of_failures(failed: Sequence[Failure], tasks: Sequence[Task]) -> Mapping[Failure, bytes]:
-    """Read the sound of the first failures, with the noise and the room that they were heard in.
+    """Return the first failures as FLAC, with the noise and the room that they were heard in.
 
-    Args:
-        failed: what went wrong.
-        tasks: the task of each result.
-
-    Returns:
-        FLAC; what cannot be read is left out.
+    `tasks` has that of each result. What cannot be read is left out.
     """
     import soundfile
 

@@ -60,17 +60,10 @@ def speech_power(samples: Samples) -> float:
 
 
 def mix(speech: Samples, noise: Samples, ratio: float) -> Samples:
-    """Mix noise into speech at a signal-to-noise ratio.
+    """Mix noise of the same length into speech at a signal-to-noise ratio, dB.
 
-    The ratio is that of `speech_power` to the mean power of the noise.
-
-    Args:
-        speech: at least one sample.
-        noise: of the same length, and not all 0.
-        ratio: how much louder the speech is, dB.
-
-    Returns:
-        The sum, turned down where it would exceed 16 bits.
+    The ratio is that of `speech_power` to the mean power of the noise. The sum is turned down where
+    it would exceed 16 bits.
     """
     return _within_range(speech + _gain(speech, noise, ratio) * noise)
 

@@ -44,11 +44,8 @@ def tasks_for(
 ) -> list[Task]:
     """List what is to be heard: each recording as it is, and commands and near-misses in noise too.
 
-    Args:
-        clips: the recordings; stretches of the same one are a stream, which is heard once.
-        noise_paths: recordings of noise, of which each clip gets one.
-        ratios: the signal-to-noise ratios, dB.
-        room: whether all is played in a room.
+    Stretches of one recording are a stream, which is heard once. Each clip gets one of the noises,
+    at each of the signal-to-noise ratios, dB; with `room` all is played in a room.
     """
     paths, ratios = tuple(noise_paths), tuple(ratios)
     recordings: dict[object, list[Clip]] = {}
@@ -89,9 +86,6 @@ def in_processes(
         processes: how many work at the same time; None for one on each core.
         lost: makes the outcome of an item that two workers died of, of it and the reason; None
             raises ConfigError.
-
-    Raises:
-        VozError: the work raised it, or its workers died.
     """
     with worker_pool(processes or cores()) as pool:
         begun = deque((item, pool.schedule(work, args=(item,))) for item in items)
@@ -128,9 +122,8 @@ def _results_of_lost(task: Task, how: str) -> list[Result]:
 def recognize(task: Task, choice: EngineChoice) -> list[Result]:
     """Recognize one recording; each process loads the engine once.
 
-    Returns:
-        A result for each clip in it, and one for what was heard around them, if there is anything
-        around. If it cannot be read, each has the error.
+    Gives a result for each clip in it, and one for what was heard around them, if there is anything
+    around. If it cannot be read, each has the error.
     """
     engine = _loaded(choice)
     results = [replace(empty_result(clip), snr=task.snr) for clip in task.clips]
@@ -153,12 +146,9 @@ def recognize(task: Task, choice: EngineChoice) -> list[Result]:
 
 
 def prepared(task: Task) -> tuple[Samples, str]:
-    """Read a recording, with the room and the noise that the task asks for.
+    """Read a recording, with the room and the noise that the task asks for, and the noise's name.
 
     They are random, but the same each time for the same clip and for all signal-to-noise ratios.
-
-    Returns:
-        The samples, and the name of the noise, empty without noise.
 
     Raises:
         AudioError: the recording or the noise cannot be read, or the noise is silent.

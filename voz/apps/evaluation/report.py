@@ -62,17 +62,10 @@ def evaluate(
     operating_points: Sequence[OperatingPoint] = (),
     made: tuple[str, str] = ("", ""),
 ) -> Evaluation:
-    """Count everything.
-
-    Args:
-        results: of each clip.
-        settings: what was asked for, for the reader.
-        others: an earlier evaluation of the same clips.
-        operating_points: what other false alarm rates would cost.
-        made: when, and on which machine.
+    """Count everything; `made` is when, and on which machine.
 
     Raises:
-        ConfigError: the two have no clip in common that is compared.
+        ConfigError: it has no clip in common with the others, an earlier evaluation.
     """
     differences = compare(results, others or [])
     alarms = compare_alarms(results, others or [])

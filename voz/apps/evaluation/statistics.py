@@ -71,9 +71,7 @@ def alarm_rate(alarms: int, hours: float) -> AlarmRate:
 def mcnemar(only_first: int, only_second: int) -> float:
     """Return the two-sided p-value of McNemar's exact test.
 
-    Args:
-        only_first: clips that only the first of two engines gets right.
-        only_second: clips that only the second gets right.
+    The counts are of clips that one engine alone has right.
     """
     discordant = only_first + only_second
     ways = tail = 1  # math.comb(discordant, wins), which takes seconds for thousands of wins

@@ -49,12 +49,7 @@ class BagFile(ABC):
 
 
 def open_bag(path: Path, topics: Mapping[str, str], types: Typestore) -> BagFile:
-    """Make a new bag of the kind that its ending names.
-
-    Args:
-        path: of the bag, where nothing is yet.
-        topics: the type of each topic that will be written.
-        types: has the types.
+    """Make a new bag of the kind that its ending names, with the type of each topic.
 
     Raises:
         OSError: nothing is left of the bag; as with sqlite3.Error.

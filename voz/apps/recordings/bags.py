@@ -66,11 +66,8 @@ def write_bag(path: Path) -> Iterator[Receiver]:
 
     It is saved every few seconds: a kill or a full disk costs only what came after.
 
-    Yields:
-        A receiver of events; it raises ConfigError once the bag cannot be written.
-
     Raises:
-        ConfigError: as `check_bag`, or it cannot be written.
+        ConfigError: as `check_bag`, or it cannot be written; the receiver raises it too.
     """
     check_bag(path)
     types = _types(path)

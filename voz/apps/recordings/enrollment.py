@@ -78,8 +78,7 @@ def record_prompts(
         console: shows the prompts and the level.
 
     Raises:
-        ConfigError: the recordings cannot be written.
-        AudioError: the microphone fails.
+        VozError: the recordings cannot be written, or the microphone fails.
     """
     voice = VoiceDetector()
     with level_bar(console, PROMPT_INDENT) as show:

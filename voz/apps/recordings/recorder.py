@@ -50,13 +50,7 @@ class Recorder:
     """
 
     def __init__(self, folder: Path, gigabytes: float, warn: Callable[[str], None]) -> None:
-        """Prepare to record.
-
-        Args:
-            folder: where the recordings go.
-            gigabytes: size of all recordings in it.
-            warn: reports failures, and what a user must know.
-        """
+        """Prepare to record, with a limit on the size of all recordings in the folder."""
         self.folder = folder
         self.kept: deque[SavedRecording] = deque(maxlen=MOST_UNREAD_SAVED)
         self._said = f"what is said is recorded in {folder}"
@@ -88,10 +82,7 @@ class Recorder:
         self._recent = RecentSound()
 
     def correct(self, file: str, text: str, kind: Kind) -> Future[None]:
-        """Write into the manifest what was really said in a recording.
-
-        Returns:
-            A future, which may raise AudioError or OSError.
+        """Write into the manifest what was really said; the future may raise AudioError or OSError.
 
         Raises:
             AudioError: recording has failed, or the disk is too slow.

@@ -30,11 +30,7 @@ class RecordingFolder:
     """
 
     def __init__(self, path: Path, limit: float) -> None:
-        """Open or make a folder.
-
-        Args:
-            path: of the folder.
-            limit: size of all recordings, bytes; beyond it the oldest are removed.
+        """Open or make a folder; beyond the limit, bytes, the oldest recordings are removed.
 
         Raises:
             AudioError: its manifest is something else.
@@ -60,12 +56,7 @@ class RecordingFolder:
         return path.name
 
     def correct(self, name: str, text: str, kind: Kind) -> None:
-        """Write into the manifest what was really said in a recording.
-
-        Raises:
-            AudioError: the recording is gone.
-            OSError: the manifest cannot be written.
-        """
+        """Write into the manifest what was really said; AudioError if the recording is gone."""
         rows = self._rows()
         row = next((row for row in rows if _is_recorded(row) and row[0] == name), None)
         if row is None:
@@ -114,11 +105,7 @@ def save_recording(
 ) -> Path:
     """Write a recording, then its line in the manifest, so that a listed file always exists.
 
-    Args:
-        samples: 16 kHz.
-        folder: where it is saved.
-        header: the names of the columns, for a new manifest.
-        fields: all columns but the first, which is the name of the file.
+    `header` is for a new manifest; `fields` are all but its first column, the name of the file.
 
     Raises:
         OSError: it cannot be written.

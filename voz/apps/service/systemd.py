@@ -36,13 +36,7 @@ def unit_for(options: Sequence[str]) -> str:
 
 
 def install(options: Sequence[str]) -> Iterator[str]:
-    """Write the unit, start it, and let it start with the computer.
-
-    Args:
-        options: of `voz run`.
-
-    Yields:
-        What was done, in words.
+    """Write the unit, start it, and let it start with the computer; yields what was done, in words.
 
     Raises:
         ServiceError: there is no systemd for this user, or it reports an error.

@@ -60,12 +60,9 @@ WantedBy=default.target
 
 
 def unit_text(command: Sequence[str], folder: str, environment: Mapping[str, str]) -> str:
-    """Return the text of the unit.
+    """Return the text of the unit that runs a command in a folder.
 
-    Args:
-        command: the full path of a program, and its arguments.
-        folder: the working directory: its `voz.toml` and its `lm/` are read.
-        environment: that of the user's shell; `KEPT_VARIABLES` of it are kept.
+    `KEPT_VARIABLES` of the environment are kept.
     """
     kept = {name: environment[name] for name in KEPT_VARIABLES if environment.get(name)}
     lines = [f"Environment={_quoted(f'{name}={value}')}\n" for name, value in kept.items()]

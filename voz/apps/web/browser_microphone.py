@@ -92,11 +92,7 @@ class BrowserMicrophone:
         self._expected, self._broken = True, False
 
     def take_block(self, sound: Mono, when: float) -> float | None:
-        """Take a block.
-
-        Args:
-            sound: floats from -1 to 1.
-            when: it was heard, on the monotonic clock, s.
+        """Take a block that was heard at a time on the monotonic clock, s.
 
         Returns:
             How late it was if it is dropped for that, s; None if it counts.

@@ -75,17 +75,9 @@ class Certificates:
         return self._authority.public_bytes(serialization.Encoding.PEM)
 
     def renew(self, names: Iterable[str], now: datetime) -> bool:
-        """Make a new certificate if the current one ends soon or has other names.
+        """Make a certificate if the old one ends soon or has other names; returns whether it did.
 
-        Args:
-            names: names and addresses of this computer; those in private networks count.
-            now: the time.
-
-        Returns:
-            Whether it was made.
-
-        Raises:
-            ConfigError: it cannot be written.
+        Names and addresses in private networks count. Raises ConfigError if it cannot be written.
         """
         wanted = tuple(sorted(set(names)))
         if wanted == self._names and now < self._until - RENEWAL_MARGIN:

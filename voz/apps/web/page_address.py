@@ -72,10 +72,7 @@ class PageAddress:
 def open_page_address(host: str, port: int, authority: Path | None) -> Iterator[PageAddress]:
     """Listen on the address of a page for a `with` block.
 
-    Args:
-        host: the interface.
-        port: of it.
-        authority: the folder of the certificate authority, for HTTPS; None for HTTP.
+    `authority` is the folder of the certificate authority, for HTTPS; None for HTTP.
 
     Raises:
         ConfigError: the address cannot be bound, or the folder cannot be used.

@@ -100,13 +100,10 @@ class PageAudioStream:
             self._microphone.end_stream(whole=True)
 
     def take_block(self, data: bytes) -> float | None:
-        """Take a block of sound.
+        """Take a block of sound; raises ValueError if it is invalid, or there are too many.
 
         Returns:
             How late it was if it is dropped for that, s; None if it counts.
-
-        Raises:
-            ValueError: it is invalid, or there are too many.
         """
         now = time.monotonic()
         block = read_block(data)

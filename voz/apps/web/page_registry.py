@@ -240,17 +240,9 @@ class PageRegistry:
         return await self._bridge.command(text)
 
     async def stop(self, page: OpenPage | None = None, number: int = 0) -> float:
-        """Stop the robot, whoever asks.
+        """Stop the robot; returns when zero velocity was sent, s.
 
-        Args:
-            page: which asks, if one does.
-            number: how often it has asked by now.
-
-        Returns:
-            When zero velocity was sent, s.
-
-        Raises:
-            RobotError: the control loop did not answer.
+        `number` is how often the page has asked by now. Raises RobotError without an answer.
         """
         if page:
             page.stops = max(page.stops, number)

@@ -26,12 +26,7 @@ State: TypeAlias = list[float | int | None]
 def session_record(name: str, events: Sequence[Event]) -> Record:
     """Return what was heard and said, and where the robot was according to its velocities.
 
-    Args:
-        name: of the session.
-        events: in their order, one at least.
-
-    Returns:
-        `states` has one for each change, `events` are as pages get them.
+    There is one event at least. `states` has one for each change, `events` are as pages get them.
     """
     history = EventHistory(lambda _: None)
     shown = [history.add(e) for e in events if not isinstance(e, Twist | Partial | SelectedObject)]

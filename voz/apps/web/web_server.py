@@ -74,11 +74,7 @@ class RateLimitedWebSocket(WebSocketsSansIOProtocol):
 
 
 def open_listening_socket(host: str, port: int) -> ListeningSocket:
-    """Bind the server's address, before anything moves.
-
-    Args:
-        host: the name or the address of an interface.
-        port: its port; 0 takes any that is free.
+    """Bind the server's address, before anything moves; port 0 is any that is free.
 
     Raises:
         ConfigError: the address cannot be bound.
@@ -175,15 +171,7 @@ def start_background_tasks(
     new_records: Callable[[], list[Record]],
     renew_certificate: Callable[[], None],
 ) -> list[asyncio.Task[None]]:
-    """Start what the server does all the time.
-
-    Args:
-        registry: sends events and states to the pages.
-        events: the events of the run.
-        state: returns the current state.
-        new_records: returns what else pages are sent, once.
-        renew_certificate: renews the certificate if need be.
-    """
+    """Start what sends events, states and new records to the pages, and renews the certificate."""
 
     async def publish_events() -> None:
         async for event in events.events():

@@ -42,12 +42,7 @@ ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
 
 
 def server_info(commands: Sequence[str], language: str) -> Info:
-    """Describe this server to a client.
-
-    Args:
-        commands: the sentences that it knows.
-        language: theirs, as Home Assistant calls it.
-    """
+    """Describe this server to a client; the language is that of the commands."""
     model = AsrModel(
         name="commands",
         attribution=ATTRIBUTION,
@@ -169,13 +164,7 @@ class RequestHandler(AsyncEventHandler):
 def serve(
     uri: str, recognizer: Recognizer, commands: Sequence[str], ready: Callable[[], None]
 ) -> None:
-    """Answer requests until a signal ends the program.
-
-    Args:
-        uri: where, as `tcp://127.0.0.1:10300`.
-        recognizer: what understands.
-        commands: the sentences that it knows.
-        ready: called once requests are accepted.
+    """Answer requests at a URI until a signal ends the program; `ready` is called once it does.
 
     Raises:
         ConfigError: it cannot listen there.

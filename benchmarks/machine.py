@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from voz.machine import machine as machine
+from voz.apps.evaluation.machine import machine as machine
 
 
 def peak_megabytes() -> float:

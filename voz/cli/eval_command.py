@@ -46,10 +46,10 @@ def evaluate(options: EvalOptions, manifests: ManifestsArgument) -> None:
     require("report", "jiwer", *(["matplotlib"] if options.html else []))
     from voz.apps.evaluation import report
     from voz.apps.evaluation.engines import EngineChoice
+    from voz.apps.evaluation.machine import machine
     from voz.apps.evaluation.noise import noise_options
     from voz.apps.evaluation.recognize import tasks_for
     from voz.apps.recordings.manifest import read_manifests
-    from voz.machine import machine
 
     settings = options.settings()
     choice = EngineChoice(options.engine, options.language(settings), settings.recognition)

@@ -121,10 +121,10 @@ def obey(
     try:
         steps = tuple(fill_slots(step, command.slots) for step in steps or ())
     except ConfigError as error:
-        return _cannot_do(state, command, str(error))
+        return _refuse(state, command, str(error))
     if steps and steps[0].confirm:
         return _ask(state, command, steps)
-    return _do(state, command, steps, safety, place)
+    return _carry_out(state, command, steps, safety, place)
 
 
 def let_time_pass(state: State, t: float, safety: Safety, place: Place | None = None) -> Transition:
@@ -138,10 +138,10 @@ def let_time_pass(state: State, t: float, safety: Safety, place: Place | None = 
     if not is_finished(bounded, state.motion):
         return Transition(replace(state, bounded=bounded))
     rested = replace(state, motion=halt(state.motion), bounded=None, remaining_steps=())
-    return _take(rested, state.remaining_steps, t, safety, place)
+    return _take_steps(rested, state.remaining_steps, t, safety, place)
 
 
-def _do(
+def _carry_out(
     state: State, command: GivenCommand, steps: Steps, safety: Safety, place: Place | None
 ) -> Transition:
     first = steps[0] if steps else None
@@ -150,13 +150,13 @@ def _do(
     state = replace(state, pending=None)
     if first and first.again:
         if not state.last_moved:
-            return _cannot_do(state, command, "nothing has moved yet")
+            return _refuse(state, command, "nothing has moved yet")
         steps = (*state.last_moved, *steps[1:])
     if any(step.moves for step in steps):
         state = replace(state, last_moved=steps)
     if any(step.stop or step.starts_motion for step in steps):
         state = _without_bound(state)
-    return _take(state, steps, command.t, safety, place)
+    return _take_steps(state, steps, command.t, safety, place)
 
 
 def _without_bound(state: State) -> State:
@@ -165,17 +165,19 @@ def _without_bound(state: State) -> State:
     return replace(state, motion=halt(state.motion), bounded=None, remaining_steps=())
 
 
-def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | None) -> Transition:
+def _take_steps(
+    state: State, steps: Steps, t: float, safety: Safety, place: Place | None
+) -> Transition:
     """Take steps in order, up to the first bounded motion."""
     events: list[Event] = []
     for number, step in enumerate(steps):
         before = state
         motion = apply_safety(step, before.motion, apply_step(before.motion, step), safety)
-        state = replace(state, motion=motion, **_changed(step))
+        state = replace(state, motion=motion, **_changed_fields(step))
         if before.motion.moving and not motion.moving:
             state = at_rest(state)  # whatever ended the motion, no later step may start another one
         if step.listen is None or state.listening != before.listening:
-            events += _events(step, t)
+            events += _step_events(step, t)
         if step.bounded:
             left = steps[number + 1 :]
             return Transition(
@@ -185,7 +187,7 @@ def _take(state: State, steps: Steps, t: float, safety: Safety, place: Place | N
     return Transition(state, tuple(events))
 
 
-def _changed(step: Step) -> dict[str, object]:
+def _changed_fields(step: Step) -> dict[str, object]:
     changed: dict[str, object] = {}
     if step.listen is not None:
         changed["listening"] = step.listen
@@ -196,7 +198,7 @@ def _changed(step: Step) -> dict[str, object]:
     return changed
 
 
-def _events(step: Step, t: float) -> list[Event]:
+def _step_events(step: Step, t: float) -> list[Event]:
     events: list[Event] = []
     if is_selection(step) and isinstance(step.publish, int):
         events.append(SelectedObject(t, step.publish))
@@ -231,13 +233,13 @@ def _answer(
     if asked is None or command.t > asked.until:
         return Transition(replace(state, pending=None), obeyed=False, ignored="nothing_asked")
     state = replace(state, pending=None)
-    said = _events(answer, command.t)
+    said = _step_events(answer, command.t)
     if not answer.answer:
         return Transition(state, tuple(said))
-    done = _do(state, GivenCommand(asked.name, t=command.t), asked.steps, safety, place)
+    done = _carry_out(state, GivenCommand(asked.name, t=command.t), asked.steps, safety, place)
     return done._replace(events=(*said, *done.events))
 
 
-def _cannot_do(state: State, command: GivenCommand, why: str) -> Transition:
+def _refuse(state: State, command: GivenCommand, why: str) -> Transition:
     told = Warning(command.t, f'"{command.name}" cannot be done: {why}')
     return Transition(state, (told,), obeyed=False)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from voz import machine as of_machine
-from voz.machine import machine
+from voz.apps.evaluation import machine as of_machine
+from voz.apps.evaluation.machine import machine
 
 
 @pytest.fixture

@@ -4,6 +4,8 @@ import ctypes
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -175,8 +177,8 @@ class Recorder(Robot):
         self.closed += 1
 
 
-def until(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + 30
+def until(condition: Callable[[], object], seconds: float = 30) -> None:
+    deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.002)
@@ -327,6 +329,43 @@ def test_a_robot_that_was_lost_for_a_moment_is_stopped_until_all_know(clock: Clo
         assert box.lost() is None
         box.receive(Twist(3, 0.1, 0))
         until(lambda: robot.got[-1] == Twist(3, 0.1, 0))
+
+
+class Interrupted(Mailbox):
+    """Something happens while it looks why the robot was lost."""
+
+    meanwhile: Callable[[], object] | None = None
+
+    def __getattribute__(self, name: str) -> Any:
+        value = super().__getattribute__(name)
+        if name == "_untold" and threading.current_thread() is threading.main_thread():
+            happens, self.meanwhile = self.meanwhile, None
+            if happens:
+                happens()
+        return value
+
+
+def test_a_loss_of_a_moment_is_told_also_if_it_is_just_asked_for(clock: Clock) -> None:
+    class Shaky(Recorder):
+        def lost(self) -> str | None:
+            super().lost()
+            return "a loose cable" if len(self.got) == 1 else None
+
+    robot = Shaky()
+    with Interrupted("shaky", robot, clock) as box:
+        opened = robot.asked
+
+        def is_lost_for_a_moment() -> None:
+            box.receive(Reply(0, ""))
+            box.receive(Reply(1, ""))
+            with suppress(AssertionError):  # what looks may keep it from going on
+                until(lambda: robot.asked == opened + 2, 0.5)
+
+        box.meanwhile = is_lost_for_a_moment
+        told = [box.lost()]
+        until(lambda: robot.asked == opened + 2)
+        told.append(box.lost())
+        assert "the robot shaky is lost (a loose cable)" in told
 
 
 def test_a_velocity_is_late_also_if_the_next_one_has_come(clock: Clock) -> None:

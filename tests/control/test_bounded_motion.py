@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
 
 from voz.config import Config
-from voz.control.bounded_motion import Place
+from voz.control.bounded_motion import MAX_ODOMETRY_AGE, Place, place_from_odometry
 from voz.control.state_machine import GivenCommand, State, let_time_pass, obey
 from voz.control.steps import CommandDefinition, Step
 from voz.errors import ConfigError
@@ -48,6 +49,18 @@ def until_rest(
 
 
 LISTENING = State(listening=True)
+
+
+def test_odometry_tells_the_place_while_it_is_new() -> None:
+    half = math.sqrt(0.5)
+    pose = SimpleNamespace(
+        position=SimpleNamespace(x=1.0, y=-2.0), orientation=SimpleNamespace(z=-half, w=-half)
+    )
+    odometry = 3.0, SimpleNamespace(pose=SimpleNamespace(pose=pose))
+    place = place_from_odometry(odometry, 3.0)
+    assert place == pytest.approx((1.0, -2.0, math.pi / 2))
+    assert place_from_odometry(odometry, 3.0 + MAX_ODOMETRY_AGE) is None
+    assert place_from_odometry(None, 3.0) is None
 
 
 @pytest.mark.parametrize(

@@ -106,6 +106,7 @@ def test_what_opening_raises_is_one_line_with_its_place() -> None:
         process("Shut").__enter__()
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("fault", ["raise SystemExit", "raise KeyboardInterrupt", "1 / 0"])
 def test_what_it_raises_is_an_error_and_it_can_still_be_stopped(fault: str) -> None:
     with process() as (robot, _):
@@ -286,6 +287,7 @@ def test_before_the_first_velocity_nothing_is_missed() -> None:
         assert robot.lost() is None
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_signals_for_the_run_do_not_end_it(number: int) -> None:
     with process() as (robot, _):

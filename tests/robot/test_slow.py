@@ -112,6 +112,7 @@ def test_work_comes_one_after_the_other_and_what_waits_is_done_at_the_end(
     assert [line for line in got() if line != "works"] == ["has 1", "has 2", "has 100", "closed"]
 
 
+@pytest.mark.realtime
 def test_work_that_never_ends_does_not_keep_the_run_from_its_end() -> None:
     with boxed(apart()) as box:
         box.receive(SelectedObject(0.0, 1))

@@ -425,6 +425,7 @@ def test_half_a_request_holds_nobody_up(robot: PageRobot) -> None:
 # Sound
 
 
+@pytest.mark.realtime
 def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) -> None:
     with opened(robot) as page, heard(robot, page) as microphone_of_a_watcher:
         with suppress(ConnectionClosed):  # it does not drive, and may be sent away before
@@ -460,6 +461,7 @@ def test_s5_what_is_settled_once_the_page_is_closed_does_not_drive(
         assert robot.state["now"]["linear"] == 0
 
 
+@pytest.mark.realtime
 def test_sound_that_comes_late_does_not_drive_and_is_told(
     robot: PageRobot, forward: np.ndarray
 ) -> None:

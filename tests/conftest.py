@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 from collections.abc import Callable
 
@@ -20,6 +21,9 @@ from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
 
 __all__ = ["loudspeaker", "no_sound", "own_pulse", "pulse"]  # fixtures too
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as of what a shell starts by `&`
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # for programs that tests start too
 
 settings.register_profile("voz", deadline=None)  # a busy machine is no fault of what is tested
 settings.load_profile("voz")

@@ -10,7 +10,7 @@ COUNTED = voz/audio/*,voz/control/*,voz/apps/evaluation/*,voz/language/*,voz/rob
 
 # The quick tests compute. The others wait for half of their time: for sound, for the beat, for other programs.
 CORES = $(shell getconf _NPROCESSORS_ONLN)
-SIDE_BY_SIDE = --dist loadfile --max-worker-restart 2 -n
+SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n
 TWICE = $$(($(CORES) * 2))
 
 # No other test is tried again, and of these the report names each that was.

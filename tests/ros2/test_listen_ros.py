@@ -27,6 +27,7 @@ TextCommands.take = breaks
 """
 
 
+@pytest.mark.realtime
 def test_both_are_obeyed_and_what_the_other_heard_is_not_published_again(
     pulse: dict[str, str], domain: int, own: Callable[..., Program]
 ) -> None:

@@ -28,6 +28,7 @@ from voz.errors import (
 
 if TYPE_CHECKING:
     from voz.config import Config, load_config
+    from voz.driving import RobotController as Controller
     from voz.events import (
         Call,
         Ended,
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from voz.recognition.listener import Listener
     from voz.recognition.recognizer import Recognizer
     from voz.robot.base import Robot
-    from voz.run.controller import Controller
     from voz.settings import Recognition, Safety
     from voz.speech.builtin_sounds import BuiltinSound
     from voz.speech.sound_client import SoundClient
@@ -57,7 +57,7 @@ _WHERE = {
     "BuiltinSound": "voz.speech.builtin_sounds",
     "Call": "voz.events",
     "Config": "voz.config",
-    "Controller": "voz.run.controller",
+    "Controller": "voz.driving:RobotController",
     "Ended": "voz.events",
     "Event": "voz.events",
     "Listener": "voz.recognition.listener",
@@ -120,7 +120,8 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name not in _WHERE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(_WHERE[name]), name)
+    module, _, other = _WHERE[name].partition(":")
+    found = globals()[name] = getattr(import_module(module), other or name)
     return found
 
 

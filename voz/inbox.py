@@ -98,6 +98,11 @@ class Inbox:
         number, message = self._usual.popleft()
         return TakenMessage(message, number < self._newest_stop)
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether all messages were taken."""
+        return not self._urgent and not self._usual
+
     def _stops(self, message: Message) -> bool:
         if isinstance(message, Utterance):
             return message.accepted and message.name in self.halts

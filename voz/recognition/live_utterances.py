@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable, Iterator
 from contextlib import ExitStack
 from threading import Thread, current_thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
@@ -17,6 +17,9 @@ from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.recognition.listener import Listener
 from voz.recognition.stream import Stream
+
+if TYPE_CHECKING:
+    from voz.recognition.recognizer import Recognizer
 
 _log = logging.getLogger("voz")
 
@@ -32,15 +35,19 @@ class MicrophoneUtterances:
     It listens from when it is made until it is closed, or its `with` block ends.
 
     Attributes:
-        device: the name of the microphone.
+        recognizer: which made it.
+        device: its number or a part of its name; None is the default one.
+        name: the whole name.
     """
 
-    def __init__(self, stream: Stream, device: str | None) -> None:
+    def __init__(self, recognizer: Recognizer, stream: Stream, device: str | None) -> None:
         """Open a microphone; raises AudioError if there is no such microphone."""
+        self.recognizer = recognizer
+        self.device = device
         self._stream = stream
         self._opened = ExitStack()
         self._blocks = self._opened.enter_context(open_microphone(device))
-        self.device = self._blocks.name
+        self.name = self._blocks.name
         self._heard: deque[Utterance] = deque()
         self._closed = False
 

@@ -187,7 +187,7 @@ class Recognizer:
         Raises:
             AudioError: there is no such microphone.
         """
-        return MicrophoneUtterances(self.stream(MICROPHONE, spotting=False), device)
+        return MicrophoneUtterances(self, self.stream(MICROPHONE, spotting=False), device)
 
     def listen_in_background(
         self, callback: Callable[[Utterance], None], device: str | None = None

@@ -20,7 +20,7 @@ from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
 from voz.run.queued import QueuedReceiver
-from voz.run.session import OpenRobots, Session, SpeechInput, open_programs
+from voz.run.session import OpenRobots, SpeechInput, new_session, open_programs
 
 KEPT_SPECIAL_ARGUMENTS = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
 """Special arguments that a node's watchdog gets too; not its name, log and parameters."""
@@ -61,7 +61,7 @@ def run_node_session(
         start = parts.enter_context(open_programs(table, inbox, clock, load_rospy().loginfo))
         receivers = [*(box.receive for box in boxes.values()), *say, log, start]
         troubles = {name: box.lost for name, box in boxes.items()}
-        session = Session(settings, clock, listening or bool(switch("listening")))
+        session = new_session(settings, clock, listening or bool(switch("listening")))
         session.add_robots(OpenRobots(receivers, troubles, robots["ROS"].place))
         session.watch_input(speech_input)
         session.run_in_real_time(inbox)

@@ -22,6 +22,8 @@ class Controller:
     """Obeys commands and sends velocities; time comes in with each call.
 
     Attributes:
+        receivers: called with every event, in order; none of them may wait for anything.
+        odometry: returns where the robot is at a time of the run, s, without waiting.
         stopped_at: when the robot was last stopped for a loss, s; older commands move nothing.
         table: what each command does.
         rehearsing: whether only commands that stop the robot are obeyed.
@@ -50,10 +52,10 @@ class Controller:
         check_type(Safety, safety, "safety")
         check_type(bool, listening, "listening")
         check_type((CommandTable, type(None)), table, "table")
-        self._receivers = receivers
+        self.receivers = [*receivers]
         self._safety = safety
         self.table = table or default_commands()
-        self._odometry = odometry
+        self.odometry = odometry
         self._state = State(listening=listening)
         self._last_command = 0.0
         # Not 0: the first utterance may have begun before the run.
@@ -161,7 +163,7 @@ class Controller:
 
     def emit(self, event: Event) -> None:
         """Hand an event to all receivers."""
-        for receive in self._receivers:
+        for receive in self.receivers:
             receive(event)
 
     def _is_overtaken(self, event: Utterance) -> bool:
@@ -169,7 +171,7 @@ class Controller:
         return event.end < self.stopped_at or event.start < self._stop_begun
 
     def _place(self, now: float) -> Place | None:
-        place = self._odometry(now)
+        place = self.odometry(now)
         return place if place is not None and all(map(math.isfinite, place)) else None
 
     def _preview(self, event: Utterance | Partial) -> Transition:

@@ -21,6 +21,7 @@ from voz.run.session import (
     OpenRobots,
     Session,
     SpeechInput,
+    new_session,
     open_programs,
     open_speaker,
     speech_receivers,
@@ -115,7 +116,7 @@ def run_live(
     """
     clock = WallClock(inbox)
     warn = warner(inbox, clock)
-    session = Session(settings, clock, options.listening)
+    session = new_session(settings, clock, options.listening)
     table = session.controller.table
     never_missed = settings.recognition.never_missed
     with ExitStack() as parts:

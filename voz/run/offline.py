@@ -15,6 +15,7 @@ from voz.run.programs import Programs
 from voz.run.session import (
     OpenRobots,
     Session,
+    new_session,
     open_programs,
     open_speaker,
     speech_receivers,
@@ -41,7 +42,7 @@ def run_unpaced(
         open_robots: opens the robots.
     """
     problems: list[str] = []
-    session = Session(settings, RecordedClock(source(lambda: 0.0)), listening)
+    session = new_session(settings, RecordedClock(source(lambda: 0.0)), listening)
     table = session.controller.table
     with (
         open_robots(session.controller.emit) as robots,
@@ -59,7 +60,7 @@ def run_paced(source: Source, settings: Config, listening: bool, open_robots: Ro
     inbox = Inbox(table.halts)
     with open_robots(inbox.put) as robots:
         clock = PacedClock(inbox)
-        session = Session(settings, clock, listening)
+        session = new_session(settings, clock, listening)
         with (
             open_speaker(settings.speech, table.replies, warner(inbox, clock)) as speaker,
             open_programs(table, inbox, clock, robots.show) as start,

@@ -76,24 +76,20 @@ class Session:
         clock: the time, and what arrives.
         controller: obeys; it has the table of commands, too.
         receivers: called with every event, in order; none of them may wait for anything.
-        odometry: returns where the robot is.
     """
 
-    def __init__(self, settings: Config, clock: Clock, listening: bool = False) -> None:
-        """Begin with the robot at rest; `listening` obeys commands before a `start speech`."""
+    def __init__(self, clock: Clock, controller: Controller) -> None:
+        """Begin with the robot at rest."""
         self.clock = clock
-        self.receivers: list[Receiver] = []
-        self.odometry: Odometry = lambda _: None
-        self.controller = Controller(
-            self.receivers, settings.safety, listening, settings.table, lambda t: self.odometry(t)
-        )
+        self.controller = controller
+        self.receivers = controller.receivers
         self._watches: list[Watch | Flood] = []
         self._at_once = False
 
     def add_robots(self, robots: OpenRobots) -> None:
         """Hand events to robots, take their odometry, and stop if one is lost (S5)."""
         self.receivers += robots.receivers
-        self.odometry = robots.odometry
+        self.controller.odometry = robots.odometry
         self.watch(robots.troubles)
 
     def watch(self, troubles: Mapping[str, Trouble]) -> None:
@@ -142,6 +138,11 @@ class Session:
 
     def _send_zero(self) -> None:
         self.controller.zero(self.clock.now())
+
+
+def new_session(settings: Config, clock: Clock, listening: bool = False) -> Session:
+    """Begin with the robot at rest; `listening` obeys commands before a `start speech`."""
+    return Session(clock, Controller([], settings.safety, listening, settings.table))
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from voz.recognition.recognizer import Recognizer
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
-from voz.run.session import Session
+from voz.run.session import new_session
 from voz.run.sources import recorded_items
 
 EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
@@ -61,10 +61,10 @@ def simulate_recording(
     unreadable: list[str] = []
     times: list[float] = []
     items = _noted(recorded_items([found.path], recognizer, unreadable), times)
-    session = Session(settings, RecordedClock(items), how.listening)
+    session = new_session(settings, RecordedClock(items), how.listening)
     robot = SimulatedRobot(settings.simulator, session.controller.emit)
     session.receivers += [robot.receive, lambda event: events.append(_named(event, found.name))]
-    session.odometry = robot.place
+    session.controller.odometry = robot.place
     session.run()
     robot.come_to_rest()
     _keep(robot, events, Path(how.folder, file_name_for(found.name)))

@@ -1,0 +1,155 @@
+"""Drives a robot by a microphone or by utterances, in a program of one's own."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from threading import Thread
+from typing import Any
+
+import msgspec
+
+from voz.config import Config
+from voz.control.bounded_motion import Place
+from voz.control.table import CommandTable
+from voz.errors import ConfigError
+from voz.events import Partial, Receiver, Utterance, Warning, shift_time
+from voz.hearing.microphone_thread import Hearing, sound_card
+from voz.inbox import End, Inbox
+from voz.recognition.live_utterances import MicrophoneUtterances
+from voz.records import check_type
+from voz.robot.base import Robot
+from voz.robot.factory import open_mailboxes
+from voz.run.clocks import WallClock
+from voz.run.command_check import begins_listening, check_list
+from voz.run.controller import Controller
+from voz.run.session import OpenRobots, Session
+from voz.settings import Safety
+
+ROBOT = "robot"
+"""Name of the robot in messages."""
+
+
+class RobotController(Controller):
+    """Obeys commands and sends velocities to a robot.
+
+        with voz.Controller(robot, safety=voz.Safety(speed=0.2)) as controller:
+            controller.run(recognizer.microphone())
+
+    `run` is all for a microphone. In a loop of one's own, `hear` takes what was heard and `send`
+    sends the velocities, 10 times a second; time comes in with each call.
+    """
+
+    def __init__(
+        self,
+        robot: Robot | Sequence[Receiver],
+        safety: Safety | None = None,
+        listening: bool = False,
+        table: CommandTable | None = None,
+        odometry: Callable[[float], Place | None] = lambda _: None,
+        *,
+        commands: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Start with the robot at rest.
+
+        Args:
+            robot: the robot, opened by the `with` block; or functions that are called with every
+                event, in order, and must not wait for anything.
+            safety: the safety rules' settings; None takes the defaults.
+            listening: whether commands are obeyed before a `start speech`.
+            table: what each command does; None takes `commands`.
+            odometry: returns where the robot is at a time of the run, s, without waiting.
+            commands: what each command does, as `[commands]` in voz.toml: beside or in place of
+                what voz's own do.
+
+        Raises:
+            ConfigError: an argument is something else, or the robot might not stop.
+        """
+        self._robot = robot if isinstance(robot, Robot) else None
+        self._opened = ExitStack()
+        receivers = [] if isinstance(robot, Robot) else robot
+        table = table or _table(commands)
+        super().__init__(receivers, safety or Safety(), listening, table, odometry)
+
+    def __enter__(self) -> RobotController:
+        """Open the robot; raises RobotError if it cannot be reached."""
+        if self._robot:
+            boxes = self._opened.enter_context(open_mailboxes({ROBOT: self._robot}, self._note))
+            self.receivers.append(boxes[ROBOT].receive)
+            self._lost = boxes[ROBOT].lost
+            self.odometry = self._robot.place
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop the robot and close it."""
+        self.halt()
+        self.zero(0.0)
+        self._opened.close()
+
+    def run(self, heard: MicrophoneUtterances | Iterable[Utterance | Partial]) -> None:
+        """Drive in real time, 10 times a second, until what is heard ends; then stop the robot.
+
+        A microphone that is lost stops the robot, and is opened again when it is back. Where
+        utterances come from an iterable, it waits for them on a thread of its own; when it ends,
+        the robot stops.
+
+        Args:
+            heard: what `recognizer.microphone()` returns, or utterances as they are said.
+
+        Raises:
+            AudioError: there is no such microphone.
+            ConfigError: the list of commands can move the robot and not stop it, or cannot begin.
+        """
+        if self._robot and not self.receivers:
+            raise ConfigError("the robot is not open; use `with voz.Controller(...)`")
+        inbox = Inbox(self.table.halts)
+        clock = WallClock(inbox)
+        session = Session(clock, self)
+        if self._robot:
+            session.add_robots(OpenRobots([], {ROBOT: self._lost}, self.odometry))
+        with ExitStack() as parts:
+            if isinstance(heard, MicrophoneUtterances):
+                session.watch_input(parts.enter_context(self._hearing(heard, inbox, clock)))
+            else:
+                Thread(target=_forward, args=(heard, inbox, clock), daemon=True).start()
+            session.run_in_real_time(inbox)
+
+    def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: WallClock) -> Hearing:
+        heard.close()  # it is opened again after each loss
+        recognizer = heard.recognizer
+        check_list(recognizer.commands, self.table, "the list")
+        if not self.listening and not begins_listening(recognizer.commands, self.table):
+            raise ConfigError(
+                "no command begins the listening; add `start speech` to the list, or give "
+                "listening=True"
+            )
+        source = sound_card(heard.device)
+        return Hearing(recognizer, source, inbox, clock.now, never_missed=self.table.stops)
+
+    def _note(self, problem: str) -> None:
+        self.emit(Warning(0.0, problem))
+
+
+def _table(commands: Mapping[str, Any] | None) -> CommandTable | None:
+    """What the commands do; None for those of voz alone."""
+    if commands is None:
+        return None
+    check_type(Mapping, commands, "commands")
+    try:
+        return msgspec.convert({"commands": dict(commands)}, Config).table
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"commands: {error}", "docs/actions.md lists the steps") from error
+
+
+def _forward(heard: Iterable[Utterance | Partial], inbox: Inbox, clock: WallClock) -> None:
+    """Put what is heard into an inbox, in the time of the run, and its end."""
+    try:
+        for event in heard:
+            inbox.put(shift_time(event, clock.now() - event.t))
+    except Exception as error:
+        inbox.put(End(error))
+    else:
+        while not inbox.is_empty:  # the end would overtake what was heard
+            time.sleep(0.01)
+        inbox.put(End())

@@ -123,6 +123,7 @@ def test_what_cannot_be_is_one_line() -> None:
         voz.Controller(Wheels(), commands={"stop": {"drive": 0.1}})
 
 
+@pytest.mark.realtime
 @pytest.mark.slow
 def test_a_microphone_drives_a_robot(pulse: dict[str, str]) -> None:
     command = [sys.executable, "-c", PROGRAM]

@@ -27,7 +27,7 @@ def test_on_a_computer_that_has_all_is_well(pulse: dict[str, str]) -> None:
     assert result.code == 0
     assert "gives sound" in found["microphone"]["told"]
     assert found["festival"]["told"] == "speaks with the voice kal_diphone"
-    assert found["second ear"]["well"]
+    assert found["phoneme network"]["well"]
     assert not found["ROS 1 master"]["needed"]  # nobody said that a robot is driven by it
 
 

@@ -38,7 +38,7 @@ def check_recognition(settings: Config) -> Iterator[Finding]:
 
 def check_network(files: LanguageFiles, settings: Recognition) -> Finding:
     """Check the phoneme network; without it more is accepted that is no command."""
-    name = "second ear"
+    name = "phoneme network"
     if not settings.second_ear:
         return Finding(name, True, "off: [recognition] second_ear = false", required=False)
     if missing := why_missing(files, settings.network):

@@ -80,7 +80,7 @@ VOICES = {
 }
 """One of each speaker: kal of flite is the same recordings as kal of festival."""
 
-SPELLINGS = {"cocacola": "coca cola", "latte": "lah tay", "metre": "meter"}
+SPELLINGS = {"cocacola": "coca cola", "latte": "lah tay", "metre": "meter", "metres": "meters"}
 """How to write for the engines what they would pronounce wrongly."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -14,7 +15,7 @@ from voz.config import Config
 from voz.control.bounded_motion import Place
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
-from voz.events import Partial, Receiver, Utterance, Warning, shift_time
+from voz.events import Partial, Receiver, Utterance, shift_time
 from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.inbox import End, Inbox
 from voz.recognition.live_utterances import MicrophoneUtterances
@@ -27,6 +28,8 @@ from voz.run.controller import Controller
 from voz.run.session import OpenRobots, Session
 from voz.settings import Safety
 
+_log = logging.getLogger("voz")
+
 ROBOT = "robot"
 """Name of the robot in messages."""
 
@@ -34,11 +37,12 @@ ROBOT = "robot"
 class RobotController(Controller):
     """Obeys commands and sends velocities to a robot.
 
-        with voz.Controller(robot, safety=voz.Safety(speed=0.2)) as controller:
+        with voz.Controller(robot, safety=voz.Safety(max_linear=0.2)) as controller:
             controller.run(recognizer.microphone())
 
-    `run` is all for a microphone. In a loop of one's own, `hear` takes what was heard and `send`
-    sends the velocities, 10 times a second; time comes in with each call.
+    `run` is all that a microphone needs. In a loop of one's own, `hear` takes what was heard and
+    `send` sends the velocities, 10 times a second; time comes in with each call. Replies are events
+    for the robot; nothing is spoken.
     """
 
     def __init__(
@@ -68,6 +72,7 @@ class RobotController(Controller):
         """
         self._robot = robot if isinstance(robot, Robot) else None
         self._opened = ExitStack()
+        self._now = 0.0  # the time of the run that was reached, s
         receivers = [] if isinstance(robot, Robot) else robot
         table = table or _table(commands)
         super().__init__(receivers, safety or Safety(), listening, table, odometry)
@@ -75,8 +80,10 @@ class RobotController(Controller):
     def __enter__(self) -> RobotController:
         """Open the robot; raises RobotError if it cannot be reached."""
         if self._robot:
-            boxes = self._opened.enter_context(open_mailboxes({ROBOT: self._robot}, self._note))
-            self.receivers.append(boxes[ROBOT].receive)
+            boxes = self._opened.enter_context(open_mailboxes({ROBOT: self._robot}, _log.error))
+            receive = boxes[ROBOT].receive
+            self.receivers.append(receive)
+            self._opened.callback(self.receivers.remove, receive)
             self._lost = boxes[ROBOT].lost
             self.odometry = self._robot.place
         return self
@@ -84,8 +91,13 @@ class RobotController(Controller):
     def __exit__(self, *_: object) -> None:
         """Stop the robot and close it."""
         self.halt()
-        self.zero(0.0)
+        self.zero(self._now)
         self._opened.close()
+
+    def send(self, now: float) -> None:
+        """Let time pass until `now`, s of the run, and send the velocities once."""
+        super().send(now)
+        self._now = now
 
     def run(self, heard: MicrophoneUtterances | Iterable[Utterance | Partial]) -> None:
         """Drive in real time, 10 times a second, until what is heard ends; then stop the robot.
@@ -126,9 +138,6 @@ class RobotController(Controller):
             )
         source = sound_card(heard.device)
         return Hearing(recognizer, source, inbox, clock.now, never_missed=self.table.stops)
-
-    def _note(self, problem: str) -> None:
-        self.emit(Warning(0.0, problem))
 
 
 def _table(commands: Mapping[str, Any] | None) -> CommandTable | None:

@@ -15,6 +15,8 @@ TWICE = $$(($(CORES) * 2))
 
 # No other test is tried again, and of these the report names each that was.
 ONE_BY_ONE = -m realtime --reruns 1 -r R
+# They mostly wait. The others run meanwhile, and give way to them.
+RESTRAINED = nice -n 19
 
 # Containers often set it: then every process of the tests would compile voz anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -72,8 +74,11 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" --cov --cov-report= $(QUICK)
 	.venv/bin/coverage report --include="$(COUNTED)"
 	.venv/bin/coverage report --include="voz/control/*" --fail-under=100 --show-missing
-	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" $(QUICK:%=--ignore=%)
-	.venv/bin/python -m pytest -q $(ONE_BY_ONE)
+	@log=$$(mktemp); $(RESTRAINED) .venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" \
+		$(QUICK:%=--ignore=%) >"$$log" 2>&1 & others=$$!; \
+	trap "kill $$others" INT TERM; failed=0; \
+	.venv/bin/python -m pytest -q $(ONE_BY_ONE) || failed=1; \
+	tail -n +1 -f --pid=$$others "$$log"; wait $$others || failed=1; rm -f "$$log"; exit $$failed
 
 coverage: ## Run all tests and show which lines and branches of voz/ they do not reach
 	@sh tools/install.sh tests

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from collections import deque
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable, Iterator
@@ -114,6 +113,8 @@ def in_background(
 
 async def utterances_of(listener: Listener, blocks: Blocks) -> AsyncIterator[Utterance]:
     """Yield the utterances of arrays while the event loop goes on."""
+    import asyncio  # which takes 3 MB
+
     async for block in blocks if isinstance(blocks, AsyncIterable) else _taken(blocks):
         for heard in only_utterances(await asyncio.to_thread(listener.feed, block)):
             yield heard
@@ -123,6 +124,8 @@ async def utterances_of(listener: Listener, blocks: Blocks) -> AsyncIterator[Utt
 
 async def _taken(blocks: Iterable[npt.ArrayLike]) -> AsyncIterator[npt.ArrayLike]:
     """Wait for each block on a thread."""
+    import asyncio
+
     iterator = iter(blocks)
     nothing: Any = object()
     while (block := await asyncio.to_thread(next, iterator, nothing)) is not nothing:

@@ -114,6 +114,20 @@ def test_an_error_in_the_block_stops_the_robot() -> None:
     assert robot.velocities[-1] == (0.0, 0.0)
 
 
+def test_a_mistake_in_the_place_of_a_robot_stops_it_and_is_named() -> None:
+    class Lost(Wheels):
+        def place(self, t: float) -> tuple[float, float, float] | None:
+            raise ValueError("no odometry")
+
+    robot = Lost()
+    with (
+        voz.Controller(robot, listening=True) as controller,
+        pytest.raises(voz.RobotMistake, match="no odometry"),
+    ):
+        controller.run(said("go forward"))
+    assert robot.velocities[-1] == (0.0, 0.0)
+
+
 def test_what_cannot_be_is_one_line() -> None:
     with pytest.raises(voz.ConfigError, match="is not open; use `with"):
         voz.Controller(Wheels()).run([])

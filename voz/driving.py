@@ -21,11 +21,11 @@ from voz.inbox import End, Inbox
 from voz.recognition.live_utterances import MicrophoneUtterances
 from voz.records import check_type
 from voz.robot.base import Robot
-from voz.robot.factory import open_mailboxes
+from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
 from voz.run.controller import Controller
-from voz.run.session import OpenRobots, Session
+from voz.run.session import Session
 from voz.settings import Safety
 
 _log = logging.getLogger("voz")
@@ -85,7 +85,7 @@ class RobotController(Controller):
             self.receivers.append(receive)
             self._opened.callback(self.receivers.remove, receive)
             self._lost = boxes[ROBOT].lost
-            self.odometry = self._robot.place
+            self.odometry = odometry_of({ROBOT: self._robot})
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -119,7 +119,7 @@ class RobotController(Controller):
         clock = WallClock(inbox)
         session = Session(clock, self)
         if self._robot:
-            session.add_robots(OpenRobots([], {ROBOT: self._lost}, self.odometry))
+            session.watch({ROBOT: self._lost})
         with ExitStack() as parts:
             if isinstance(heard, MicrophoneUtterances):
                 session.watch_input(parts.enter_context(self._hearing(heard, inbox, clock)))

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeAlias
 
 from voz.cli.text_io import info, warn
-from voz.control.bounded_motion import Place
 from voz.errors import ConfigError
 from voz.events import Event, Receiver, Warning
 
@@ -76,7 +75,7 @@ def open_robots(
 
     Their warnings go to `take`.
     """
-    from voz.robot.factory import make_robots
+    from voz.robot.factory import make_robots, odometry_of
     from voz.robot.kinds import RobotSetup
     from voz.run.session import OpenRobots
 
@@ -92,7 +91,7 @@ def open_robots(
             receivers.append(view.receive)
         if CONSOLE not in names and not plan.has_display:
             receivers.append(_show_warning)
-        yield OpenRobots(receivers, troubles, _odometry(robots), setup.show, view)
+        yield OpenRobots(receivers, troubles, odometry_of(robots), setup.show, view)
 
 
 def _robot_names(plan: RobotPlan) -> list[str]:
@@ -102,20 +101,6 @@ def _robot_names(plan: RobotPlan) -> list[str]:
         names = [name for name in names if name != CONSOLE]
     # The simulator first: its warning comes before the event that caused it.
     return sorted(dict.fromkeys(names), key=lambda name: name != SIMULATOR)
-
-
-def _odometry(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
-    from voz.robot.user_code import user_errors_as_mistake
-
-    def place(t: float) -> Place | None:
-        for name, robot in robots.items():
-            with user_errors_as_mistake(name):
-                if known := robot.place(t):
-                    x, y, heading = map(float, known)
-                    return x, y, heading
-        return None
-
-    return place
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
+from voz.control.bounded_motion import Place
 from voz.errors import ConfigError, RobotError
 from voz.robot.base import Robot
 from voz.robot.kinds import ROBOTS, RobotSetup
@@ -135,6 +136,23 @@ def open_mailboxes(
         for name, box in boxes.items():
             if box.hangs:
                 tell(f"the robot {name} did not take its last velocity in time")
+
+
+def odometry_of(robots: Mapping[str, Robot]) -> Callable[[float], Place | None]:
+    """Return what gives the place at a time of the run, s, from the first robot that knows it.
+
+    It raises RobotMistake for an error of a user's own robot.
+    """
+
+    def place(t: float) -> Place | None:
+        for name, robot in robots.items():
+            with user_errors_as_mistake(name):
+                if known := robot.place(t):
+                    x, y, heading = map(float, known)
+                    return x, y, heading
+        return None
+
+    return place
 
 
 def _in_own_process(setup: RobotSetup, name: str, only_zero: bool = False) -> RobotProcess:

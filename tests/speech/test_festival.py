@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import subprocess
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 import soundfile
@@ -77,6 +79,22 @@ CRASHING = [
 def test_texts_that_crash_festival_are_spoken(text: str, tmp_path: Path) -> None:
     render(text, KAL, tmp_path / "out.wav")
     assert soundfile.info(tmp_path / "out.wav").frames > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("voice", [KAL, "espeak-ng:en"])
+def test_no_text_is_lost_on_a_machine_that_starts_programs_late(
+    voice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    communicate = subprocess.Popen.communicate
+    over = iter([0.0])  # the first wait is over before anything is written
+
+    def late(process: subprocess.Popen[bytes], *given: Any, timeout: float) -> Any:
+        return communicate(process, *given, timeout=next(over, timeout))
+
+    monkeypatch.setattr(subprocess.Popen, "communicate", late)
+    render("hello", voice, tmp_path / "out.wav")
+    assert soundfile.info(tmp_path / "out.wav").duration > 0.2
 
 
 @pytest.mark.slow

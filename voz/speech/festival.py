@@ -184,21 +184,25 @@ def _run(
 ) -> str:
     """Run a program with a text on its standard input; return its output."""
     try:
-        process = subprocess.Popen(
-            program,
-            cwd=folder,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,  # a group of its own, to be ended with all its children
-        )
+        # A file, no pipe: `communicate` loses what it has not yet written when its time is up.
+        with tempfile.TemporaryFile() as stdin:
+            stdin.write(text.encode())
+            stdin.seek(0)
+            process = subprocess.Popen(
+                program,
+                cwd=folder,
+                stdin=stdin,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,  # a group of its own, to be ended with all its children
+            )
     except OSError as error:
         raise SpeechError(
             f"{program[0]}: cannot be started ({error.strerror}); install it again"
         ) from error
     with process:
         try:
-            output = _output(process, text.encode(), cancelled)
+            output = _output(process, cancelled)
         except BaseException:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
@@ -206,17 +210,12 @@ def _run(
     return output.decode("ascii", "replace")
 
 
-def _output(
-    process: subprocess.Popen[bytes], text: bytes, cancelled: threading.Event | None
-) -> bytes:
+def _output(process: subprocess.Popen[bytes], cancelled: threading.Event | None) -> bytes:
     """Wait for the output; raises SpeechError if it is cancelled or takes too long."""
     deadline = time.monotonic() + FESTIVAL_TIMEOUT
-    unsent: bytes | None = text
     while not (cancelled and cancelled.is_set()):
-        try:
-            return process.communicate(unsent, timeout=CANCEL_CHECK_INTERVAL)[0]
-        except subprocess.TimeoutExpired:
-            unsent = None
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return process.communicate(timeout=CANCEL_CHECK_INTERVAL)[0]
         if time.monotonic() > deadline:
             raise SpeechError(
                 f"festival took longer than {FESTIVAL_TIMEOUT:g} s and was ended; "

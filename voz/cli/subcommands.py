@@ -22,6 +22,7 @@ from voz.cli.fit_confidence_command import fit_confidence
 from voz.cli.help import CommandGroup
 from voz.cli.language_command import languages
 from voz.cli.merge_command import merge
+from voz.cli.new_command import new
 from voz.cli.parse_command import parse
 from voz.cli.run_command import run
 from voz.cli.say_command import say
@@ -64,6 +65,7 @@ def _before_all(
 
 
 # The help shows them in this order.
+app.command("new")(new)
 app.command("build-lm")(build_lm)
 app.command("parse")(parse)
 app.add_typer(languages, name="language")

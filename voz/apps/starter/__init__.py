@@ -1,0 +1,1 @@
+"""Begins a robot of one's own."""

@@ -60,7 +60,7 @@ SAMPLES: tuple[Event, ...] = (
 
 API = {
     "To understand": ("load", "Recognizer", "Listener"),
-    "To drive": ("Controller", "Robot"),
+    "To drive": ("Controller", "Robot", "Client"),
     "To be heard": ("SoundClient", "BuiltinSound"),
     "Settings": ("Config", "Recognition", "Safety", "load_config"),
 }

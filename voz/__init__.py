@@ -27,6 +27,7 @@ from voz.errors import (
 )
 
 if TYPE_CHECKING:
+    from voz.apps.web.client import Client
     from voz.config import Config, load_config
     from voz.driving import RobotController as Controller
     from voz.events import (
@@ -56,6 +57,7 @@ __version__ = "0.1.0"
 _WHERE = {
     "BuiltinSound": "voz.speech.builtin_sounds",
     "Call": "voz.events",
+    "Client": "voz.apps.web.client",
     "Config": "voz.config",
     "Controller": "voz.driving:RobotController",
     "Ended": "voz.events",
@@ -83,6 +85,7 @@ __all__ = [
     "AudioError",
     "BuiltinSound",
     "Call",
+    "Client",
     "CommandsError",
     "Config",
     "ConfigError",

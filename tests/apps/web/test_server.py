@@ -26,6 +26,7 @@ from recordings import FIXTURES
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+import voz
 from voz.apps.web.event_history import Record
 from voz.audio import SAMPLE_RATE
 
@@ -295,8 +296,19 @@ def test_with_https_the_certificate_it_offers_is_all_that_a_phone_needs(
         address = robot.link.replace("https", "wss") + "api/events"
         with connect(address, ssl=trusting, additional_headers=bearer) as socket:
             Page(socket).start_driving()
+        (certificate := tmp_path / "authority.crt").write_text(authority)
+        with pytest.raises(voz.RobotError, match=r"verify failed.*; give its /api/authority.crt"):
+            voz.Client(robot.link)
+        with pytest.raises(voz.RobotError, match="open the link that `voz run` shows: it has the"):
+            voz.Client(robot.link, "wrong", certificate)
+        client = voz.Client(f"{robot.link}#token={robot.token}", authority=certificate)
         entered = robot.api.post("/api/login", json={"token": robot.token})
         assert "; Secure" in entered.headers["set-cookie"]
+        wait_until(lambda: not robot.state["now"]["driver"])  # the page before is known to be gone
+        assert client.command("go forward").obeyed
+    with pytest.raises(voz.RobotError, match="the connection is lost, and the robot has stopped"):
+        client.command("go forward")
+    client.close()
     kept = (tmp_path / "voz" / "certificates" / "authority.key").stat()
     assert stat.S_IMODE(kept.st_mode) == 0o600
 

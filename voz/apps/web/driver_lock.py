@@ -19,11 +19,13 @@ class DriverLock:
     Attributes:
         driver: the number of the page that is driving; None if none is.
         released_at_rest: whether the last `trouble` found that the driver has left a robot at rest.
+        reported_gone: whether the last `trouble` found that the driver of a moving robot is gone.
     """
 
     def __init__(self) -> None:
         self.driver: int | None = None
         self.released_at_rest = False
+        self.reported_gone = False
         self._last_answer = 0.0  # of the driver, s
         self._released = False  # the driver has gone, and `trouble` was not called since
         self._lost = False  # the robot moved then, and nobody has come back
@@ -67,4 +69,5 @@ class DriverLock:
         if moving and (silent or released):
             self._lost = True
         self.released_at_rest = released and not moving
-        return PAGE_GONE if self._lost else None
+        self.reported_gone = self._lost
+        return PAGE_GONE if self.reported_gone else None

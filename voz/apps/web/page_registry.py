@@ -15,7 +15,12 @@ from starlette.exceptions import HTTPException
 
 from voz.apps.web.access_control import secrets_equal
 from voz.apps.web.browser_microphone import BrowserMicrophone
-from voz.apps.web.command_bridge import PAGE_SOURCE, STOPPED_BY_PAGE, CommandBridge
+from voz.apps.web.command_bridge import (
+    COMMAND_TIMEOUT,
+    PAGE_SOURCE,
+    STOPPED_BY_PAGE,
+    CommandBridge,
+)
 from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.event_history import EventHistory, Record, encode_record
 from voz.apps.web.rate_limits import RateLimit
@@ -29,6 +34,9 @@ MAX_PENDING_RECORDS = 300
 
 COMMAND_RATE, COMMAND_BURST = 5.0, 20.0
 """Commands per second, and at once: of the driving page, or of all programs while none drives."""
+
+NOTICE_INTERVAL = 0.01
+"""Between two looks whether the control loop knows of the page that drives, s."""
 
 MAX_RECENT_EVENTS = 6000
 """Events kept for the diagnostics: ten minutes."""
@@ -228,6 +236,8 @@ class PageRegistry:
                 the page has asked for a stop since it sent this one.
             RobotError: the control loop did not answer.
         """
+        if secret:
+            await self._wait_until_noticed()
         page = self.page_with_secret(secret) if secret else None
         if self._driver_lock.driver != (page.number if page else None) or (secret and not page):
             raise HTTPException(
@@ -238,6 +248,15 @@ class PageRegistry:
         if page and stops is not None and stops < page.stops:
             raise HTTPException(HTTPStatus.CONFLICT, "a stop came after it: give it again")
         return await self._bridge.command(text)
+
+    async def _wait_until_noticed(self) -> None:
+        """Wait until the control loop knows that a page drives again, for it stops the robot then.
+
+        Without this, a program that drives and commands at once is stopped just after it.
+        """
+        until = time.monotonic() + COMMAND_TIMEOUT
+        while self._driver_lock.reported_gone and time.monotonic() < until:
+            await asyncio.sleep(NOTICE_INTERVAL)
 
     async def stop(self, page: OpenPage | None = None, number: int = 0) -> float:
         """Stop the robot; returns when zero velocity was sent, s.

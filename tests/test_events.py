@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, to_json
+from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance, to_json
 
 
 @pytest.mark.parametrize(
@@ -18,13 +18,13 @@ from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, 
         (Twist(0.1, -0.15, 0.0), '{"type":"cmd_vel","t":0.1,"linear":-0.15,"angular":0.0}'),
         (SelectedObject(0.1, 100), '{"type":"selected_object","t":0.1,"value":100}'),
         (Reply(0.1, "bep bep"), '{"type":"reply","t":0.1,"text":"bep bep"}'),
-        (Warning(0.1, "two\nlines"), '{"type":"warning","t":0.1,"text":"two\\nlines"}'),
+        (Notice(0.1, "two\nlines"), '{"type":"warning","t":0.1,"text":"two\\nlines"}'),
         (
-            Warning(0.1, "listening again", good=True),
+            Notice(0.1, "listening again", good=True),
             '{"type":"warning","t":0.1,"text":"listening again","good":true}',
         ),
         # The name of a file need be no text.
-        (Warning(0.1, "no \udcff.wav"), '{"type":"warning","t":0.1,"text":"no ?.wav"}'),
+        (Notice(0.1, "no \udcff.wav"), '{"type":"warning","t":0.1,"text":"no ?.wav"}'),
     ],
 )
 def test_an_event_is_one_line_of_json(event: Event, line: str) -> None:

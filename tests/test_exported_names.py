@@ -4,6 +4,8 @@ import inspect
 import subprocess
 import sys
 
+import pytest
+
 import voz
 from voz import errors
 
@@ -26,6 +28,13 @@ def test_every_name_is_there_and_listed() -> None:
         assert name in dir(voz)
     assert sorted(voz.__all__) == sorted(set(voz.__all__))
     assert not hasattr(voz, "no_such_name")
+
+
+def test_a_notice_has_its_old_name_too() -> None:
+    with pytest.warns(DeprecationWarning, match=r"voz\.Warning is called voz\.Notice") as warned:
+        assert voz.Warning is voz.Notice  # type: ignore[attr-defined]
+    assert [each.filename for each in warned] == [__file__]
+    assert "Warning" not in dir(voz)
 
 
 def test_everything_public_is_documented() -> None:

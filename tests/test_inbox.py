@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.events import Partial, Utterance, Warning
+from voz.events import Notice, Partial, Utterance
 from voz.inbox import MAX_QUEUED_MESSAGES, End, Halt, Inbox, Message, TakenMessage
 
 
@@ -19,7 +19,7 @@ def said(text: str, accepted: bool = True) -> Utterance:
     return Utterance(0, text, 0.9, accepted, 0, 0, "microphone")
 
 
-ORDINARY = [said("go back"), said("stop", accepted=False), Partial(0, "go back", 1), Warning(0, "")]
+ORDINARY = [said("go back"), said("stop", accepted=False), Partial(0, "go back", 1), Notice(0, "")]
 STOPPING = [said("stop"), said("stop speech"), Partial(0, "stop", 1), Halt(), End()]
 
 
@@ -117,7 +117,7 @@ def test_signals_may_put_messages_in_the_midst_of_any_call() -> None:
     taken = 0
     with alarms(handler):
         while put < 300:
-            inbox.put(Warning(0, ""))
+            inbox.put(Notice(0, ""))
             taken += isinstance(inbox.take(0.002), TakenMessage)
     halts = [one for one in all_of(inbox) if one.message == Halt()]
     assert len(halts) < 300  # most were taken at once

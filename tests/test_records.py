@@ -46,7 +46,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "Step": {"drive": 0.1},
     "Twist": {"t": 0.0, "linear": 0.1, "angular": 0.0},
     "Utterance": {**SENTENCE, "accepted": True, "start": 0.0, "end": 0.0, "source": "text"},
-    "Warning": {"t": 0.0, "text": "lost"},
+    "Notice": {"t": 0.0, "text": "lost"},
 }
 """What a record needs besides the field that is looked at, where not all have defaults."""
 

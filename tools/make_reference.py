@@ -21,6 +21,7 @@ from voz.events import (
     Call,
     Ended,
     Event,
+    Notice,
     Partial,
     Play,
     Publish,
@@ -29,7 +30,6 @@ from voz.events import (
     SelectedObject,
     Twist,
     Utterance,
-    Warning,
     to_json,
 )
 
@@ -54,7 +54,7 @@ SAMPLES: tuple[Event, ...] = (
     Run(8.0, ("fswebcam", "picture.jpg"), 10.0),
     Call(8.1, "my_arm:wave", (3.0, "left")),
     Ended(9.2, "fswebcam", "exit code 1"),
-    Warning(9.4, "the microphone is gone: the robot stops"),
+    Notice(9.4, "the microphone is gone: the robot stops"),
 )  # fmt: skip
 """One event of each type, and an utterance that is refused."""
 

@@ -12,6 +12,7 @@ nothing in the process.
 
 from importlib import import_module
 from typing import TYPE_CHECKING
+from warnings import warn
 
 from voz.errors import (
     AudioError,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
         Call,
         Ended,
         Event,
+        Notice,
         Partial,
         Play,
         Publish,
@@ -42,7 +44,6 @@ if TYPE_CHECKING:
         SelectedObject,
         Twist,
         Utterance,
-        Warning,
     )
     from voz.loading import load
     from voz.recognition.listener import Listener
@@ -76,7 +77,7 @@ _WHERE = {
     "SoundClient": "voz.speech.sound_client",
     "Twist": "voz.events",
     "Utterance": "voz.events",
-    "Warning": "voz.events",
+    "Notice": "voz.events",
     "load": "voz.loading",
     "load_config": "voz.config",
 }
@@ -94,6 +95,7 @@ __all__ = [
     "Event",
     "LanguageError",
     "Listener",
+    "Notice",
     "Partial",
     "Play",
     "Publish",
@@ -113,19 +115,23 @@ __all__ = [
     "Twist",
     "Utterance",
     "VozError",
-    "Warning",
     "__version__",
     "load",
     "load_config",
 ]
 
 
-def __getattr__(name: str) -> object:
-    if name not in _WHERE:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, _, other = _WHERE[name].partition(":")
-    found = globals()[name] = getattr(import_module(module), other or name)
-    return found
+if not TYPE_CHECKING:  # for which every name would be there
+
+    def __getattr__(name: str) -> object:
+        if name == "Warning":
+            warn("voz.Warning is called voz.Notice", DeprecationWarning, stacklevel=2)
+            return __getattr__("Notice")
+        if name not in _WHERE:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        module, _, other = _WHERE[name].partition(":")
+        found = globals()[name] = getattr(import_module(module), other or name)
+        return found
 
 
 def __dir__() -> list[str]:

@@ -236,8 +236,10 @@ class Ended(CheckedRecord, frozen=True, tag_field="type", tag="ended", omit_defa
     problem: str = ""
 
 
-class Warning(CheckedRecord, frozen=True, tag_field="type", tag="warning", omit_defaults=True):
+class Notice(CheckedRecord, frozen=True, tag_field="type", tag="warning", omit_defaults=True):
     """Something the user should know that does not end the run.
+
+    It is written as `"type":"warning"`, its name in version 0.1: files and pages have that.
 
     Attributes:
         t: when it was noticed, s.
@@ -263,7 +265,7 @@ Event: TypeAlias = (
     | Run
     | Call
     | Ended
-    | Warning
+    | Notice
 )
 
 Receiver: TypeAlias = Callable[[Event], None]

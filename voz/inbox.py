@@ -9,7 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from voz.events import Ended, Partial, Utterance, Warning
+from voz.events import Ended, Notice, Partial, Utterance
 
 MAX_QUEUED_MESSAGES = 64
 """Limit for messages that stop, and for others; nobody says so much in 0.1 s."""
@@ -42,7 +42,7 @@ class End:
     error: Exception | None = None
 
 
-Message: TypeAlias = Utterance | Partial | Ended | Warning | Halt | Rehearsal | End
+Message: TypeAlias = Utterance | Partial | Ended | Notice | Halt | Rehearsal | End
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from voz.control.safety import (
 from voz.control.state_machine import GivenCommand, State, obey
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
-from voz.events import Event, Partial, Twist, Utterance, Warning
+from voz.events import Event, Notice, Partial, Twist, Utterance
 from voz.settings import Safety
 
 TABLE = default_commands()
@@ -124,7 +124,7 @@ def obeyed(text: str, really: bool = True) -> Utterance:
 
 
 @pytest.mark.parametrize(
-    "event", [obeyed("stop"), obeyed("stop speech"), Warning(0, "the robot stops", stops=True)]
+    "event", [obeyed("stop"), obeyed("stop speech"), Notice(0, "the robot stops", stops=True)]
 )
 def test_what_stops_the_robot_ends_the_goals_of_others_too(event: Event) -> None:
     assert ends_goals(event, TABLE.halts)
@@ -137,7 +137,7 @@ def test_what_stops_the_robot_ends_the_goals_of_others_too(event: Event) -> None
         obeyed("stop", really=False),
         Partial(0, "stop", 1),
         Twist(0, 0, 0),
-        Warning(0, "it is back", good=True),
+        Notice(0, "it is back", good=True),
     ],
 )
 def test_nothing_else_does(event: Event) -> None:

@@ -12,7 +12,7 @@ from voz.control.state_machine import GivenCommand, State, Transition, let_time_
 from voz.control.state_machine import obey as obeyed
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
-from voz.events import Call, Play, Publish, Reply, Run, SelectedObject, Warning
+from voz.events import Call, Notice, Play, Publish, Reply, Run, SelectedObject
 from voz.settings import Safety
 
 TABLE = default_commands()
@@ -212,7 +212,7 @@ def test_a_slot_that_was_not_said_is_a_warning_and_nothing_is_done() -> None:
     transition = say(LISTENING, "tea")
     assert not transition.obeyed
     assert transition.state == LISTENING
-    assert transition.events == (Warning(0, '"tea" cannot be done: nothing was said for {cups}'),)
+    assert transition.events == (Notice(0, '"tea" cannot be done: nothing was said for {cups}'),)
 
 
 def test_each_state_has_its_own_commands_and_what_stops_is_in_all() -> None:
@@ -242,5 +242,5 @@ def test_a_no_another_command_or_silence_takes_it_back() -> None:
     assert say(say(asked.state, "light", 2).state, "yes", 3).ignored == "nothing_asked"
     assert say(asked.state, "yes", 12).ignored == "nothing_asked"
     assert let_time_pass(asked.state, 11, Safety()) == (asked.state, (), True, None)
-    told = Warning(11.1, 'no answer: "knife" is not done')
+    told = Notice(11.1, 'no answer: "knife" is not done')
     assert let_time_pass(asked.state, 11.1, Safety()) == (LISTENING, (told,), True, None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
-from voz.events import Warning
+from voz.events import Notice
 from voz.hearing.sound_watch import (
     LOSS_WARNING_INTERVAL,
     MUTE_WARNING,
@@ -23,7 +23,7 @@ def warnings(inbox: Inbox) -> list[str]:
     """What was told since the last look."""
     told = []
     while taken := inbox.take(0):
-        assert isinstance(taken.message, Warning)
+        assert isinstance(taken.message, Notice)
         told.append(taken.message.text)
     return told
 

@@ -4,7 +4,7 @@ import io
 
 from msgspec.structs import replace
 
-from voz.events import Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Notice, Reply, SelectedObject, Twist, Utterance
 from voz.robot.console import ConsoleRobot
 
 
@@ -37,8 +37,8 @@ def test_everything_else_is_told_in_words() -> None:
         Utterance(1.0, "", 0.0, False, 0.1, 0.9, "a.wav", "too_short"),
         SelectedObject(1.1, 2),
         Reply(1.2, "bep bep"),
-        Warning(1.3, "no loudspeaker"),
-        Warning(1.4, "listening again", good=True),
+        Notice(1.3, "no loudspeaker"),
+        Notice(1.4, "listening again", good=True),
     )
     assert lines == [
         'heard    "go back" (0.93)',

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import Recording
 
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance
 from voz.recognition.recognizer import Recognizer
 from voz.robot.simulator import SimulatedRobot, Trip
 from voz.simulation.arm import joints_pointing_at
@@ -24,8 +24,8 @@ def events_of(lines: Sequence[str]) -> list[Event]:
     return events
 
 
-def driven(events: Sequence[Event], room: Simulator | None = None) -> tuple[Trip, list[Warning]]:
-    warnings: list[Warning] = []
+def driven(events: Sequence[Event], room: Simulator | None = None) -> tuple[Trip, list[Notice]]:
+    warnings: list[Notice] = []
     robot = SimulatedRobot(room or Simulator(), warnings.append)
     for event in events:
         robot.receive(event)
@@ -123,7 +123,7 @@ def test_commands_are_kept_with_their_places_and_what_is_refused_is_not() -> Non
         Utterance(1.95, "speed up", 0.9, True, 1.0, 1.9, "a.wav", obeyed=True),
         Utterance(1.96, "go back", 0.1, False, 1.0, 1.9, "a.wav", "part_of_a_command"),
         Utterance(1.96, "go back", 0.9, True, 1.0, 1.9, "a.wav", ignored="not_listening"),
-        Warning(1.97, "no loudspeaker"),
+        Notice(1.97, "no loudspeaker"),
     ]
     trip, _ = driven(events)
     (said,) = trip.said
@@ -151,7 +151,7 @@ def test_a_robot_that_stands_still_takes_no_memory() -> None:
 
 @pytest.mark.slow
 def test_a_spoken_session_drives_it(session: Recording, recognizer: Recognizer) -> None:
-    warnings: list[Warning] = []
+    warnings: list[Notice] = []
     robot = SimulatedRobot(Simulator(), warnings.append)
     speak(recognizer, [session.path], robot.receive)
     robot.come_to_rest()

@@ -39,7 +39,7 @@ events = {
     "way": Publish(0, "way", 0.5),
     "bring": Publish(0, "bring", "knife"),
     "stop": Utterance(0, "stop", 0.9, True, 0, 1, "text", obeyed=True),
-    "lost": Warning(0, "the microphone is gone: the robot stops", stops=True),
+    "lost": Notice(0, "the microphone is gone: the robot stops", stops=True),
     "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
 }
 for line in sys.stdin:

@@ -14,7 +14,7 @@ from cyclonedds.topic import Topic
 from programs import Program, wait_until
 from ros2.conftest import ORDINARY, RCLPY
 
-from voz.events import Partial, Twist, Utterance, Warning
+from voz.events import Notice, Partial, Twist, Utterance
 from voz.ros2 import Ros2Robot
 from voz.ros2.message_types import CycloneCancelAllGoals
 from voz.ros2.node import Ros2Node
@@ -82,12 +82,12 @@ def test_only_what_stops_the_robot_cancels() -> None:
         heard("stop", obeyed=False),
         Partial(0.0, "stop", 0.5),
         Twist(0.0, 0.0, 0.0),
-        Warning(0.0, "no loudspeaker"),
-        Warning(0.0, "listening again", good=True),
+        Notice(0.0, "no loudspeaker"),
+        Notice(0.0, "listening again", good=True),
     ):
         robot.receive(event)
     assert requests(asked) == []
-    robot.receive(Warning(0.0, "the microphone is gone: the robot stops", stops=True))
+    robot.receive(Notice(0.0, "the microphone is gone: the robot stops", stops=True))
     assert len(requests(asked)) == 1
     robot.close()
     assert len(requests(asked)) == 1

@@ -16,7 +16,7 @@ from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
 from voz.errors import ConfigError
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.extras import how_to_install
 from voz.ros2 import ROS2_SOURCE, Ros2Robot
 from voz.ros2 import message_types as msg
@@ -32,8 +32,8 @@ SOMEBODY = "a program without a node's name"
 
 
 @contextmanager
-def opened(settings: Ros2 = NOW) -> Iterator[tuple[Ros2Robot, list[Warning]]]:
-    told: list[Warning] = []
+def opened(settings: Ros2 = NOW) -> Iterator[tuple[Ros2Robot, list[Notice]]]:
+    told: list[Notice] = []
     robot = Ros2Robot(settings, told.append)
     robot.open()
     try:
@@ -127,7 +127,7 @@ def test_what_is_obeyed_is_published_in_lower_case_and_nothing_else() -> None:
         said("stop", source=ROS2_SOURCE),
         Partial(0.0, "stop", 0.5),
         Reply(0.0, "bep bep"),
-        Warning(0.0, "no loudspeaker"),
+        Notice(0.0, "no loudspeaker"),
         said("Point BEER"),
     ]
     with opened() as (robot, _):
@@ -163,8 +163,8 @@ def test_diagnostics_come_once_a_second_and_tell_how_it_is() -> None:
         robot.receive(said("go", accepted=False))
         for cycle in range(31):
             if cycle == 15:
-                robot.receive(Warning(1.5, "the microphone is gone"))
-                robot.receive(Warning(1.6, "listening again", good=True))
+                robot.receive(Notice(1.5, "the microphone is gone"))
+                robot.receive(Notice(1.6, "listening again", good=True))
             robot.receive(Twist(cycle / 10, 0.1, 0.0))
         robot.receive(Twist(20.0, 0.1, 0.0))
         del base
@@ -204,8 +204,8 @@ def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
         assert robot.lost() == "nobody listens to /cmd_vel"
         robot.receive(Twist(1.6, 0.0, 0.0))
     assert told == [
-        Warning(1.5, f"{SOMEBODY} listens to /cmd_vel", good=True),
-        Warning(1.6, f"{SOMEBODY} left /cmd_vel"),
+        Notice(1.5, f"{SOMEBODY} listens to /cmd_vel", good=True),
+        Notice(1.6, f"{SOMEBODY} left /cmd_vel"),
     ]
 
 

@@ -18,7 +18,7 @@ from recordings import ROOT
 
 from voz.config import Config
 from voz.control.steps import Step
-from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, Publish, SelectedObject, Twist, Utterance
 from voz.ros2 import Ros2Robot, listen_to_recognizer
 from voz.settings import Ros2
 from voz.simulation.kinematics import Pose2D
@@ -43,7 +43,7 @@ Line = dict[str, Any]
 @contextmanager
 def opened(settings: Ros2) -> Iterator[tuple[Ros2Robot, list[str]]]:
     """A robot whose topics are all listened to, and what it says of that."""
-    told: list[Warning] = []
+    told: list[Notice] = []
     robot = Ros2Robot(settings, told.append)
     robot.open()
     writers = robot._velocities.writer, robot._selected_object, robot._output, robot._diagnostics

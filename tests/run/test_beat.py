@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.events import Event, Partial, Twist, Utterance, Warning
+from voz.events import Event, Notice, Partial, Twist, Utterance
 from voz.inbox import MAX_QUEUED_MESSAGES, End, Halt, Inbox, Message, Rehearsal, TakenMessage
 from voz.run.beat import MAX_BEAT_GAP, beat, take
 from voz.run.controller import Controller
@@ -71,7 +71,7 @@ class Room:
 
     @property
     def warnings(self) -> list[tuple[float, str]]:
-        warnings = [(when, event) for when, event in self.sent if isinstance(event, Warning)]
+        warnings = [(when, event) for when, event in self.sent if isinstance(event, Notice)]
         return [(round(when, 3), event.text) for when, event in warnings]
 
 
@@ -167,7 +167,7 @@ def test_what_was_said_before_or_while_nothing_is_heard_comes_too_late() -> None
 
 
 def test_warnings_are_passed_on() -> None:
-    room = Room(0.3, [(0.15, Warning(0.15, "0.30 s of sound were lost"))])
+    room = Room(0.3, [(0.15, Notice(0.15, "0.30 s of sound were lost"))])
     assert room.warnings == [(0.15, "0.30 s of sound were lost")]
 
 

@@ -14,7 +14,7 @@ from voz.config import Config, default_commands
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
 from voz.errors import ConfigError
-from voz.events import Event, Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.run.controller import Controller
 from voz.settings import Safety
 
@@ -134,7 +134,7 @@ def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
     controller.send(3.0)
     assert controller.velocities == (0, 0)
     assert events[-2:] == [
-        Warning(3.0, "no command for 2 s: the robot stops", stops=True),
+        Notice(3.0, "no command for 2 s: the robot stops", stops=True),
         Twist(3.0, 0, 0),
     ]
 
@@ -214,7 +214,7 @@ def test_a_key_stops_whatever_drives_the_robot() -> None:
     controller, events = listening_controller(["go forward"])
     controller.stop_by_hand(2.0, "stopped by a key")
     assert controller.velocities == (0, 0)
-    assert events[-1] == Warning(2.0, "stopped by a key", good=True, stops=True)
+    assert events[-1] == Notice(2.0, "stopped by a key", good=True, stops=True)
 
 
 def said(text: str, start: float, decided: float, source: str = "microphone") -> Utterance:
@@ -257,7 +257,7 @@ def test_a_loss_stops_whatever_drives_the_robot_and_a_return_nothing() -> None:
     controller, events = listening_controller()
     controller.stop(1.0, "it is lost")
     controller.stop(2.0, "it is back", good=True)
-    assert [e.stops for e in events if isinstance(e, Warning)] == [True, False]
+    assert [e.stops for e in events if isinstance(e, Notice)] == [True, False]
 
 
 @given(st.lists(st.sampled_from(COMMANDS), max_size=20))

@@ -17,7 +17,7 @@ from programs import PATIENCE, wait_until
 from recordings import FIXTURES, GO_BACK
 
 from voz.errors import AudioError
-from voz.events import Event, Twist, Utterance, Warning
+from voz.events import Event, Notice, Twist, Utterance
 from voz.inbox import Inbox, TakenMessage
 from voz.recognition.recognizer import Recognizer
 from voz.run import clocks, paced
@@ -214,7 +214,7 @@ def test_s5_a_robot_that_is_lost_stops_the_run_and_is_named() -> None:
 
     lines = ["start speech", "go forward", *"------"]
     type_lines(lines, events.append, paced=True, x=lost)
-    kept = [event for event in events if isinstance(event, Twist | Warning)]
+    kept = [event for event in events if isinstance(event, Twist | Notice)]
     spells = [list(spell) for _, spell in itertools.groupby(kept, type)]
     assert [e.linear for e in spells[0]] == [0, 0.1, 0.1]
     assert [e.text for e in spells[1]] == ["the robot x is lost (gone): the robot stops"]
@@ -237,7 +237,7 @@ def test_a_pause_ends_the_motion_and_what_follows_comes_at_its_own_pace(own_time
     type_lines(lines, receive, paced=True)
     twists = [event for event in run.events if isinstance(event, Twist)]
     assert [event.linear for event in twists] == [0, 0.1, 0.1, 0.1, 0, 0, 0, -0.1, -0.1, 0]
-    (warning,) = [event.text for event in run.events if isinstance(event, Warning)]
+    (warning,) = [event.text for event in run.events if isinstance(event, Notice)]
     assert warning.startswith("control loop stalled for 1.1 s")
 
 

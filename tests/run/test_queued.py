@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from voz.errors import ConfigError
-from voz.events import Event, Receiver, Twist, Warning
+from voz.events import Event, Notice, Receiver, Twist
 from voz.inbox import End
 from voz.run.queued import MAX_QUEUED_EVENTS, QueuedReceiver
 
@@ -57,21 +57,21 @@ def test_all_events_are_written_in_order_before_it_is_closed() -> None:
 def test_who_sends_does_not_wait_and_is_warned_once() -> None:
     log = Log()
     log.flows.clear()
-    told: list[Warning | End] = []
+    told: list[Notice | End] = []
     with QueuedReceiver("log", log.opening(), told.append) as receive:
         receive(twist(0))
         assert log.begun.wait(10)  # that one is stuck, and the others wait
         for number in range(1, MAX_QUEUED_EVENTS + 3):
             receive(twist(number))
         text = "log: cannot be written fast enough; events are missing"
-        assert told == [Warning(MAX_QUEUED_EVENTS + 1, text)]
+        assert told == [Notice(MAX_QUEUED_EVENTS + 1, text)]
         log.flows.set()
     assert log.times == list(range(MAX_QUEUED_EVENTS + 1))
 
 
 def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
     log = Log(fails_at=0)
-    told: queue.SimpleQueue[Warning | End] = queue.SimpleQueue()
+    told: queue.SimpleQueue[Notice | End] = queue.SimpleQueue()
     queued = QueuedReceiver("log", log.opening(), told.put)
     receive = queued.__enter__()
     receive(twist(0))
@@ -87,7 +87,7 @@ def test_what_it_raises_ends_the_run_and_who_sends_goes_on() -> None:
 
 def test_an_error_that_ended_the_run_is_not_hidden_by_another_at_its_end() -> None:
     log = Log(fails_at=0)
-    told: queue.SimpleQueue[Warning | End] = queue.SimpleQueue()
+    told: queue.SimpleQueue[Notice | End] = queue.SimpleQueue()
     queued = QueuedReceiver("log", log.opening(), told.put)
     queued.__enter__()(twist(0))
     told.get(timeout=10)

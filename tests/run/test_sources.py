@@ -16,11 +16,11 @@ from recordings import FIXTURES, Recording
 
 from voz.events import (
     Event,
+    Notice,
     Reply,
     SelectedObject,
     Twist,
     Utterance,
-    Warning,
     explain_not_obeyed,
     to_json,
 )
@@ -99,8 +99,8 @@ def test_s6_a_robot_that_hears_nothing_stops_and_needs_a_new_command() -> None:
     assert moving[1:11] == [0.1] * 10
     assert moving[11:17] == [0.0] * 6
     assert moving[17:] == [-0.1, -0.1, 0.0]
-    (warning,) = of_type(events, Warning)
-    assert warning == Warning(1.1, "no command for 1 s: the robot stops", stops=True)
+    (warning,) = of_type(events, Notice)
+    assert warning == Notice(1.1, "no command for 1 s: the robot stops", stops=True)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, SystemExit, RuntimeError])
@@ -167,7 +167,7 @@ def test_an_unreadable_recording_is_a_warning_and_the_rest_is_obeyed(
     bad = tmp_path / "bad.wav"
     bad.write_text("no recording")
     events, errors = spoken(recognizer, bad, session.path)
-    (warning,) = of_type(events, Warning)
+    (warning,) = of_type(events, Notice)
     assert [warning.text] == errors
     assert len(of_type(events, Utterance)) == len(session.commands)
 

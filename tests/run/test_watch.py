@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from voz.events import Event, Utterance, Warning
+from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.controller import Controller
 from voz.run.watch import Flood, Watch
@@ -33,7 +33,7 @@ class Run:
 
     @property
     def warnings(self) -> list[str]:
-        return [event.text for event in self.events if isinstance(event, Warning)]
+        return [event.text for event in self.events if isinstance(event, Notice)]
 
 
 def test_a_lost_robot_stops_the_motion_and_is_named_once() -> None:
@@ -53,7 +53,7 @@ def test_what_was_said_while_it_was_lost_does_not_move_it_when_it_is_back() -> N
     run.lost["ros1"] = None
     assert run.look(0.2) == (0, 0)
     assert run.warnings[-1] == "ros1 is there; the robot waits for a command"
-    assert [event.good for event in run.events if isinstance(event, Warning)] == [False, True]
+    assert [event.good for event in run.events if isinstance(event, Notice)] == [False, True]
     run.controller.hear(go_forward(0.3))
     assert run.look(0.4) == (0.1, 0)
 
@@ -89,7 +89,7 @@ def flood_lines(dropped: dict[float, int]) -> list[tuple[float, str]]:
     flood = Flood(run.controller, inbox)
     for t, inbox.dropped in dropped.items():
         flood.look(t)
-    return [(event.t, event.text) for event in run.events if isinstance(event, Warning)]
+    return [(event.t, event.text) for event in run.events if isinstance(event, Notice)]
 
 
 def test_a_flood_is_one_line_when_it_is_over() -> None:

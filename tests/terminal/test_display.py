@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from voz.events import Partial, Reply, SelectedObject, Twist, Utterance, Warning
+from voz.events import Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.terminal.display import MAX_LINES, Display
 
 
@@ -90,7 +90,7 @@ def test_the_motion_the_arm_the_reply_and_warnings_are_shown() -> None:
         Twist(1, 0.1, 0),
         SelectedObject(1, 2),
         Reply(1, "bep bep. I am listening you"),
-        Warning(1, "the microphone is gone"),
+        Notice(1, "the microphone is gone"),
         Partial(1, "stop", 0.5),
     ):
         display.receive(event)
@@ -106,8 +106,8 @@ def test_the_motion_the_arm_the_reply_and_warnings_are_shown() -> None:
 
 def test_only_what_is_wrong_stands_out() -> None:
     display = a_display()
-    display.receive(Warning(1, "the microphone is gone"))
-    display.receive(Warning(2, "listening again", good=True))
+    display.receive(Notice(1, "the microphone is gone"))
+    display.receive(Notice(2, "listening again", good=True))
     lines = shown(display, colors=True).splitlines()
     yellow = [line for line in lines if "\x1b[33m" in line]
     assert [text in "".join(yellow) for text in ("microphone is gone", "again")] == [True, False]
@@ -118,7 +118,7 @@ def test_only_the_last_lines_stay_and_the_picture_does_not_grow() -> None:
     display = a_display()
     height = len(shown(display).splitlines())
     for number in range(MAX_LINES + 3):
-        display.receive(Warning(number, f"warning {number}."))
+        display.receive(Notice(number, f"warning {number}."))
     text = shown(display)
     assert "warning 2." not in text
     assert "warning 3." in text
@@ -160,7 +160,7 @@ def test_what_is_typed_is_seen_and_that_its_first_space_does_not_stop() -> None:
 
 def test_what_others_say_is_seen_and_not_obeyed_by_the_terminal() -> None:
     display = a_display()
-    display.receive(Warning(1.0, "the robot says \x1b[2J\r"))
+    display.receive(Notice(1.0, "the robot says \x1b[2J\r"))
     display.receive(heard("\x1b]0;mine\x07", accepted=False, reason="not_a_command"))
     text = shown(display)
     assert r"\x1b[2J\r" in text

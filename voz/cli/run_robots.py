@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TextIO, TypeAlias
 
 from voz.cli.text_io import info, warn
 from voz.errors import ConfigError
-from voz.events import Event, Receiver, Warning
+from voz.events import Event, Notice, Receiver
 
 if TYPE_CHECKING:
     from voz.config import Config
@@ -69,7 +69,7 @@ class RobotPlan:
 
 @contextmanager
 def open_robots(
-    plan: RobotPlan, settings: Config, take: Callable[[Warning], None]
+    plan: RobotPlan, settings: Config, take: Callable[[Notice], None]
 ) -> Iterator[OpenRobots]:
     """Open the robots for a `with` block; at its end draw what the simulated one did.
 
@@ -172,5 +172,5 @@ def _draw(simulated: SimulatedRobot, plan: RobotPlan) -> None:
 
 def _show_warning(event: Event) -> None:
     """Show warnings where no robot of the run does."""
-    if isinstance(event, Warning):
+    if isinstance(event, Notice):
         (info if event.good else warn)(event.text)

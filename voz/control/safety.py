@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from voz.control.motion import Motion, halt
 from voz.control.steps import PER_UNIT, Step
-from voz.events import Event, Utterance, Warning
+from voz.events import Event, Notice, Utterance
 from voz.settings import Safety
 
 
@@ -65,7 +65,7 @@ def ends_goals(event: Event, halts: Collection[str]) -> bool:
     """
     if isinstance(event, Utterance):
         return event.obeyed is True and event.name in halts
-    return isinstance(event, Warning) and event.stops
+    return isinstance(event, Notice) and event.stops
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from voz.control.safety import apply_safety
 from voz.control.steps import Step, fill_slots
 from voz.control.table import DEFAULT_STATE, CommandTable, Steps, is_selection
 from voz.errors import ConfigError
-from voz.events import Call, Event, Ignored, Play, Publish, Reply, Run, SelectedObject, Warning
+from voz.events import Call, Event, Ignored, Notice, Play, Publish, Reply, Run, SelectedObject
 from voz.settings import Safety
 
 ANSWER_TIMEOUT = 10.0
@@ -130,7 +130,7 @@ def obey(
 def let_time_pass(state: State, t: float, safety: Safety, place: Place | None = None) -> Transition:
     """Let time pass until `t`, s: bounded motions end, next steps begin, questions expire."""
     if state.pending and t > state.pending.until:
-        told = Warning(t, f'no answer: "{state.pending.name}" is not done')
+        told = Notice(t, f'no answer: "{state.pending.name}" is not done')
         return Transition(replace(state, pending=None), (told,))
     if state.bounded is None:
         return Transition(state)
@@ -241,5 +241,5 @@ def _answer(
 
 
 def _refuse(state: State, command: GivenCommand, why: str) -> Transition:
-    told = Warning(command.t, f'"{command.name}" cannot be done: {why}')
+    told = Notice(command.t, f'"{command.name}" cannot be done: {why}')
     return Transition(state, (told,), obeyed=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.microphone import MICROPHONE_BLOCK_SECONDS
-from voz.events import Warning
+from voz.events import Notice
 from voz.inbox import Inbox
 
 MUTED_AFTER = 5.0
@@ -67,4 +67,4 @@ class SoundWatch:
         return peak
 
     def _warn(self, text: str) -> None:
-        self._inbox.put(Warning(round(self._clock(), 3), text))
+        self._inbox.put(Notice(round(self._clock(), 3), text))

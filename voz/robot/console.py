@@ -8,6 +8,7 @@ from voz.events import (
     Call,
     Ended,
     Event,
+    Notice,
     Partial,
     Play,
     Publish,
@@ -16,7 +17,6 @@ from voz.events import (
     SelectedObject,
     Twist,
     Utterance,
-    Warning,
     evidence_in_words,
     explain_not_obeyed,
 )
@@ -61,7 +61,7 @@ def in_words(event: Event) -> str:
         return f"         robot selects object {event.value}"
     if isinstance(event, Reply):
         return f'         robot says "{event.text}"'
-    if isinstance(event, Warning):
+    if isinstance(event, Notice):
         return event.text if event.good else f"warning: {event.text}"
     return f"         {_done(event)}"
 

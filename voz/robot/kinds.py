@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TextIO
 
 from voz.config import Config
-from voz.events import Warning
+from voz.events import Notice
 from voz.robot.base import Robot
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class RobotSetup:
 
     settings: Config
     stream: TextIO
-    warn: Callable[[Warning], None]
+    warn: Callable[[Notice], None]
     watchdog: bool = False
     verbose: bool = False
 

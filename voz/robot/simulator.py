@@ -10,7 +10,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.control.bounded_motion import Place
-from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import WorldState, gap, start, step
@@ -50,7 +50,7 @@ class SimulatedRobot(Robot):
     """Follows the events through the room, in the time of the events."""
 
     def __init__(
-        self, settings: Simulator, warn: Callable[[Warning], None] = lambda _: None
+        self, settings: Simulator, warn: Callable[[Notice], None] = lambda _: None
     ) -> None:
         """Put the robot into its room; `receive` calls `warn` once for each collision."""
         self._settings = settings
@@ -127,7 +127,7 @@ class SimulatedRobot(Robot):
         self._collisions.append(TripMark(round(state.t, 3), pose.x, pose.y, hit))
         where = f"x {pose.x:.2f} m, y {pose.y:.2f} m"
         text = f"the robot hit {hit} at {where} and stopped: drive it away or rotate it"
-        self._warn(Warning(round(state.t, 3), text))
+        self._warn(Notice(round(state.t, 3), text))
 
 
 def _is_same(before: WorldState, after: WorldState) -> bool:

@@ -9,7 +9,7 @@ from contextlib import ExitStack, nullcontext
 from msgspec.structs import replace
 
 from voz.config import Config
-from voz.events import Event, Partial, Receiver, Twist, Warning
+from voz.events import Event, Notice, Partial, Receiver, Twist
 from voz.inbox import End, Inbox
 from voz.printable import printable
 from voz.robot.console import in_words
@@ -67,13 +67,13 @@ def run_node_session(
         session.run_in_real_time(inbox)
 
 
-def log_receiver(tell: Callable[[Warning | End], None]) -> QueuedReceiver:
+def log_receiver(tell: Callable[[Notice | End], None]) -> QueuedReceiver:
     """Return a receiver that logs events on its own thread: ROS's log may be slow."""
     return QueuedReceiver("the log", nullcontext(_log), tell)
 
 
 def _log(event: Event) -> None:
-    if isinstance(event, Warning) and not event.good:
+    if isinstance(event, Notice) and not event.good:
         load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):
         load_rospy().loginfo(printable(" ".join(in_words(event).split())))

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import Any, NoReturn
 
 from voz.errors import VozError
-from voz.events import Event, Receiver, Utterance, Warning, to_json
+from voz.events import Event, Notice, Receiver, Utterance, to_json
 from voz.hearing.microphone_thread import Hearing
 from voz.inbox import End, Halt, Inbox, Rehearsal
 from voz.process.signals import defer_signals
@@ -90,7 +90,7 @@ def recognize(node: Ros1Node) -> None:
                 trouble.publish(status.text)
                 if status.problem != before.problem:
                     text, good = status.problem or "listening again", not status.problem
-                    log(Warning(clock.now(), text, good))
+                    log(Notice(clock.now(), text, good))
                 due = clock.now() + TROUBLE_INTERVAL
             elif isinstance(taken.message, End):
                 raise_if_any(taken.message.error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from voz.events import Event, Twist, Utterance, Warning
+from voz.events import Event, Notice, Twist, Utterance
 from voz.robot.console import motion_in_words
 from voz.ros2.message_types import DiagnosticStatus, KeyValue
 
@@ -23,13 +23,13 @@ class Diagnosis:
         self._confidence = 0.0
         self._obeyed = 0
         self._refused = 0
-        self._warning: Warning | None = None
+        self._warning: Notice | None = None
 
     def receive(self, event: Event) -> None:
         """Take an event."""
         if isinstance(event, Twist):
             self._velocity = (event.linear, event.angular)
-        elif isinstance(event, Warning):
+        elif isinstance(event, Notice):
             self._warning = self._warning if event.good else event
         elif isinstance(event, Utterance):
             self._heard, self._confidence = event.text, event.confidence

@@ -9,7 +9,7 @@ from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
-from voz.events import Event, Publish, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.ros2 import message_types as msg
 from voz.ros2.diagnosis import Diagnosis
@@ -32,7 +32,7 @@ class Ros2Robot(Robot):
     def __init__(
         self,
         settings: Ros2,
-        warn: Callable[[Warning], None] = lambda _: None,
+        warn: Callable[[Notice], None] = lambda _: None,
         table: CommandTable | None = None,
     ) -> None:
         """Remember what to do; `open` does it.
@@ -136,9 +136,9 @@ class Ros2Robot(Robot):
         handles = self._listeners.handles()
         for handle in handles - self._names.keys():
             self._names[handle] = self._listeners.name(handle)
-            self._warn(Warning(now, f"{self._names[handle]} listens to {self._topic}", good=True))
+            self._warn(Notice(now, f"{self._names[handle]} listens to {self._topic}", good=True))
         for handle in self._names.keys() - handles:
-            self._warn(Warning(now, f"{self._names.pop(handle)} left {self._topic}"))
+            self._warn(Notice(now, f"{self._names.pop(handle)} left {self._topic}"))
         self._obstacle = None if handles else self._listeners.obstacle(self._topic)
 
     def _diagnose(self, now: float) -> None:

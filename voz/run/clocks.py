@@ -6,10 +6,10 @@ import time
 from collections.abc import Iterator
 from typing import Protocol, TypeAlias
 
-from voz.events import Partial, Utterance, Warning
+from voz.events import Notice, Partial, Utterance
 from voz.inbox import End, Inbox, TakenMessage
 
-Item: TypeAlias = Utterance | Partial | Warning | float
+Item: TypeAlias = Utterance | Partial | Notice | float
 """An event of a recording or a text, or the time that it has reached, s."""
 
 START_DELAY = 0.2

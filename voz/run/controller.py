@@ -13,7 +13,7 @@ from voz.control.safety import motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
 from voz.control.table import CommandTable
 from voz.errors import ConfigError
-from voz.events import Event, Ignored, Partial, Receiver, Reply, Twist, Utterance, Warning
+from voz.events import Event, Ignored, Notice, Partial, Receiver, Reply, Twist, Utterance
 from voz.records import check_type, is_number
 from voz.settings import Safety
 
@@ -121,7 +121,7 @@ class Controller:
         _check_time(now)
         self.stopped_at = now
         # Good news stops nothing: the robot has stood still since the loss.
-        self.emit(Warning(now, why, good, stops=not good))
+        self.emit(Notice(now, why, good, stops=not good))
 
     def stop_by_hand(self, now: float, why: str, pressed: float = 0.0) -> None:
         """Ask the robot to stand still, because somebody wants it.
@@ -138,7 +138,7 @@ class Controller:
         _check_time(now)
         _check_time(pressed)
         self._stop_begun = max(self._stop_begun, pressed)
-        self.emit(Warning(now, why, good=True, stops=True))
+        self.emit(Notice(now, why, good=True, stops=True))
 
     def send(self, now: float) -> None:
         """Let time pass, and send the velocities once.
@@ -154,7 +154,7 @@ class Controller:
         if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
-            self.emit(Warning(now, f"no command for {limit:g} s: the robot stops", stops=True))
+            self.emit(Notice(now, f"no command for {limit:g} s: the robot stops", stops=True))
         self.emit(Twist(now, *self.velocities))
 
     def zero(self, now: float) -> None:

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from typing import TypeAlias
 
 from voz.config import Config
-from voz.events import Warning
+from voz.events import Notice
 from voz.inbox import Inbox
 from voz.run.clocks import Item, PacedClock, RecordedClock
 from voz.run.paced import pace
@@ -26,7 +26,7 @@ from voz.speech.reply_speaker import ReplySpeaker
 Source: TypeAlias = Callable[[Callable[[], float]], Iterator[Item]]
 """What drives the robot, made from what returns the time of the run, s."""
 
-RobotOpener: TypeAlias = Callable[[Callable[[Warning], None]], AbstractContextManager[OpenRobots]]
+RobotOpener: TypeAlias = Callable[[Callable[[Notice], None]], AbstractContextManager[OpenRobots]]
 """Opens the robots for a `with` block, given what takes their warnings."""
 
 
@@ -76,4 +76,4 @@ def _warn_of(problems: list[str], speaker: ReplySpeaker | None, session: Session
     if speaker:
         speaker.close()
     for problem in problems:
-        session.controller.emit(Warning(session.clock.now(), problem))
+        session.controller.emit(Notice(session.clock.now(), problem))

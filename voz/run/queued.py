@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 
-from voz.events import Event, Receiver, Warning
+from voz.events import Event, Notice, Receiver
 from voz.inbox import End
 
 MAX_QUEUED_EVENTS = 6000
@@ -28,7 +28,7 @@ class QueuedReceiver:
         self,
         name: str,
         opening: AbstractContextManager[Receiver],
-        report: Callable[[Warning | End], None],
+        report: Callable[[Notice | End], None],
     ) -> None:
         """Prepare a queue.
 
@@ -69,7 +69,7 @@ class QueuedReceiver:
             if not self._warned and not self._failure:
                 self._warned = True
                 text = f"{self._name}: cannot be written fast enough; events are missing"
-                self._report(Warning(event.t, text))
+                self._report(Notice(event.t, text))
 
     def _work(self) -> None:
         try:

@@ -19,7 +19,7 @@ from voz.config import Config
 from voz.control.bounded_motion import Place
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
-from voz.events import Ended, Event, Play, Receiver, Reply, Warning
+from voz.events import Ended, Event, Notice, Play, Receiver, Reply
 from voz.inbox import End, Inbox
 from voz.process.signals import defer_signals
 from voz.run.beat import beat
@@ -199,8 +199,8 @@ class Warn(Protocol):
 
 
 def warner(inbox: Inbox, clock: Clock) -> Warn:
-    """Return a function that puts a line into the inbox as a Warning, on any thread."""
-    return lambda text, good=False: inbox.put(Warning(clock.now(), text, good))
+    """Return a function that puts a line into the inbox as a Notice, on any thread."""
+    return lambda text, good=False: inbox.put(Notice(clock.now(), text, good))
 
 
 def raise_if_any(error: Exception | None) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError
-from voz.events import Utterance, Warning, shift_time
+from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
@@ -69,7 +69,7 @@ def recorded_items(
 ) -> Iterator[Item]:
     """Yield what is heard in recordings, one after the other as one stream of time.
 
-    A recording that cannot be read is a Warning, and its message is added to `unreadable`.
+    A recording that cannot be read is a Notice, and its message is added to `unreadable`.
     """
     heard = 0  # samples of all recordings so far
 
@@ -86,7 +86,7 @@ def recorded_items(
                 yield shift_time(event, begin)
         except AudioError as error:
             unreadable.append(str(error))
-            yield Warning(beats_before(heard / SAMPLE_RATE) / BEATS_PER_SECOND, str(error))
+            yield Notice(beats_before(heard / SAMPLE_RATE) / BEATS_PER_SECOND, str(error))
         yield heard / SAMPLE_RATE
     # The last command takes effect.
     yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND

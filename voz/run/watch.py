@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from voz.events import Warning
+from voz.events import Notice
 from voz.inbox import Inbox
 from voz.run.controller import Controller
 
@@ -71,4 +71,4 @@ class Flood:
         ):
             text = f"{dropped - self._reported} messages came too fast and were dropped"
             self._reported, self._reported_at = dropped, now
-            self._controller.emit(Warning(now, text))
+            self._controller.emit(Notice(now, text))

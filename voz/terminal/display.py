@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from voz.audio.recording_level import MIN_SNR
-from voz.events import Event, Reply, SelectedObject, Twist, Utterance, Warning, explain_not_obeyed
+from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance, explain_not_obeyed
 from voz.printable import printable
 from voz.robot.console import motion_in_words
 
@@ -96,7 +96,7 @@ class Display:
             self._selected = event.value
         elif isinstance(event, Reply):
             self._reply = event.text
-        elif isinstance(event, Utterance | Warning):
+        elif isinstance(event, Utterance | Notice):
             if isinstance(event, Utterance) and event.above is not None:
                 self._above = event.above
             self._lines.append(_event_text(event))
@@ -169,8 +169,8 @@ def _room_text(background: float, above: float | None) -> Text:
     return level
 
 
-def _event_text(event: Utterance | Warning) -> Text:
-    if isinstance(event, Warning):
+def _event_text(event: Utterance | Notice) -> Text:
+    if isinstance(event, Notice):
         return Text(printable(event.text), "green" if event.good else "yellow")
     text = printable(event.text)
     if event.obeyed:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from voz.apps.web.live_page import NO_DRIVER, LivePage
-from voz.events import Event, Utterance, Warning
+from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.beat import take
 from voz.run.clocks import WallClock
@@ -31,7 +31,7 @@ def test_s5_what_is_still_to_be_settled_when_the_page_closes_moves_nothing(liste
     assert page.trouble(controller.moving) is None
     while taken := inbox.take(0.001):
         take(controller, taken, clock.now())
-    told = [event.text for event in events if isinstance(event, Warning)]
+    told = [event.text for event in events if isinstance(event, Notice)]
     assert told == ([NO_DRIVER] if listens else [])
     now = clock.now()
     controller.hear(Utterance(now, "go forward", 0.9, True, begun, now, "browser"))

@@ -18,7 +18,7 @@ from voz.apps.web.page_audio_stream import BLOCK_HEADER, MAX_BLOCK_SAMPLES, Page
 from voz.apps.web.page_registry import MAX_PENDING_RECORDS, OpenPage
 from voz.apps.web.picture import DeadReckoningPicture
 from voz.apps.web.rate_limits import RateLimit, rate_limit_per_client
-from voz.events import Twist, Utterance, Warning
+from voz.events import Notice, Twist, Utterance
 
 # Limits
 
@@ -164,7 +164,7 @@ def test_the_history_says_why_and_remembers_what_matters() -> None:
     assert (record["needed"], record["why"]) == (0.5, "too short")
     history.add(Twist(1.0, 0.0, 0.0))
     for number in range(2 * MAX_REMEMBERED):
-        history.add(Warning(2.0, str(number)))
+        history.add(Notice(2.0, str(number)))
     assert len(history.remembered) == MAX_REMEMBERED
     assert history.remembered[-1]["text"] == str(2 * MAX_REMEMBERED - 1)
 

@@ -15,7 +15,7 @@ from live_robot import signals_as_a_terminal_has_them
 from playwright.sync_api import BrowserContext, Page, expect
 
 from voz.apps.web.session_page import session_record
-from voz.events import Event, SelectedObject, Twist, Utterance, Warning
+from voz.events import Event, Notice, SelectedObject, Twist, Utterance
 
 LINES = ["start speech", "go forward", *"-----", "make coffee", "point beer", *"-----", "stop", "-"]
 
@@ -30,7 +30,7 @@ def test_there_is_a_state_wherever_something_changed_and_none_elsewhere() -> Non
         SelectedObject(0.35, 1),
         Twist(0.4, 0.0, 0.0),
         Twist(0.5, 0.0, 0.0),
-        Warning(0.6, "the robot stops"),
+        Notice(0.6, "the robot stops"),
     ]
     session = session_record("drive.jsonl", events)
     assert session["states"] == [

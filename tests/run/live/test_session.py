@@ -19,7 +19,7 @@ from recordings import FIXTURES
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks
-from voz.events import Event, Partial, Utterance, Warning
+from voz.events import Event, Notice, Partial, Utterance
 from voz.run.controller import Controller
 from voz.settings import Safety
 
@@ -86,7 +86,7 @@ def by_the_rules(robot: LiveRobot, listening: bool) -> list[tuple[float, float]]
         event = msgspec.convert(arrived.event, Event)
         if isinstance(event, Partial) or (isinstance(event, Utterance) and event.obeyed):
             controller.hear(event)
-        elif isinstance(event, Warning) and event.stops:
+        elif isinstance(event, Notice) and event.stops:
             controller.halt()
         found.append(controller.velocities)
     return list(dict.fromkeys(found))

@@ -25,7 +25,7 @@ from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.event_history import EventHistory, Record, encode_record
 from voz.apps.web.rate_limits import RateLimit
 from voz.control.table import STOP
-from voz.events import Event, Utterance, Warning
+from voz.events import Event, Notice, Utterance
 
 MAX_PAGES = 100
 
@@ -287,4 +287,4 @@ def _is_stop_by_page(event: Event) -> bool:
     """Whether an event is one of the two that a stop asked for on a page causes."""
     if isinstance(event, Utterance):
         return event.source == PAGE_SOURCE and event.name == STOP
-    return isinstance(event, Warning) and event.text == STOPPED_BY_PAGE
+    return isinstance(event, Notice) and event.text == STOPPED_BY_PAGE

@@ -43,7 +43,7 @@ ros2: ## Install what --robot ros2 needs; no ROS
 web: ## Install what --web needs: the operator page
 	@sh tools/install.sh web
 
-wyoming: ## Install what `voz serve` needs
+wyoming: ## Install what `voz serve` and `voz run --wyoming` need
 	@sh tools/install.sh wyoming
 
 ros1: ## Install voz for ROS 1 into .venv-ros1, with the system packages of ROS 1

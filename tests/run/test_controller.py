@@ -8,6 +8,7 @@ from collections.abc import Callable
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import convert
 from msgspec.structs import replace
 
 from voz.config import Config, default_commands
@@ -137,6 +138,55 @@ def test_s6_the_robot_stops_when_no_command_was_heard_for_long() -> None:
         Notice(3.0, "no command for 2 s: the robot stops", stops=True),
         Twist(3.0, 0, 0),
     ]
+
+
+def unwatched(text: str, now: float) -> Utterance:
+    return replace(heard(text, now=now), source="wyoming")
+
+
+def test_a_motion_that_nobody_watches_ends_after_five_seconds() -> None:
+    controller, events = listening_controller()
+    controller.unwatched_sources.add("wyoming")
+    controller.hear(unwatched("go forward", 1.0))
+    controller.send(5.9)
+    assert controller.velocities == (0.1, 0.0)
+    controller.send(6.0)
+    assert controller.velocities == (0.0, 0.0)
+    assert events[-2] == Notice(6.0, "moved for 5 s with nobody there: the robot stops", stops=True)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "goes_on"),
+    [
+        ("microphone", "wyoming", False),  # who changed it last does not watch
+        ("wyoming", "microphone", True),
+        ("wyoming", "wyoming", False),
+    ],
+)
+def test_who_changed_a_motion_last_says_whether_it_is_watched(
+    before: str, after: str, goes_on: bool
+) -> None:
+    controller, _ = listening_controller()
+    controller.unwatched_sources.add("wyoming")
+    controller.hear(replace(heard("go forward"), source=before))
+    controller.hear(replace(heard("speed up", now=1.0), source=after))
+    controller.hear(replace(heard("fold arm", now=2.0), source=before))  # changes no motion
+    controller.send(5.9)
+    assert controller.moving
+    controller.send(6.0)
+    assert controller.moving == goes_on
+
+
+def test_a_motion_with_an_end_of_its_own_needs_no_other_and_what_follows_it_does() -> None:
+    steps = {"fetch": [{"drive": 0.1, "metres": 1}, {"drive": -0.1}]}
+    table = convert({"commands": steps}, Config).table
+    controller = Controller([], Safety(), True, table)
+    controller.unwatched_sources.add("wyoming")
+    controller.hear(unwatched("fetch", 0.0))
+    controller.send(9.9)
+    assert controller.velocities == (0.1, 0.0)
+    controller.send(10.1)
+    assert controller.velocities == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("now", [math.nan, math.inf, -math.inf, "3"])

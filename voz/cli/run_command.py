@@ -14,8 +14,9 @@ import typer
 
 from voz.cli.options import with_options
 from voz.cli.run_options import RunOptions
-from voz.cli.run_page import chosen_microphone, page_of, page_site
+from voz.cli.run_page import NO_DEVICE, chosen_microphone, page_of, page_site
 from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
+from voz.cli.run_service import check_service, service_of
 from voz.cli.text_io import info, open_text, warn
 from voz.process.exit_codes import SOME_UNREADABLE
 
@@ -53,6 +54,7 @@ def run(options: RunOptions) -> None:
     options.check()
     settings = options.settings()
     options.check_outputs(settings)
+    check_service(options, settings)
     unreadable: list[str] = []
     with ExitStack() as parts:
         parts.enter_context(quiet_libraries())
@@ -155,6 +157,7 @@ def _run_live(
     recognizer_at: RecognizerAt,
     parts: ExitStack,
 ) -> None:
+    from voz.hearing.no_microphone import no_sound
     from voz.inbox import Inbox
     from voz.run.live import LiveOptions, run_live
 
@@ -165,12 +168,14 @@ def _run_live(
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
     live = LiveOptions(
         device=options.device,
+        sound=no_sound() if microphone == NO_DEVICE else None,
         listening=options.listening,
         terminal=plan.terminal,
         announce=info,
         record=partial(_recorder, options.record, settings) if options.record else None,
         other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
         page=page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
+        service=service_of(options.wyoming, recognizer) if options.wyoming else None,
     )
     run_live(settings, recognizer, inbox, robots, live)
 

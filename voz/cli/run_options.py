@@ -96,6 +96,12 @@ class RunOptions(RecognizerOptions):
     listen_ros: Annotated[
         bool, typer.Option("--listen-ros", help="Obey another recognizer on ROS 2, too.")
     ] = False
+    wyoming: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URI", help="Obey Home Assistant at tcp://HOST:PORT, by the Wyoming protocol."
+        ),
+    ] = None
     profile: ProfileOption = None
     adapt: Annotated[
         bool,
@@ -127,6 +133,8 @@ class RunOptions(RecognizerOptions):
             raise ConfigError("--web shows a live run: leave out --wav, --text and --replay")
         if self.listen_ros and not self.live:
             raise ConfigError("--listen-ros is for live runs: leave out --wav, --text and --replay")
+        if self.wyoming and not self.live:
+            raise ConfigError("--wyoming is for live runs: leave out --wav, --text and --replay")
         if (self.https or self.web_host != LOCAL) and not self.web:
             raise ConfigError("--web-host and --https are for the operator page: add --web")
 

@@ -29,20 +29,31 @@ NO_MICROPHONE_ADVICE = (
 BROWSER_DEVICE = "browser"
 """The name of the microphone of the operator's page, for `--device`."""
 
+NO_DEVICE = "none"
+"""For `--device` where only other programs drive, by `--wyoming`."""
+
 WEB_PACKAGES = ("starlette", "uvicorn", "websockets", "segno", "cryptography")
 
 
 def chosen_microphone(options: RunOptions) -> str | None:
-    """Find the microphone; None if it is the operator's browser. Raises AudioError."""
+    """Find the microphone; None if it is the operator's browser. Raises AudioError.
+
+    Where a robot that other programs drive has none, it is `NO_DEVICE`.
+    """
     from voz.audio.capture.input_devices import choose_microphone
 
     if options.web and options.device == BROWSER_DEVICE:
         return None
+    if options.wyoming and options.device == NO_DEVICE:
+        return NO_DEVICE
     try:
         return choose_microphone(options.device, NO_MICROPHONE_ADVICE).name
     except AudioError:
         if options.web and options.device is None:
             return None
+        if options.wyoming and options.device is None:
+            info("there is no microphone: only typed commands and Wyoming clients are obeyed")
+            return NO_DEVICE
         raise
 
 

@@ -26,9 +26,9 @@ class ServeOptions(RecognizerOptions):
 def serve(options: ServeOptions) -> None:
     """Be the speech-to-text of Home Assistant and of satellites, by the Wyoming protocol.
 
-    Nothing is driven: the text of a command that was accepted is the answer, and an empty one else.
-    The protocol has no password: name another address than this computer's own only in a network
-    that you trust.
+    The text of a command that was accepted is the answer, and an empty one else. Nothing is driven:
+    for that is `voz run --wyoming`. The protocol has no password: name another address than this
+    computer's own only in a network that you trust.
 
     Example: voz serve --wyoming tcp://0.0.0.0:10300
     """

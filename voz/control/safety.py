@@ -16,6 +16,10 @@ from voz.control.steps import PER_UNIT, Step
 from voz.events import Event, Notice, Utterance
 from voz.settings import Safety
 
+UNWATCHED_MOTION_LIMIT = 5.0
+"""How long a motion without an end of its own may last that somebody asked for who does not watch
+the robot, s: half a metre at the velocity of `go forward`."""
+
 
 def apply_safety(step: Step, before: Motion, after: Motion, safety: Safety) -> Motion:
     """Apply S2, S3 and S4 to a change of the velocities by the bare rules."""

@@ -9,9 +9,9 @@ from msgspec.structs import replace
 
 from voz.config import default_commands
 from voz.control.bounded_motion import Place
-from voz.control.safety import motion_has_expired
+from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
-from voz.control.table import CommandTable
+from voz.control.table import CommandTable, can_move
 from voz.errors import ConfigError
 from voz.events import Event, Ignored, Notice, Partial, Receiver, Reply, Twist, Utterance
 from voz.records import check_type, is_number
@@ -27,6 +27,8 @@ class Controller:
         stopped_at: when the robot was last stopped for a loss, s; older commands move nothing.
         table: what each command does.
         rehearsing: whether only commands that stop the robot are obeyed.
+        unwatched_sources: the sources of commands whose givers do not watch the robot: what these
+            set in motion has an end of its own, or ends after `UNWATCHED_MOTION_LIMIT`.
     """
 
     def __init__(
@@ -63,6 +65,8 @@ class Controller:
         self._stop_begun = -math.inf  # when somebody last began to say so, or pressed a key, s
         self.rehearsing = False
         self._late_sources: set[str] = set()
+        self.unwatched_sources: set[str] = set()
+        self._unwatched_until = math.inf  # when a motion ends that nobody watches, s
 
     @property
     def velocities(self) -> tuple[float, float]:
@@ -155,6 +159,14 @@ class Controller:
             self.halt()
             limit = self._safety.motion_time_limit
             self.emit(Notice(now, f"no command for {limit:g} s: the robot stops", stops=True))
+        if (
+            self._state.motion.moving
+            and self._state.bounded is None
+            and now >= self._unwatched_until
+        ):
+            self.halt()
+            told = f"moved for {UNWATCHED_MOTION_LIMIT:g} s with nobody there: the robot stops"
+            self.emit(Notice(now, told, stops=True))
         self.emit(Twist(now, *self.velocities))
 
     def zero(self, now: float) -> None:
@@ -189,9 +201,17 @@ class Controller:
         else:
             self.emit(replace(utterance, obeyed=True, ignored=None))
             self._last_command = utterance.t
+            self._note_who_watches(utterance, transition)
             if utterance.name in self.table.halts:
                 self._stop_begun = max(self._stop_begun, utterance.start)
             self._apply(transition)
+
+    def _note_who_watches(self, utterance: Utterance, transition: Transition) -> None:
+        """Limit a motion that is begun or changed by somebody who does not watch the robot."""
+        changed = transition.state.motion != self._state.motion
+        if changed or can_move(self.table, utterance.name):
+            unwatched = utterance.source in self.unwatched_sources
+            self._unwatched_until = utterance.t + UNWATCHED_MOTION_LIMIT if unwatched else math.inf
 
     def _apply(self, transition: Transition) -> None:
         self._state = transition.state

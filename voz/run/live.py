@@ -53,6 +53,10 @@ class Page(Protocol):
     def sound(self) -> SoundSource | None:
         """Its browser as a microphone; None if the robot's own is used."""
 
+    @property
+    def driven(self) -> bool:
+        """Whether somebody drives from it."""
+
     def audible_playback(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""
 
@@ -64,6 +68,26 @@ class Page(Protocol):
 
     def serving(self, parts: RunParts) -> AbstractContextManager[SpeechInput]:
         """Serve it for a `with` block; yields what to watch in place of the microphone."""
+
+
+class CommandService(Protocol):
+    """Takes commands of other programs, whose users do not watch the robot.
+
+    Attributes:
+        source: of the commands.
+    """
+
+    source: str
+
+    def receive(self, event: Event) -> None:
+        """Take an event; it never waits."""
+
+    def serving(self) -> AbstractContextManager[None]:
+        """Serve for a `with` block."""
+
+
+CommandServiceMaker: TypeAlias = Callable[[Inbox, Clock, Callable[[], bool]], CommandService]
+"""Makes one, given what returns whether somebody drives from the page."""
 
 
 @dataclass(frozen=True)
@@ -89,21 +113,25 @@ class LiveOptions:
 
     Attributes:
         device: the microphone's number or a part of its name; None is the default one.
+        sound: what is listened to in place of that.
         listening: whether commands are obeyed before a `start speech`.
         terminal: draws the display, if there is somebody to see it.
         announce: takes the line that says what is listened to, where there is no display.
         record: opens the recorder of what is heard, given what takes its warnings.
         other_recognizer: opens another recognizer, which is obeyed, too.
         page: makes a page that shows the run, given the inbox and the clock.
+        service: makes what takes commands of other programs.
     """
 
     device: str | None = None
+    sound: SoundSource | None = None
     listening: bool = False
     terminal: LiveTerminal | None = None
     announce: Callable[[str], None] = lambda _: None
     record: Callable[[Callable[[str], None]], AbstractContextManager[SoundRecorder]] | None = None
     other_recognizer: OtherRecognizer | None = None
     page: Callable[[Inbox, Clock], Page] | None = None
+    service: CommandServiceMaker | None = None
 
 
 def run_live(
@@ -125,7 +153,7 @@ def run_live(
         recorder = enter(options.record(warn) if options.record else nullcontext())
         speaker = enter(open_speaker(settings.speech, table.replies, warn))
         mixer = speaker.mixer if speaker else None
-        sound = _sound_source(options.device, page, mixer if settings.speech.half_duplex else None)
+        sound = _sound_source(options, page, mixer if settings.speech.half_duplex else None)
         hearing = enter(
             Hearing(recognizer, sound, inbox, clock.now, recorder, never_missed=never_missed)
         )
@@ -134,6 +162,11 @@ def run_live(
         start = enter(open_programs(table, inbox, clock, robots.show))
         session.add_robots(robots)
         session.receivers += [*speech_receivers(speaker), start, *([page.receive] if page else [])]
+        if options.service:
+            service = options.service(inbox, clock, lambda: bool(page and page.driven))
+            session.controller.unwatched_sources.add(service.source)
+            session.receivers.append(service.receive)
+            enter(service.serving())
         shown = RunParts(session.controller, hearing, mixer, recognizer, settings, recorder)
         enter(
             _show_on_terminal(_display(shown, line, robots.view), session, options, hearing.device)
@@ -144,9 +177,9 @@ def run_live(
         session.run_in_real_time(inbox)
 
 
-def _sound_source(device: str | None, page: Page | None, own: Playback | None) -> SoundSource:
+def _sound_source(options: LiveOptions, page: Page | None, own: Playback | None) -> SoundSource:
     """Return a page's browser or the sound card, with the playback that it may pick up."""
-    sound = (page.sound if page else None) or sound_card(device)
+    sound = (page.sound if page else None) or options.sound or sound_card(options.device)
     return replace(sound, playback=page.audible_playback(own) if page else own)
 
 
@@ -203,8 +236,9 @@ def _show_on_terminal(
 
 
 def _ready_line(microphone: str, options: LiveOptions) -> str:
-    sources = [f"the microphone {microphone}"]
+    sources = [] if options.sound else [f"the microphone {microphone}"]
     sources += ["typed commands"] if can_read_input() else []
     sources += ["another recognizer"] if options.other_recognizer else []
+    sources += ["Wyoming clients"] if options.service else []
     first = "" if options.listening else '; say "start speech" first'
     return f"listening to {' and '.join(sources)}{first}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,14 +20,6 @@ SAID_AFTER = 2.0
 
 SAID_AGAIN = 5.0
 """So long after that it is begun anew, s: on a busy machine what is late is left out."""
-
-
-@pytest.fixture(scope="session")
-def no_sound_card(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The environment in which only a browser can be the microphone."""
-    config = tmp_path_factory.mktemp("alsa") / "alsa.conf"
-    config.write_text("pcm.default { type hw card 99 }")
-    return os.environ | {"ALSA_CONFIG_PATH": str(config)}
 
 
 @pytest.fixture(scope="module")  # it leaves an event loop running, which others cannot do with

@@ -79,6 +79,11 @@ class LivePage:
         microphone = self._microphone
         return SoundSource(lambda: nullcontext(microphone), BROWSER_SOURCE) if microphone else None
 
+    @property
+    def driven(self) -> bool:
+        """Whether somebody drives from it."""
+        return self._driver_lock.driver is not None
+
     def audible_playback(self, own: Playback | None) -> Playback:
         """All playback that a microphone may pick up: the robot's and the browsers'."""
         self._playback.robot = own

@@ -7,19 +7,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import partial
 
 import numpy as np
 from wyoming.asr import Transcribe, Transcript
 from wyoming.audio import AudioChunk, AudioStart, AudioStop
-from wyoming.error import Error
 from wyoming.event import Event
-from wyoming.info import AsrModel, AsrProgram, Attribution, Describe, Info
-from wyoming.server import AsyncEventHandler, AsyncServer
+from wyoming.info import AsrModel, AsrProgram, Describe, Info
 
 from voz import __version__
-from voz.errors import AudioError, ConfigError, VozError
+from voz.apps.wyoming.connection import ATTRIBUTION, Connection, opening
+from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.generated.language_files import read_language_info
 from voz.recognition.listener import Listener
@@ -32,13 +30,8 @@ MAX_REQUEST_CHANNELS = 8
 
 BYTES_PER_SAMPLE = 2
 
-MAX_PAYLOAD_BYTES = 4_000_000
-"""Of one message: half a minute of sound at 48 kHz."""
-
 NO_SPEECH_REASONS = ("no_speech", "too_short", "too_quiet")
 """Reasons of utterances that do not end a request: a noise may come before the command."""
-
-ATTRIBUTION = Attribution("voz", "https://github.com/cmusphinx/pocketsphinx")
 
 
 def server_info(commands: Sequence[str], language: str) -> Info:
@@ -65,24 +58,7 @@ def server_info(commands: Sequence[str], language: str) -> Info:
     return Info(asr=[program])
 
 
-class BoundedReader(asyncio.StreamReader):
-    """A stream that refuses large messages, so that no client can fill the memory."""
-
-    def __init__(self, stream: asyncio.StreamReader) -> None:
-        self._stream = stream
-
-    async def readline(self) -> bytes:
-        """Read a line, of 64 KiB at most."""
-        return await self._stream.readline()
-
-    async def readexactly(self, n: int) -> bytes:
-        """Read so many bytes; raises ValueError if they are too many."""
-        if n > MAX_PAYLOAD_BYTES:
-            raise ValueError(f"{n} bytes are too many")
-        return await self._stream.readexactly(n)
-
-
-class RequestHandler(AsyncEventHandler):
+class RequestHandler(Connection):
     """Answers one client, request by request."""
 
     def __init__(
@@ -93,7 +69,7 @@ class RequestHandler(AsyncEventHandler):
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
-        super().__init__(BoundedReader(reader), writer)
+        super().__init__(reader, writer)
         self._recognizer = recognizer
         self._info = info
         self._language = language
@@ -105,22 +81,8 @@ class RequestHandler(AsyncEventHandler):
         self._seconds = 0.0
         self._answered = False
 
-    async def run(self) -> None:
-        """Answer until the client goes, or sends something invalid."""
-        with suppress(ValueError, KeyError, TypeError, AttributeError, OSError, EOFError):
-            await super().run()
-        self.writer.close()
-
-    async def handle_event(self, event: Event) -> bool:
-        """Answer an event; returns whether there may be more."""
-        try:
-            await self._answer(event)
-        except VozError as error:
-            await self.write_event(Error(str(error), code="sound").event())
-            return False
-        return True
-
-    async def _answer(self, event: Event) -> None:
+    async def answer(self, event: Event) -> None:
+        """Recognize a request."""
         if Describe.is_type(event.type):
             await self.write_event(self._info.event())
         elif Transcribe.is_type(event.type) or AudioStart.is_type(event.type):
@@ -173,16 +135,9 @@ def serve(
     info = server_info(commands, language)
 
     async def work() -> None:
-        server = AsyncServer.from_uri(uri)
-        await server.start(partial(RequestHandler, recognizer, info, language))
+        with opening(uri) as server:
+            await server.start(partial(RequestHandler, recognizer, info, language))
         ready()
         await asyncio.Event().wait()
 
-    try:
-        if not uri.startswith(("tcp://", "unix://")):
-            raise ValueError("invalid address")
-        asyncio.run(work())
-    except (ValueError, OSError) as error:
-        raise ConfigError(
-            f"--wyoming {uri}: cannot listen there ({error}); name tcp://HOST:PORT or unix://FILE"
-        ) from None
+    asyncio.run(work())

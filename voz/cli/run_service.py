@@ -1,0 +1,33 @@
+"""`voz run --wyoming`: other programs drive the robot of a live run."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from voz.cli.run_options import RunOptions
+from voz.errors import ConfigError
+from voz.extras import require
+
+if TYPE_CHECKING:
+    from voz.config import Config
+    from voz.recognition.recognizer import Recognizer
+    from voz.run.live import CommandServiceMaker
+
+
+def check_service(options: RunOptions, settings: Config) -> None:
+    """Refuse, before the run, a service that cannot be, or that drives without safety rules."""
+    if not options.wyoming:
+        return
+    require("wyoming", "wyoming")
+    if not settings.safety.enabled:
+        raise ConfigError("--wyoming drives a robot that nobody watches: leave the safety rules on")
+
+
+def service_of(uri: str, recognizer: Recognizer) -> CommandServiceMaker:
+    """Return what makes the service of a run, at an address."""
+    from voz.apps.wyoming.robot_service import RobotService
+    from voz.language.generated.language_files import read_language_info
+
+    language = read_language_info(recognizer.files).code
+    return partial(RobotService, uri, lambda: recognizer.commands, language)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from playwright.sync_api import BrowserContext, ConsoleMessage, Page, expect
+from playwright.sync_api import BrowserContext, ConsoleMessage, Page, Route, expect
 
 AXE = Path(__file__).parent / "apps" / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
@@ -30,6 +30,19 @@ def opened(context: BrowserContext, address: str) -> Page:
     page.goto(address)
     page.complaints = complaints  # type: ignore[attr-defined]
     return page
+
+
+def patch_link(context: BrowserContext, script: str) -> None:
+    """Run a script on the thread that talks to the robot, before that opens a connection."""
+
+    def patch(route: Route) -> None:
+        page = route.request.frame.page
+        while not page.workers:
+            page.wait_for_timeout(10)
+        page.workers[0].evaluate(f"() => {{ {script} }}")
+        route.continue_()
+
+    context.route("**/api/state", patch)  # what the page asks for before it connects
 
 
 def drive(page: Page) -> None:

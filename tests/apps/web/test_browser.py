@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from typing import Literal
 
 import pytest
-from browser_page import barriers, drive, opened, tap
+from browser_page import barriers, drive, opened, patch_link, tap
 from live_robot import moves, rests, warns
 from operator_page import PageRobot, page_robot
-from playwright.sync_api import Browser, BrowserContext, Page, Route, WebSocketRoute, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 from programs import wait_until
 
 pytestmark = pytest.mark.slow
@@ -112,11 +111,12 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
 def test_nobody_can_speak_before_the_sound_connection_is_open(
     robot: PageRobot, context: BrowserContext
 ) -> None:
-    context.add_init_script(
+    patch_link(
+        context,
         "const messages = Object.getOwnPropertyDescriptor(WebSocket.prototype, 'onmessage');"
         "const slow = (told) => (message) => setTimeout(() => told(message), 500);"
         "Object.defineProperty(WebSocket.prototype, 'onmessage', { set(told) {"
-        "  messages.set.call(this, this.url.endsWith('audio') ? slow(told) : told); } });"
+        "  messages.set.call(this, this.url.endsWith('audio') ? slow(told) : told); } });",
     )
     page = opened(context, robot.link)
     drive(page)
@@ -128,10 +128,11 @@ def test_nobody_can_speak_before_the_sound_connection_is_open(
 def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     robot: PageRobot, context: BrowserContext
 ) -> None:
-    context.add_init_script(
-        "const open = window.WebSocket; window.sounds = [];"
-        "window.WebSocket = class extends open { constructor(address) {"
-        "  super(address); if (address.endsWith('audio')) window.sounds.push(this); } };"
+    patch_link(
+        context,
+        "const open = self.WebSocket; self.sounds = [];"
+        "self.WebSocket = class extends open { constructor(address) {"
+        "  super(address); if (address.endsWith('audio')) self.sounds.push(this); } };",
     )
     page = opened(context, robot.link)
     drive(page)
@@ -140,13 +141,13 @@ def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     free.check()
     expect(page.locator("#status")).to_have_text("listening to you")
     since = robot.since
-    page.evaluate("() => window.sounds.at(-1).close()")
+    page.workers[0].evaluate("() => self.sounds.at(-1).close()")
     robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
     expect(free).not_to_be_checked()
     expect(free).to_be_enabled()  # the connection is there again
     free.check()
     expect(page.locator("#status")).to_have_text("listening to you")
-    assert page.evaluate("() => window.sounds.length") == 2
+    assert page.workers[0].evaluate("() => self.sounds.length") == 2
 
 
 @pytest.mark.parametrize("way", ["tap", "space", "space on a command", "enter"])
@@ -198,10 +199,11 @@ def test_stop_works_by_either_way_alone(
     broken: str, robot: PageRobot, context: BrowserContext
 ) -> None:
     if broken == "events":  # the socket gives nothing back
-        context.add_init_script(
+        patch_link(
+            context,
             "const send = WebSocket.prototype.send;"
             "WebSocket.prototype.send = function (data) {"
-            "  if (!String(data).includes('stop')) send.call(this, data); };"
+            "  if (!String(data).includes('stop')) send.call(this, data); };",
         )
     if broken == "api/stop":
         context.route("**/api/stop", lambda route: route.abort())
@@ -214,9 +216,10 @@ def test_stop_works_by_either_way_alone(
 
 
 def test_a_stop_that_nobody_confirms_says_so(robot: PageRobot, context: BrowserContext) -> None:
-    context.add_init_script("WebSocket.prototype.send = () => {};")
+    patch_link(context, "WebSocket.prototype.send = () => {};")
     context.route("**/api/stop", lambda route: route.abort())
     page = opened(context, robot.link)
+    expect(page.locator("#driver")).to_have_text("nobody drives")
     page.keyboard.press("Space")
     expect(page.locator("#stop")).to_contain_text("NOT STOPPED")
     expect(page.get_by_role("alert")).to_contain_text("Cut its power")
@@ -268,7 +271,59 @@ def test_two_pages_one_drives_and_taking_over_is_asked_and_seen(
         expect(page.locator("#log")).to_contain_text("drives now")
 
 
-def test_s5_a_page_that_is_frozen_stops_the_robot(
+@pytest.mark.realtime
+def test_a_page_that_is_busy_for_half_a_second_again_and_again_speaks_and_drives_on(
+    robot: PageRobot, context: BrowserContext
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    page.get_by_label("hands-free").check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    since = robot.since
+    page.evaluate(
+        "() => { const work = () => { const end = Date.now() + 500; while (Date.now() < end); };"
+        "window.work = setInterval(work, 550); work(); }"
+    )
+    robot.robot.wait_for(moves, since)
+    assert robot.robot.commands()[-1] == "go forward"
+    page.evaluate("() => new Promise((done) => setTimeout(done, 2000))")
+    assert robot.state["now"]["linear"] > 0
+    assert robot.robot.warnings(since) == []
+    page.keyboard.press("Space")
+    robot.robot.wait_for(rests, since)
+    expect(page.locator("#stop")).to_have_text("stopped")
+    assert page.complaints == []  # type: ignore[attr-defined]
+
+
+HANGS = "() => { const end = Date.now() + 2500; while (Date.now() < end); }"
+
+
+def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, context: BrowserContext) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    tap(page, "go forward")
+    since = robot.since
+    robot.robot.wait_for(moves, since)
+    page.evaluate(HANGS)
+    robot.robot.wait_for(warns("the operator's page is gone"), since)
+    robot.robot.wait_for(warns("the operator's page is there"), since)
+    assert rests(robot.robot.of("cmd_vel")[-1])
+
+
+@pytest.mark.realtime
+def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, context: BrowserContext) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    page.get_by_role("button", name="Use this microphone").click()
+    page.get_by_label("hands-free").check()
+    expect(page.locator("#status")).to_have_text("listening to you")
+    since = robot.since
+    page.evaluate(HANGS)
+    robot.robot.wait_for(warns("sound of the browser is missing"), since)
+
+
+def test_s5_a_page_that_is_closed_stops_the_robot(
     robot: PageRobot, context: BrowserContext
 ) -> None:
     page = opened(context, robot.link)
@@ -276,10 +331,8 @@ def test_s5_a_page_that_is_frozen_stops_the_robot(
     tap(page, "go forward")
     since = robot.since
     robot.robot.wait_for(moves, since)
-    page.evaluate("() => { const end = Date.now() + 2000; while (Date.now() < end); }")
+    page.goto("about:blank")
     robot.robot.wait_for(warns("the operator's page is gone"), since)
-    robot.robot.wait_for(warns("the operator's page is there"), since)
-    assert rests(robot.robot.of("cmd_vel")[-1])
 
 
 def test_s5_a_page_that_nobody_sees_any_more_stops_the_robot(
@@ -329,27 +382,22 @@ def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext)
 
 
 def test_a_tick_on_its_way_to_the_robot_stays(robot: PageRobot, context: BrowserContext) -> None:
-    held: list[Callable[[], None]] = []
-
-    def slow(way: WebSocketRoute) -> None:
-        robot_side = way.connect_to_server()
-
-        def pass_on(message: str | bytes) -> None:
-            send = partial(robot_side.send, message)
-            held.append(send) if '"rehearse"' in str(message) else send()
-
-        way.on_message(pass_on)
-
-    context.route_web_socket("**/api/events", slow)
+    patch_link(
+        context,
+        "const send = WebSocket.prototype.send; self.held = [];"
+        "WebSocket.prototype.send = function (data) {"
+        "  if (!String(data).includes('rehearse')) send.call(this, data);"
+        "  else self.held.push(() => send.call(this, data)); };",
+    )
     page = opened(context, robot.link)
     drive(page)
     page.get_by_label("rehearsal").check()
     page.wait_for_timeout(500)  # the page is told five times that there is none yet
     expect(page.get_by_label("rehearsal")).to_be_checked()
-    held.pop()()
+    page.workers[0].evaluate("() => self.held.pop()()")
     expect(page.locator("#status")).to_have_text("rehearsal: nothing moves")
     page.get_by_label("rehearsal").uncheck()
-    held.pop()()
+    page.workers[0].evaluate("() => self.held.pop()()")
     expect(page.locator("#status")).to_have_text("listening")
     expect(page.get_by_label("rehearsal")).not_to_be_checked()
 

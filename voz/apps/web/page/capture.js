@@ -6,6 +6,7 @@ class Capture extends AudioWorkletProcessor {
   constructor() {
     super();
     this.begin();
+    this.port.onmessage = ({ data }) => (this.listener = data); // a port of the thread that sends them
   }
 
   begin() {
@@ -18,7 +19,7 @@ class Capture extends AudioWorkletProcessor {
     for (const sample of channel) {
       this.samples[this.filled++] = Math.max(-1, Math.min(sample, 32767 / 32768)) * 32768;
       if (this.filled === this.samples.length) {
-        this.port.postMessage({ heard: Date.now(), samples: this.samples }, [this.samples.buffer]);
+        this.listener?.postMessage({ heard: Date.now(), samples: this.samples }, [this.samples.buffer]);
         this.begin();
       }
     }

@@ -1,7 +1,6 @@
-// The connection to the robot: receives records, sends requests, and reconnects by itself.
+// The connection to the robot: receives records, and sends requests. It reconnects by itself.
+import { link } from "./link.js";
 
-const RETRY_DELAYS = [300, 600, 1000, 2000]; // ms; the last one repeats
-const STATE_TIMEOUT = 1500; // ms without a state until the connection is lost
 const STOP_TIMEOUT = 1500; // ms
 
 export class Connection {
@@ -9,57 +8,37 @@ export class Connection {
   constructor(onRecord, onLost) {
     this.onRecord = onRecord;
     this.onLost = onLost;
-    this.tries = 0;
     this.stops = 0;
     this.pendingStops = new Map();
-    this.secret = null;
-    this.socket = null;
+    this.secret = null; // while it is connected
+    link.addEventListener("message", ({ data }) => {
+      if (data.type === "record") this.receive(data);
+      else if (data.type === "lost") this.lose(data.reason);
+    });
+    link.onerror = () => this.lose("This page is broken: load it anew.");
+    document.addEventListener("visibilitychange", () => {
+      link.postMessage({ type: "attended", attended: this.isAttended() });
+    });
   }
 
   // `stop` works before that, too.
   start() {
-    setInterval(() => this.checkAlive(), 500);
-    this.open();
+    link.postMessage({ type: "open" });
   }
 
-  open() {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(`${scheme}//${location.host}/api/events`);
-    this.socket = socket;
-    this.lastRecord = performance.now();
-    socket.onmessage = (message) => this.receive(JSON.parse(message.data));
-    socket.onclose = (event) => {
-      if (this.socket !== socket) return;
-      this.secret = null;
-      this.onLost(event.reason);
-      setTimeout(() => this.open(), RETRY_DELAYS[Math.min(this.tries++, RETRY_DELAYS.length - 1)]);
-    };
-  }
-
-  // A connection that delivers nothing is closed: the robot may be gone without a word.
-  checkAlive() {
-    const open = this.socket?.readyState === WebSocket.OPEN;
-    if (open && performance.now() - this.lastRecord > STATE_TIMEOUT) {
-      const socket = this.socket;
-      this.socket = null;
-      socket.close();
-      this.secret = null;
-      this.onLost("");
-      this.open();
-    }
-  }
-
-  receive(record) {
-    this.lastRecord = performance.now();
+  receive({ record, at }) {
     if (record.type === "welcome") {
-      this.tries = 0;
       this.secret = record.secret;
-    } else if (record.type === "state" && this.isAttended()) {
-      this.send("seen");
     } else if (record.type === "stop") {
       this.pendingStops.get(record.number)?.(record);
     }
     this.onRecord(record);
+    link.postMessage({ type: "seen", at, attended: this.isAttended() });
+  }
+
+  lose(reason) {
+    this.secret = null;
+    this.onLost(reason);
   }
 
   // An operator who does not see the page cannot stop the robot by it.
@@ -67,10 +46,10 @@ export class Connection {
     return !document.hidden || Boolean(this.handsFree);
   }
 
+  // Returns whether there is a connection.
   send(type, more = {}) {
-    if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify({ type, ...more }));
-    return true;
+    link.postMessage({ type: "send", message: { type, ...more } });
+    return this.secret !== null;
   }
 
   command(text) {

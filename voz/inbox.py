@@ -7,9 +7,12 @@ import queue
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from voz.events import Ended, Notice, Partial, Utterance
+
+if TYPE_CHECKING:
+    from voz.control.table import CommandTable
 
 MAX_QUEUED_MESSAGES = 64
 """Limit for messages that stop, and for others; nobody says so much in 0.1 s."""
@@ -36,13 +39,30 @@ class Rehearsal:
 
 
 @dataclass(frozen=True)
+class Renewal:
+    """The commands are being renewed, or were: meanwhile nothing moves. Never dropped.
+
+    Attributes:
+        why: for people.
+        t: time of the run, s.
+        under_way: whether it has begun, else it is over.
+        table: what the commands do from now on; None if all is as before.
+    """
+
+    why: str
+    t: float
+    under_way: bool
+    table: CommandTable | None = None
+
+
+@dataclass(frozen=True)
 class End:
     """The run is over, or has failed by an error."""
 
     error: Exception | None = None
 
 
-Message: TypeAlias = Utterance | Partial | Ended | Notice | Halt | Rehearsal | End
+Message: TypeAlias = Utterance | Partial | Ended | Notice | Halt | Rehearsal | Renewal | End
 
 
 @dataclass(frozen=True)
@@ -81,7 +101,8 @@ class Inbox:
             waiting = self._urgent
         else:
             waiting = self._usual
-        if len(waiting) >= MAX_QUEUED_MESSAGES and not isinstance(message, Rehearsal | End):
+        never_dropped = isinstance(message, Rehearsal | Renewal | End)
+        if len(waiting) >= MAX_QUEUED_MESSAGES and not never_dropped:
             self.dropped += 1  # of those that stop, enough are on their way
             return
         waiting.append((number, message))
@@ -106,6 +127,6 @@ class Inbox:
     def _stops(self, message: Message) -> bool:
         if isinstance(message, Utterance):
             return message.accepted and message.name in self.halts
-        return isinstance(message, Halt | Rehearsal | End) or (
+        return isinstance(message, Halt | Rehearsal | Renewal | End) or (
             isinstance(message, Partial) and message.name in self.halts
         )

@@ -17,7 +17,7 @@ from voz.language.generated.file_checks import check_files
 from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 
 CLIP = Path(__file__).parents[2] / "audio_fixtures" / "commands" / "festival_slt__go_back.flac"
-ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "sha256")
+ENDS = ("dic", "lm", "gram", "sent", "vocab", "log_pronounce", "source", "sha256")
 NAMES = [f"comandos_voz.{end}" for end in ENDS]
 
 

@@ -59,11 +59,12 @@ class CommonOptions:
 
     def settings(self, **others: Any) -> Config:
         """Read the settings; options given as `others` take their place, as in `overridden`."""
-        settings = load_config(self._file) if self._file else Config()
+        settings = load_config(self.settings_file) if self.settings_file else Config()
         return overridden(settings, {"lm": self.lm, **others})
 
     @functools.cached_property
-    def _file(self) -> Path | None:
+    def settings_file(self) -> Path | None:
+        """Where the settings are; None if they are in no file."""
         if self.config or not DEFAULT_SETTINGS_FILE.is_file():
             return self.config
         info(f"settings: {DEFAULT_SETTINGS_FILE}")
@@ -97,7 +98,7 @@ class CommonOptions:
         from voz.language.generated.language_files import FILE_STEM, find_language
 
         language = find_language(settings.lm).folder.glob(f"{FILE_STEM}.*")
-        named = (self._file, settings.recognition.confidence, settings.recognition.network)
+        named = (self.settings_file, settings.recognition.confidence, settings.recognition.network)
         check_not_read(filter(None, written), filter(None, (*read, *named, *language)))
 
 

@@ -18,6 +18,7 @@ from voz.cli.run_page import NO_DEVICE, chosen_microphone, page_of, page_site
 from voz.cli.run_robots import CONSOLE, SIMULATOR, RobotPlan, open_robots
 from voz.cli.run_service import check_service, service_of
 from voz.cli.text_io import info, open_text, warn
+from voz.errors import CommandsError, ConfigError
 from voz.process.exit_codes import SOME_UNREADABLE
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from voz.language.sentences.command_set import Commands
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import Profile
+    from voz.run.command_reload import SettingsFile
     from voz.run.live import OtherRecognizer
     from voz.run.offline import Source
     from voz.run.session import OpenRobots
@@ -61,6 +63,7 @@ def run(options: RunOptions) -> None:
         if _has_a_clock(options, settings):
             parts.enter_context(unblocked_output())
         plan = _plan(options, settings)
+        _renew_language(settings)
         language = options.language(settings)
         commands = read_commands(language)
         options.listening = _listening(options, settings, commands, list_name(language))
@@ -85,6 +88,18 @@ def _listening(options: RunOptions, settings: Config, commands: Commands, where:
         return options.listening
     info("no command of the list begins the listening: commands are obeyed from the start")
     return True
+
+
+def _renew_language(settings: Config) -> None:
+    """Make the language files again if their list was edited since; a broken one is a warning."""
+    from voz.language.generated.language_files import find_language
+    from voz.run.renewal import build_stale_files
+
+    try:
+        if told := build_stale_files(find_language(settings.lm), settings):
+            info(told)
+    except (CommandsError, ConfigError) as error:
+        warn(f"{error}; the commands of before stay")
 
 
 def _report_commands_without_effect(commands: Commands, settings: Config, plan: RobotPlan) -> None:
@@ -168,6 +183,7 @@ def _run_live(
     robots = parts.enter_context(_receivers(options, settings, plan, inbox.put))
     live = LiveOptions(
         device=options.device,
+        settings_file=_settings_file(options),
         sound=no_sound() if microphone == NO_DEVICE else None,
         listening=options.listening,
         terminal=plan.terminal,
@@ -178,6 +194,13 @@ def _run_live(
         service=service_of(options.wyoming, recognizer) if options.wyoming else None,
     )
     run_live(settings, recognizer, inbox, robots, live)
+
+
+def _settings_file(options: RunOptions) -> SettingsFile | None:
+    from voz.run.command_reload import SettingsFile
+
+    path = options.settings_file
+    return SettingsFile(path, options.settings) if path else None
 
 
 def _run_by_files(options: RunOptions, settings: Config, plan: RobotPlan, source: Source) -> None:

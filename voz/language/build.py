@@ -73,7 +73,7 @@ def write_files(source: CommandSource, out: Path) -> None:
 def stale_files(commands: Path, out: Path, source: CommandSource | None = None) -> list[str]:
     """Name the files in a folder that are missing or differ from what would be generated."""
     contents = _contents(source or read_list(commands), out)
-    old = [LanguageFiles(out).templates, LanguageFiles(out).spoken]
+    old = LanguageFiles(out).optional
     stale = [path.name for path in old if path.exists() and path.name not in contents]
     return [*(name for name, text in contents.items() if not _holds(out / name, text)), *stale]
 
@@ -84,6 +84,7 @@ def generate(
     grammar: str | None = None,
     templates: str | None = None,
     spoken: str | None = None,
+    plain_source: str | None = None,
 ) -> dict[str, str]:
     """Generate the contents of all language files, by file name; deterministic, no I/O.
 
@@ -93,6 +94,7 @@ def generate(
         grammar: that of all sentences, where only a sample is given.
         templates: compiled templates as text; None for a plain list.
         spoken: the language as text; None for English.
+        plain_source: where the list is as text, if it is plain and not beside the files.
     """
     files = LanguageFiles(Path())
     log = (f"{word}\t{e.origin}\t{phones}" for word, e in entries.items() for phones in e.phones)
@@ -108,19 +110,24 @@ def generate(
         contents[files.templates] = templates
     if spoken is not None:
         contents[files.spoken] = spoken
+    if plain_source is not None:
+        contents[files.source] = plain_source
     named = {path.name: text for path, text in contents.items()}
     return {**named, files.fingerprint.name: fingerprint(named)}
 
 
 def _contents(source: CommandSource, out: Path) -> dict[str, str]:
     spoken = _as_json(source.spoken, out) if source.spoken else None
-    if source.compiled is None:
-        return generate(source.commands.listed, source.entries, spoken=spoken)
-    commands, templates = source.commands, source.compiled.templates
     sources = {
         os.path.relpath(path.absolute(), out.absolute()): sha256(data).hexdigest()
         for path, data in source.files_read.items()
     }
+    if source.compiled is None:
+        elsewhere = sources and LanguageFiles(out).commands.name not in sources
+        where = f"{msgspec.json.encode(sources).decode()}\n" if elsewhere else None
+        listed = source.commands.listed
+        return generate(listed, source.entries, spoken=spoken, plain_source=where)
+    commands, templates = source.commands, source.compiled.templates
     grammar = (
         None if commands.can_be_listed else structured_jsgf([one.expression for one in templates])
     )
@@ -191,7 +198,7 @@ def _write(contents: Mapping[str, str], out: Path) -> None:
                     file = last_first.enter_context(atomic_write(out / name, "wb"))
                     file.write(text.encode())
                     file.flush()  # a full disk is noticed before any file is replaced
-            for old in (LanguageFiles(out).templates, LanguageFiles(out).spoken):
+            for old in LanguageFiles(out).optional:
                 if old.name not in contents:  # the list had templates before, or was in Spanish
                     old.unlink(missing_ok=True)
     except OSError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,7 +53,7 @@ class CommandSource:
         warnings: what the user should know, one line each.
         compiled: of templates; None for a plain list.
         spoken: the language; None is English.
-        files_read: the bytes of each file that templates were read from.
+        files_read: the bytes of each file that it was read from, the list first.
     """
 
     name: str
@@ -77,7 +77,8 @@ def read_list(commands: Path, language: OtherLanguage | None = None) -> CommandS
     if is_templates(commands, data):
         source, read = read_templates(commands)
         return _of_templates(source, read, commands.parent, language)
-    return _of_sentences(parse_commands(data, str(commands)), commands.parent, language)
+    parsed = parse_commands(data, str(commands))
+    return replace(_of_sentences(parsed, commands.parent, language), files_read={commands: data})
 
 
 def read_lines(lines: Iterable[str]) -> CommandSource:

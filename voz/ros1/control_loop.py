@@ -58,8 +58,8 @@ def run_node_session(
         boxes = parts.enter_context(open_mailboxes(robots, lambda line: load_rospy().logwarn(line)))
         log = parts.enter_context(log_receiver(inbox.put))
         node.on_shutdown(lambda: inbox.put(End()))
-        start = parts.enter_context(open_programs(table, inbox, clock, load_rospy().loginfo))
-        receivers = [*(box.receive for box in boxes.values()), *say, log, start]
+        programs = parts.enter_context(open_programs(table, inbox, clock, load_rospy().loginfo))
+        receivers = [*(box.receive for box in boxes.values()), *say, log, programs.receive]
         troubles = {name: box.lost for name, box in boxes.items()}
         session = new_session(settings, clock, listening or bool(switch("listening")))
         session.add_robots(OpenRobots(receivers, troubles, robots["ROS"].place))

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 from voz.errors import VozError
 from voz.events import Event, Notice, Receiver, Utterance, to_json
 from voz.hearing.microphone_thread import Hearing
-from voz.inbox import End, Halt, Inbox, Rehearsal
+from voz.inbox import End, Halt, Inbox, Rehearsal, Renewal
 from voz.process.signals import defer_signals
 from voz.ros1.control_loop import log_receiver
 from voz.ros1.node import Ros1Node
@@ -95,7 +95,7 @@ def recognize(node: Ros1Node) -> None:
             elif isinstance(taken.message, End):
                 raise_if_any(taken.message.error)
                 return
-            elif not isinstance(taken.message, Halt | Rehearsal):
+            elif not isinstance(taken.message, Halt | Rehearsal | Renewal):
                 _report(taken.message, output, refused, log)
 
 

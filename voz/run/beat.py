@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from voz.events import Partial, Utterance
-from voz.inbox import End, Halt, Rehearsal, TakenMessage
+from voz.inbox import End, Halt, Rehearsal, Renewal, TakenMessage
 from voz.run.clocks import Clock
 from voz.run.controller import Controller
 
@@ -73,6 +73,8 @@ def take(controller: Controller, taken: TakenMessage, now: float) -> None:
         controller.stop_by_hand(now, message.why, message.t)
     elif isinstance(message, Rehearsal):
         controller.rehearsing = message.on
+    elif isinstance(message, Renewal):
+        controller.renew(now, message)
     elif not isinstance(message, End):
         controller.emit(message)
 

@@ -11,9 +11,10 @@ from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
-from voz.control.table import CommandTable, can_move
+from voz.control.table import DEFAULT_STATE, CommandTable, can_move
 from voz.errors import ConfigError
 from voz.events import Event, Ignored, Notice, Partial, Receiver, Reply, Twist, Utterance
+from voz.inbox import Renewal
 from voz.records import check_type, is_number
 from voz.settings import Safety
 
@@ -65,6 +66,7 @@ class Controller:
         self._stop_begun = -math.inf  # when somebody last began to say so, or pressed a key, s
         self.rehearsing = False
         self._late_sources: set[str] = set()
+        self._renewing = False  # the commands; meanwhile nothing moves
         self.unwatched_sources: set[str] = set()
         self._unwatched_until = math.inf  # when a motion ends that nobody watches, s
 
@@ -99,6 +101,7 @@ class Controller:
             self.emit(replace(event, obeyed=False))
         else:
             late = late or self._is_overtaken(event) or event.source in self._late_sources
+            late = late or self._renewing
             why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
             self._obey(replace(event, ignored=why) if why else event)
 
@@ -143,6 +146,25 @@ class Controller:
         _check_time(pressed)
         self._stop_begun = max(self._stop_begun, pressed)
         self.emit(Notice(now, why, good=True, stops=True))
+
+    def renew(self, now: float, renewal: Renewal) -> None:
+        """Stop while the commands are being renewed, and take what they do from now on.
+
+        Args:
+            now: the time of the run, s.
+            renewal: that it has begun, or is over; what was said before then moves nothing.
+        """
+        moved = self.moving
+        self.halt()
+        self._stop_begun = max(self._stop_begun, now)
+        self._renewing = renewal.under_way
+        if renewal.table:
+            self.table = renewal.table
+            self._state = replace(self._state, commands=DEFAULT_STATE, last_moved=())
+        if not renewal.under_way:
+            self.emit(Notice(now, renewal.why, good=renewal.table is not None))
+        elif moved:
+            self.emit(Notice(now, f"{renewal.why}: the robot stops", good=True, stops=True))
 
     def send(self, now: float) -> None:
         """Let time pass, and send the velocities once.

@@ -15,7 +15,7 @@ from voz.hearing.microphone_thread import Hearing, SoundRecorder, SoundSource, s
 from voz.inbox import Halt, Inbox
 from voz.recognition.recognizer import Recognizer
 from voz.run.clocks import Clock, WallClock
-from voz.run.command_reload import reload_on_change
+from voz.run.command_reload import CommandReload, SettingsFile
 from voz.run.controller import Controller
 from voz.run.session import (
     OpenRobots,
@@ -119,6 +119,7 @@ class LiveOptions:
         announce: takes the line that says what is listened to, where there is no display.
         record: opens the recorder of what is heard, given what takes its warnings.
         other_recognizer: opens another recognizer, which is obeyed, too.
+        settings_file: where the settings are, which may change during the run.
         page: makes a page that shows the run, given the inbox and the clock.
         service: makes what takes commands of other programs.
     """
@@ -130,6 +131,7 @@ class LiveOptions:
     announce: Callable[[str], None] = lambda _: None
     record: Callable[[Callable[[str], None]], AbstractContextManager[SoundRecorder]] | None = None
     other_recognizer: OtherRecognizer | None = None
+    settings_file: SettingsFile | None = None
     page: Callable[[Inbox, Clock], Page] | None = None
     service: CommandServiceMaker | None = None
 
@@ -157,11 +159,15 @@ def run_live(
         hearing = enter(
             Hearing(recognizer, sound, inbox, clock.now, recorder, never_missed=never_missed)
         )
-        enter(reload_on_change(recognizer, table, warn))
         line = enter(_text_commands(recognizer, inbox, clock, options.other_recognizer))
-        start = enter(open_programs(table, inbox, clock, robots.show))
+        programs = enter(open_programs(table, inbox, clock, robots.show))
+        reload = CommandReload(
+            recognizer, settings, options.settings_file, programs.add, inbox, clock
+        )
+        enter(reload.watching())
         session.add_robots(robots)
-        session.receivers += [*speech_receivers(speaker), start, *([page.receive] if page else [])]
+        session.receivers += [*speech_receivers(speaker), programs.receive]
+        session.receivers += [page.receive] if page else []
         if options.service:
             service = options.service(inbox, clock, lambda: bool(page and page.driven))
             session.controller.unwatched_sources.add(service.source)

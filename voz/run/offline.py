@@ -63,10 +63,10 @@ def run_paced(source: Source, settings: Config, listening: bool, open_robots: Ro
         session = new_session(settings, clock, listening)
         with (
             open_speaker(settings.speech, table.replies, warner(inbox, clock)) as speaker,
-            open_programs(table, inbox, clock, robots.show) as start,
+            open_programs(table, inbox, clock, robots.show) as programs,
         ):
             session.add_robots(robots)
-            session.receivers += [*speech_receivers(speaker), start]
+            session.receivers += [*speech_receivers(speaker), programs.receive]
             pace(source(clock.exactly), inbox, clock)
             session.run_in_real_time(inbox)
 

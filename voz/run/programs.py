@@ -61,12 +61,18 @@ class Programs:
         self._report = report
         self._show = show
         self._wait = wait
-        self._functions = _functions(table)
-        _check_programs(table)
-        _check_sounds(table)
+        self._functions: dict[str, Callable[..., Any]] = {}
+        self.add(table)
         self._running: set[subprocess.Popen[str]] = set()
         self._places = threading.Semaphore(MAX_PROGRAMS)
         self._closed = False
+
+    def add(self, table: CommandTable) -> None:
+        """Load the functions of another table too, on any thread; raises ConfigError."""
+        functions = _functions(table)
+        _check_programs(table)
+        _check_sounds(table)
+        self._functions = {**self._functions, **functions}
 
     def receive(self, event: Event) -> None:
         """Start what an event asks for."""

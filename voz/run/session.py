@@ -178,7 +178,7 @@ def speech_receivers(speaker: ReplySpeaker | None) -> list[Receiver]:
 @contextmanager
 def open_programs(
     table: CommandTable, inbox: Inbox, clock: Clock, show: Callable[[str], None]
-) -> Iterator[Receiver]:
+) -> Iterator[Programs]:
     """Open what starts programs and functions, for a `with` block; their ends go to the inbox.
 
     Each line that a program prints goes to `show`. Raises ConfigError if one does not exist.
@@ -188,7 +188,7 @@ def open_programs(
         inbox.put(replace(ended, t=clock.now()))
 
     with Programs(table, put, show) as programs:
-        yield programs.receive
+        yield programs
 
 
 class Warn(Protocol):

@@ -81,10 +81,20 @@ class LanguageFiles:
         return self.folder / f"{FILE_STEM}.language"
 
     @property
+    def source(self) -> Path:
+        """Where a plain list is that is not beside the files; else missing."""
+        return self.folder / f"{FILE_STEM}.source"
+
+    @property
+    def optional(self) -> tuple[Path, ...]:
+        """All that is generated from some lists only."""
+        return (self.templates, self.spoken, self.source)
+
+    @property
     def generated(self) -> tuple[Path, ...]:
         """All that is generated from the command list."""
         read = (self.dictionary, self.lm, self.grammar, self.sentences)
-        others = [path for path in (self.templates, self.spoken) if path.exists()]
+        others = [path for path in self.optional if path.exists()]
         return (*read, self.vocabulary, self.pronounce_log, *others)
 
     @property
@@ -134,12 +144,28 @@ def _stored(files: LanguageFiles) -> StoredCommands | None:
 
 def list_name(files: LanguageFiles) -> str:
     """Return the name of the list that language files were made from; raises LanguageError."""
-    stored = _stored(files)
-    if stored and stored.sources:  # the list is the first of them
-        return os.path.normpath(files.folder / next(iter(stored.sources)))
-    if files.commands.is_file():
-        return str(files.commands)
-    return f"the list from which {files.folder} was made"
+    sources = list_sources(files)
+    return str(sources[0]) if sources else f"the list from which {files.folder} was made"
+
+
+def list_sources(files: LanguageFiles) -> list[Path]:
+    """Return the list that language files were made from, then what it imports, as far as known.
+
+    Raises:
+        LanguageError: the language files cannot be used.
+    """
+    if hashes := _source_hashes(files):
+        return [Path(os.path.normpath(files.folder / name)) for name in hashes]
+    return [files.commands] if files.commands.is_file() else []
+
+
+def _source_hashes(files: LanguageFiles) -> dict[str, str]:
+    """The SHA-256 of each file that was read, by its path from the folder; none if not kept."""
+    if stored := _stored(files):
+        return stored.sources
+    if files.source.exists():
+        return read_json(files.source, dict[str, str], LanguageError, REBUILD_ADVICE)
+    return {}
 
 
 def parse_sentences(text: str, path: Path, advice: str = REBUILD_ADVICE) -> list[str]:
@@ -209,10 +235,12 @@ def _lines(text: str) -> list[str]:
 
 def stale_warning(files: LanguageFiles) -> str | None:
     """Warn if the command list has changed since its files were generated; else None."""
-    if stored := _stored(files):
-        changed = [name for name, known in stored.sources.items() if _sha(files, name) != known]
-        return _changed(files.folder / changed[0]) if changed else None
-    if not files.commands.is_file():
+    if hashes := _source_hashes(files):
+        changed = [name for name, known in hashes.items() if _sha(files, name) != known]
+        path = Path(os.path.normpath(files.folder / changed[0])) if changed else None
+        gone = path and files.source.exists() and not path.exists()  # the files came without it
+        return _changed(path) if path and not gone else None
+    if files.templates.exists() or not files.commands.is_file():
         return None
     try:
         data = read_bytes(files.commands, CommandsError, "", MAX_TEXT_BYTES)

@@ -1,0 +1,100 @@
+"""What a new list or table changes, and what can be taken at a start only."""
+
+from __future__ import annotations
+
+import pytest
+from msgspec import convert
+
+from voz.config import Config
+from voz.errors import ConfigError
+from voz.events import Event, Notice, Twist, Utterance
+from voz.inbox import Renewal
+from voz.language.sentences.command_set import plain_commands
+from voz.run.controller import Controller
+from voz.run.renewal import check_renewal, describe_renewal
+from voz.settings import Safety
+
+LIST = plain_commands(["start speech", "stop", "go back", "wave"])
+
+
+def settings(**others: object) -> Config:
+    return convert(others, Config)
+
+
+@pytest.mark.parametrize(
+    ("new", "sentences", "told"),
+    [
+        ({}, ["start speech", "stop", "wave", "dance"], 'new "dance"; gone "go back"'),
+        ({"commands": {"wave": {"say": "hi"}}}, list(LIST), 'changed "wave"'),
+        ({"commands": {"jump": {"say": "hi"}}}, list(LIST), 'no line of the list is "jump"'),
+        ({"states": {"menu": {"wave": "stop"}}}, list(LIST), 'changed "wave"'),
+        ({"speech": {"enabled": False}}, list(LIST), "4 sentences; from the next start: speech"),
+        ({}, [*LIST, *"abcdefg"], 'new "a", "b", "c", "d" and 3 more'),
+    ],
+)
+def test_it_says_what_has_changed(new: dict[str, object], sentences: list[str], told: str) -> None:
+    found = describe_renewal(settings(), settings(**new), LIST, plain_commands(sentences))
+    assert found == f"the commands were renewed: {told}"
+
+
+@pytest.mark.parametrize(
+    ("robot", "new", "sentences", "why"),
+    [
+        ("console", {"halt": "stop"}, list(LIST), '"halt" stops the robot, or did'),
+        ("console", {"wake": {"listen": True}}, list(LIST), '"wake" begins the listening, or did'),
+        ("ros2", {"wave": {"publish": 1, "topic": "arm"}}, list(LIST), "arm is a new topic"),
+        ("console", {}, ["stop", "wave"], 'no command begins the listening; add "start speech"'),
+    ],
+)
+def test_what_only_a_start_can_take_is_refused(
+    robot: str, new: dict[str, object], sentences: list[str], why: str
+) -> None:
+    with pytest.raises(ConfigError, match=why):
+        check_renewal(
+            settings(robot=[robot]), settings(commands=new), LIST, plain_commands(sentences)
+        )
+
+
+def said(text: str, now: float) -> Utterance:
+    return Utterance(now, text, 0.9, True, now, now, "microphone")
+
+
+@pytest.fixture
+def driven() -> tuple[Controller, list[Event]]:
+    events: list[Event] = []
+    controller = Controller([events.append], Safety(), listening=True)
+    controller.hear(said("go forward", 1.0))
+    return controller, events
+
+
+def test_nothing_moves_while_the_commands_are_renewed(
+    driven: tuple[Controller, list[Event]],
+) -> None:
+    controller, events = driven
+    controller.renew(2.0, Renewal("list.txt was saved", 2.0, under_way=True))
+    assert events[-1] == Notice(2.0, "list.txt was saved: the robot stops", True, stops=True)
+    controller.hear(said("go back", 2.1))
+    assert isinstance(events[-1], Utterance)
+    assert (events[-1].obeyed, events[-1].ignored) == (False, "too_late")
+    controller.hear(said("stop", 2.2))
+    assert events[-1].obeyed  # type: ignore[union-attr]
+    table = settings(commands={"go back": {"drive": -0.3}}).table
+    controller.renew(2.5, Renewal("renewed", 2.5, under_way=False, table=table))
+    controller.hear(said("go back", 2.4))  # begun before
+    controller.send(2.6)
+    assert events[-1] == Twist(2.6, 0, 0)
+    controller.hear(said("go back", 2.7))
+    assert controller.velocities == (-0.3, 0)
+
+
+def test_a_renewal_that_failed_leaves_the_robot_at_rest_and_the_commands_as_they_were(
+    driven: tuple[Controller, list[Event]],
+) -> None:
+    controller, events = driven
+    table = controller.table
+    controller.renew(2.0, Renewal("list.txt was saved", 2.0, under_way=True))
+    controller.renew(2.5, Renewal("the disk is full", 2.5, under_way=False))
+    assert events[-1] == Notice(2.5, "the disk is full")
+    assert controller.table is table
+    controller.hear(said("go back", 2.6))
+    assert controller.velocities == (-0.1, 0)

@@ -180,7 +180,7 @@ class Client:
         if answer is None:
             raise self._lost()
         if not answer["driving"]:
-            raise RobotError(f"{self._origin}: {answer['driver_name']} drives", "end that first")
+            raise RobotError(f"{self._origin}: {answer['driver_name']}, drives", "end that first")
 
     def _request(
         self, path: str, body: object = None, headers: Mapping[str, str] | None = None

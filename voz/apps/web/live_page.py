@@ -7,9 +7,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import partial
 
+import msgspec
+
 from voz.apps.recordings.recorder import Recorder
 from voz.apps.web.browser_microphone import BROWSER_SOURCE, BrowserMicrophone
 from voz.apps.web.command_bridge import CommandBridge
+from voz.apps.web.command_buttons import button_sentences, command_buttons
 from voz.apps.web.control_api import ControlApi, application
 from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.event_history import EventHistory, Record
@@ -34,9 +37,6 @@ from voz.run.session import SpeechInput, warner
 
 NO_DRIVER = "no page drives any more"
 """The warning when the page that was the microphone has left a robot at rest."""
-
-MAX_BUTTONS = 60
-"""Of more sentences, each command has one button, with the shortest of its own."""
 
 
 class LivePage:
@@ -122,7 +122,10 @@ class LivePage:
         def snapshot() -> Record:
             """All that a page that is opened now has to know."""
             return {
-                "commands": _buttons(self._commands()),
+                "commands": button_sentences(self._commands()),
+                "buttons": msgspec.to_builtins(
+                    command_buttons(self._commands(), parts.controller.table)
+                ),
                 "room": self._picture.room() or None,
                 "recordings": marks.known,
                 "tuning": false_alarms.choices(),
@@ -186,11 +189,3 @@ class _WatchedHearing:
         """Report why nothing is heard right now."""
         self.problem = self._trouble(moving)
         return self.problem
-
-
-def _buttons(commands: Commands) -> list[str]:
-    """The sentences that have a button."""
-    if len(commands) <= MAX_BUTTONS:
-        return commands.listed
-    shortest = [commands.named([name], 1) for name in commands.names[:MAX_BUTTONS]]
-    return [sentence for sentences in shortest for sentence in sentences[:1]]

@@ -46,27 +46,22 @@ class OpenPage:
     """What is to be sent to one page: every record, and of the states only the newest.
 
     Attributes:
-        number: of the page, for people.
+        number: of the page, one for each that was ever open.
         secret: authorizes whoever knows it to drive as this page.
-        address: where it is.
+        name: what people call it.
         stops: how often it has asked for a stop, by its own count.
         too_slow: whether more records waited than may.
     """
 
-    def __init__(self, number: int, secret: str, address: str) -> None:
+    def __init__(self, number: int, secret: str, name: str) -> None:
         self.number = number
         self.secret = secret
-        self.address = address
+        self.name = name
         self.stops = 0
         self.too_slow = False
         self._records: deque[str] = deque()
         self._state: str | None = None
         self._available = asyncio.Event()
-
-    @property
-    def name(self) -> str:
-        """What people call it."""
-        return f"page {self.number} at {self.address}"
 
     def put(self, record: str) -> None:
         """Send a record after those before it."""
@@ -178,15 +173,25 @@ class PageRegistry:
             page.put_state(text)
 
     @contextmanager
-    def registered(self, address: str) -> Iterator[OpenPage]:
-        """Register a page for a `with` block; if it is driving then, nobody is afterwards."""
-        page = OpenPage(next(self._numbers), secrets.token_urlsafe(16), address)
+    def registered(self, device: str) -> Iterator[OpenPage]:
+        """Register a page for a `with` block; if it is driving then, nobody is afterwards.
+
+        `device` is what people call the device that it is on.
+        """
+        number = next(self._numbers)
+        page = OpenPage(number, secrets.token_urlsafe(16), self._unused_name(device, number))
         self._pages[page.number] = page
         try:
             yield page
         finally:
             del self._pages[page.number]
             self._driver_lock.release(page.number)
+
+    def _unused_name(self, device: str, number: int) -> str:
+        """A name such as "iPhone, since 10:42" that no other open page has."""
+        name = f"{device}, since {time.strftime('%H:%M')}"
+        taken = any(page.name == name for page in self._pages.values())
+        return f"{name} (page {number})" if taken else name
 
     def keep_alive(self, page: OpenPage) -> None:
         """Note that a page has answered."""
@@ -195,6 +200,7 @@ class PageRegistry:
     def start_driving(self, page: OpenPage, take_over: bool) -> bool:
         """Let a page drive; returns whether it does. If another did just now, the robot stops."""
         before, just_released = self._driver_lock.driver, self._driver_lock.just_released
+        replaced = self._pages.get(before or 0)
         if before == page.number:
             return True
         if not self._driver_lock.acquire(page.number, take_over, time.monotonic()):
@@ -203,8 +209,8 @@ class PageRegistry:
             self.microphone.end_stream(whole=False)
         if before is not None or just_released:
             self._bridge.halt()
-        if before is not None:
-            self._warn(f"{page.name} drives now, no longer page {before}: the robot stops")
+        if replaced:
+            self._warn(f"{page.name}, drives now, no longer {replaced.name}: the robot stops")
         return True
 
     def stop_driving(self, page: OpenPage) -> None:

@@ -12,6 +12,7 @@ from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from voz.apps.web.control_api import stop_answer
+from voz.apps.web.device_names import device_name
 from voz.apps.web.event_history import Record, encode_record
 from voz.apps.web.json_requests import decode_json
 from voz.apps.web.page_audio_stream import PageAudioStream
@@ -63,8 +64,8 @@ class WebSocketApi:
         if self._registry.is_full:
             await socket.close(TRY_AGAIN_LATER, "too many pages are open")
             return
-        address = socket.client.host if socket.client else "?"
-        with self._registry.registered(address) as page:
+        device = device_name(socket.headers.get("user-agent", ""))
+        with self._registry.registered(device) as page:
             identity = {"page": page.number, "name": page.name, "secret": page.secret}
             page.put(encode_record({**self._snapshot(), "type": "welcome", **identity}))
             sending = asyncio.create_task(_send_records(socket, page))

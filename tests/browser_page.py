@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from playwright.sync_api import BrowserContext, ConsoleMessage, Page, Route, expect
+from playwright.sync_api import BrowserContext, ConsoleMessage, Locator, Page, Route, expect
 
 AXE = Path(__file__).parent / "apps" / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
@@ -47,7 +47,16 @@ def patch_link(context: BrowserContext, script: str) -> None:
 
 def drive(page: Page) -> None:
     page.get_by_role("button", name=re.compile("^(Drive|Take over)$")).click()
+    yes = page.get_by_role("dialog").get_by_role("button", name="Take over")
+    expect(page.locator("#driver", has_text="you drive").or_(yes)).to_be_visible()
+    if yes.is_visible():
+        yes.click()
     expect(page.locator("#driver")).to_have_text("you drive")
+
+
+def ear(page: Page) -> Locator:
+    """Whether the robot hears, in a word or two."""
+    return page.locator("#ear-word")
 
 
 def tap(page: Page, text: str) -> None:

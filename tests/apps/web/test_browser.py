@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import signal
 from collections.abc import Iterator
 from typing import Literal
 
 import pytest
-from browser_page import barriers, drive, opened, patch_link, tap
+from browser_page import barriers, drive, ear, opened, patch_link, tap
 from live_robot import moves, rests, warns
 from operator_page import PageRobot, page_robot
 from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
@@ -41,7 +42,6 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     page = opened(context, robot.link)
     drive(page)
     since = robot.since
-    page.get_by_role("button", name="Use this microphone").click()
     talk = page.get_by_role("button", name="Hold to talk")
     expect(talk).to_be_enabled()
     before = shown_at(page)
@@ -49,16 +49,19 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     assert box
     page.mouse.move(box["x"] + 20, box["y"] + 20)
     page.mouse.down()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     robot.robot.wait_for(moves, since)
     page.mouse.up()
     assert robot.robot.commands()[-1] == "go forward"
     assert robot.robot.of("utterance")[-1]["source"] == "browser"
     expect(page.locator("#log .entry").first).to_contain_text("go forward")
-    expect(page.locator("#log .entry").first).to_contain_text("% sure, needs")
+    expect(page.locator("#heard .what")).to_have_text("go forward")
+    expect(page.locator("#heard svg")).to_be_visible()  # the tick
+    details = page.locator("#log .entry").first.locator("details")
+    expect(details.first).to_contain_text("% sure. A command needs")
     wait_until(lambda: shown_at(page) > before + 0.1)
-    expect(page.locator("#linear")).to_have_text("0.10")
-    expect(page.locator("#status")).to_have_text("listening")
+    expect(page.locator("#motion")).to_have_text("FORWARD 0.10 m/s")
+    expect(ear(page)).to_have_text("hold to talk")
     assert page.complaints == []  # type: ignore[attr-defined]
 
 
@@ -69,21 +72,20 @@ def test_hands_free_hears_until_it_is_switched_off_and_a_stop_switches_it_off(
     page = opened(context, robot.link)
     drive(page)
     since = robot.since
-    page.get_by_role("button", name="Use this microphone").click()
     free = page.get_by_label("hands-free")
     free.check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     robot.robot.wait_for(moves, since)
     assert robot.robot.commands()[-1] == "go forward"
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     page.keyboard.press("Space")
     expect(page.locator("#stop")).to_have_text("stopped")
     expect(free).not_to_be_checked()
-    expect(page.locator("#status")).to_have_text("listening")
+    expect(ear(page)).to_have_text("hold to talk")
     free.check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     free.uncheck()
-    expect(page.locator("#status")).to_have_text("listening")
+    expect(ear(page)).to_have_text("hold to talk")
     assert page.complaints == []  # type: ignore[attr-defined]
 
 
@@ -97,15 +99,14 @@ def test_s5_a_microphone_that_goes_silent_while_it_is_hands_free_stops_the_robot
     )
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
     page.get_by_label("hands-free").check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     since = robot.since
     tap(page, "go back")
     robot.robot.wait_for(moves, since)
     page.evaluate("() => window.context.suspend()")
     robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
-    expect(page.locator("#status")).to_contain_text("deaf")
+    expect(ear(page)).to_have_text("deaf")
 
 
 def test_nobody_can_speak_before_the_sound_connection_is_open(
@@ -120,7 +121,6 @@ def test_nobody_can_speak_before_the_sound_connection_is_open(
     )
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
     expect(page.get_by_role("button", name="Hold to talk")).to_be_disabled()
     page.get_by_label("hands-free").check()  # once it is enabled
 
@@ -136,17 +136,16 @@ def test_a_broken_sound_connection_stops_the_robot_and_is_opened_again(
     )
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
     free = page.get_by_label("hands-free")
     free.check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     since = robot.since
     page.workers[0].evaluate("() => self.sounds.at(-1).close()")
     robot.robot.wait_for(warns("no sound comes from the microphone: the robot stops"), since)
     expect(free).not_to_be_checked()
     expect(free).to_be_enabled()  # the connection is there again
     free.check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     assert page.workers[0].evaluate("() => self.sounds.length") == 2
 
 
@@ -191,7 +190,7 @@ def test_a_tap_that_arrives_after_the_stop_that_followed_it_moves_nothing(
     assert robot.state["now"]["linear"] == 0
     page.unroute("**/api/command")
     tap(page, "go back")
-    expect(page.locator("#linear")).to_have_text("\N{MINUS SIGN}0.10")
+    expect(page.locator("#motion")).to_have_text("BACK 0.10 m/s")
 
 
 @pytest.mark.parametrize("broken", ["api/stop", "events"])
@@ -215,14 +214,33 @@ def test_stop_works_by_either_way_alone(
     assert robot.state["now"]["linear"] == 0
 
 
-def test_a_stop_that_nobody_confirms_says_so(robot: PageRobot, context: BrowserContext) -> None:
+def test_a_stop_that_nobody_confirms_is_the_largest_thing_until_zero_is_sent(
+    robot: PageRobot, context: BrowserContext
+) -> None:
     patch_link(context, "WebSocket.prototype.send = () => {};")
     context.route("**/api/stop", lambda route: route.abort())
     page = opened(context, robot.link)
-    expect(page.locator("#driver")).to_have_text("nobody drives")
+    robot.drives("go forward")
+    expect(page.locator("#motion-word")).to_have_text("FORWARD")
     page.keyboard.press("Space")
-    expect(page.locator("#stop")).to_contain_text("NOT STOPPED")
-    expect(page.get_by_role("alert")).to_contain_text("Cut its power")
+    stop = page.locator("#stop")
+    expect(stop).to_contain_text("NOT STOPPED")
+    expect(stop).to_contain_text("Cut its power")
+    expect(page.get_by_role("alert")).to_contain_text("did not confirm")
+    area = "([one]) => { const box = one.getBoundingClientRect(); return box.width * box.height; }"
+    shown = page.viewport_size
+    assert shown
+    assert page.eval_on_selector_all("#stop", area) > 0.5 * shown["width"] * shown["height"]
+    flash = "(stop) => getComputedStyle(stop).animationName"
+    assert stop.evaluate(flash) == "flash"
+    assert barriers(page) == []
+    page.emulate_media(reduced_motion="reduce")
+    assert stop.evaluate(flash) == "none"
+    context.unroute("**/api/stop")  # it keeps trying
+    expect(stop).to_have_text("stopped")
+    assert robot.state["now"]["linear"] == 0
+    expect(stop).to_have_text("STOP")
+    expect(page.get_by_role("alert")).to_be_hidden()
 
 
 def test_it_comes_back_when_the_server_was_killed(
@@ -233,7 +251,10 @@ def test_it_comes_back_when_the_server_was_killed(
         page = opened(context, robot.link)
         drive(page)
         robot.robot.process.send_signal(signal.SIGKILL)
-        expect(page.locator("#status")).to_have_text("no connection")
+        expect(ear(page)).to_have_text("lost")
+        expect(page.locator("#ear-more")).to_contain_text("last seen")
+        expect(page.locator("#motion-word")).to_have_text("unknown")
+        expect(page.locator("#driver")).to_have_text("")
         expect(page.locator("#commands button").first).to_be_disabled()
     with page_robot(no_sound_card, "--listening", "--web-port", port) as robot:
         expect(page.locator("#driver")).to_have_text("you drive")  # as it did before
@@ -250,22 +271,26 @@ def test_two_pages_one_drives_and_taking_over_is_asked_and_seen(
     first, second = opened(context, robot.link), opened(context, robot.link)
     first.bring_to_front()
     drive(first)
-    expect(second.locator("#driver")).to_contain_text("drives")
+    expect(second.locator("#driver")).to_have_text(
+        re.compile(r"^Linux PC, since \d\d:\d\d, drives$")
+    )
+    expect(ear(second)).to_have_text("watching")
     assert second.locator("#commands button:enabled").count() == 0
-    asked: list[str] = []
-
-    def accept(dialog: object) -> None:
-        asked.append(dialog.message)  # type: ignore[attr-defined]
-        dialog.accept()  # type: ignore[attr-defined]
-
-    second.on("dialog", accept)
     tap(first, "go forward")
     since = robot.since
     robot.robot.wait_for(moves, since)
+    second.get_by_role("button", name="Take over").click()
+    asked = second.get_by_role("dialog")
+    expect(asked).to_contain_text("drives. Take over? The robot stops.")
+    asked.get_by_role("button", name="Keep watching").click()
+    expect(asked).to_be_hidden()
+    assert robot.state["now"]["linear"] == 0.1
     drive(second)
-    assert "Take over? The robot stops." in asked[0]
     robot.robot.wait_for(rests, since)
-    expect(first.locator("#driver")).to_contain_text("drives")
+    banner = first.locator("#notice")
+    expect(banner).to_contain_text("took over. The robot was stopped.")
+    banner.get_by_role("button").click()
+    expect(banner).to_be_hidden()
     assert first.locator("#commands button:enabled").count() == 0
     for page in (first, second):
         expect(page.locator("#log")).to_contain_text("drives now")
@@ -277,9 +302,8 @@ def test_a_page_that_is_busy_for_half_a_second_again_and_again_speaks_and_drives
 ) -> None:
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
     page.get_by_label("hands-free").check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     since = robot.since
     page.evaluate(
         "() => { const work = () => { const end = Date.now() + 500; while (Date.now() < end); };"
@@ -315,9 +339,8 @@ def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, context: Browser
 def test_s5_a_page_that_hangs_is_not_heard(robot: PageRobot, context: BrowserContext) -> None:
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
     page.get_by_label("hands-free").check()
-    expect(page.locator("#status")).to_have_text("listening to you")
+    expect(ear(page)).to_have_text("hearing you")
     since = robot.since
     page.evaluate(HANGS)
     robot.robot.wait_for(warns("sound of the browser is missing"), since)
@@ -370,12 +393,12 @@ def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext)
     page = opened(context, robot.link)
     drive(page)
     page.get_by_label("rehearsal").check()
-    expect(page.locator("#status")).to_have_text("rehearsal: nothing moves")
+    expect(page.locator("#motion")).to_have_text("REHEARSAL nothing moves")
     since = robot.since
     tap(page, "go forward")
-    expect(page.locator("#log")).to_contain_text("not obeyed: this is a rehearsal")
+    expect(page.locator("#heard")).to_contain_text("rehearsal: nothing moves")
     page.get_by_label("rehearsal").uncheck()
-    expect(page.locator("#status")).to_have_text("listening")
+    expect(ear(page)).to_have_text("hold to talk")
     assert all(rests(event) for event in robot.robot.of("cmd_vel", since))
     tap(page, "go forward")
     robot.robot.wait_for(moves, since)
@@ -395,10 +418,10 @@ def test_a_tick_on_its_way_to_the_robot_stays(robot: PageRobot, context: Browser
     page.wait_for_timeout(500)  # the page is told five times that there is none yet
     expect(page.get_by_label("rehearsal")).to_be_checked()
     page.workers[0].evaluate("() => self.held.pop()()")
-    expect(page.locator("#status")).to_have_text("rehearsal: nothing moves")
+    expect(page.locator("#motion")).to_have_text("REHEARSAL nothing moves")
     page.get_by_label("rehearsal").uncheck()
     page.workers[0].evaluate("() => self.held.pop()()")
-    expect(page.locator("#status")).to_have_text("listening")
+    expect(ear(page)).to_have_text("hold to talk")
     expect(page.get_by_label("rehearsal")).not_to_be_checked()
 
 
@@ -432,15 +455,32 @@ def test_a_page_of_a_stranger_can_neither_drive_nor_read(
     assert robot.state["now"]["pages"] == 0
 
 
-def test_a_microphone_that_is_refused_says_so(robot: PageRobot, browser: Browser) -> None:
-    context = browser.new_context()
+@pytest.mark.parametrize(
+    ("error", "help_text"),
+    [
+        ("NotAllowedError", "Click the icon left of the address, and switch Microphone on."),
+        ("NotFoundError", "Connect one"),
+    ],
+)
+def test_a_microphone_that_is_refused_says_what_to_do(
+    error: str, help_text: str, robot: PageRobot, browser: Browser
+) -> None:
+    context = browser.new_context(permissions=["microphone"])
     context.add_init_script(
-        "navigator.mediaDevices.getUserMedia = () => Promise.reject(new Error('not allowed'));"
+        "window.given = navigator.mediaDevices.getUserMedia.bind(navigator.mediaDevices);"
+        "navigator.mediaDevices.getUserMedia = () =>"
+        f"  Promise.reject(new DOMException('no', '{error}'));"
     )
     page = opened(context, robot.link)
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
-    expect(page.locator("#voice-note")).to_have_text("not allowed")
+    expect(page.locator("#voice-note")).to_contain_text(help_text)
+    expect(ear(page)).to_have_text("microphone off")
+    tap(page, "go forward")  # which needs no microphone
+    expect(page.locator("#motion-word")).to_have_text("FORWARD")
+    page.evaluate("() => { navigator.mediaDevices.getUserMedia = window.given; }")
+    page.get_by_role("button", name="Try again").click()
+    expect(page.get_by_role("button", name="Hold to talk")).to_be_enabled()
+    expect(page.locator("#voice-note")).to_have_text("")
     context.close()
 
 
@@ -457,10 +497,16 @@ def test_nothing_of_it_is_a_barrier(
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": width, "height": height})
     robot.command("make coffee")
+    assert barriers(page) == []
     drive(page)
-    page.get_by_role("button", name="Use this microphone").click()
-    expect(page.locator("#talk")).to_be_visible()
+    expect(page.get_by_role("button", name="Hold to talk")).to_be_enabled()
     tap(page, "point beer")
     expect(page.locator("#arm")).to_have_text("points at the beer")
     assert barriers(page) == []
-    expect(page.locator("#stop")).to_be_in_viewport(ratio=1)
+    shown = ("#motion", "#ear", "#room", "#heard", "#commands", "#main-button", "#stop")
+    for part in shown:  # without scrolling
+        expect(page.locator(part)).to_be_in_viewport(ratio=1)
+    page.locator("#more").scroll_into_view_if_needed()
+    for part in ("#motion", "#ear", "#main-button", "#stop"):
+        expect(page.locator(part)).to_be_in_viewport(ratio=1)
+    assert page.complaints == []  # type: ignore[attr-defined]

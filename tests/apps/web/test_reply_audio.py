@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from browser_page import drive, opened, tap
+from browser_page import drive, ear, opened, tap
 from operator_page import PageRobot, page_robot
 from playwright.sync_api import BrowserContext, expect
 
@@ -51,9 +51,9 @@ def test_replies_are_heard_from_the_page_if_it_wants_so_and_only_stop_is_heard_m
     wanted.focus()
     wanted.check()
     tap(page, "stop speech")
-    expect(page.locator("#status")).to_have_text("speaking: hears only stop")
+    expect(ear(page)).to_have_text("robot speaks")
     page.wait_for_function("() => window.audio.ended")
     assert page.evaluate("() => window.audio.error") is None
     assert page.evaluate("() => window.asked.filter((a) => a === '/api/sounding').length") == 1
-    expect(page.locator("#status")).to_have_text("say or tap “start speech”")
+    expect(ear(page)).to_have_text("asleep")
     assert page.complaints == []  # type: ignore[attr-defined]

@@ -1,14 +1,8 @@
 // What was heard, said and warned of, the newest first.
-import { utterance } from "./words.js";
+import { element } from "./dom.js";
+import { isSpoken, opinion, utterance } from "./words.js";
 
 const MAX_ENTRIES = 40;
-
-function element(name, className, text) {
-  const made = document.createElement(name);
-  made.className = className;
-  if (text !== undefined) made.textContent = text;
-  return made;
-}
 
 // The confidence, with a mark at the one that is needed.
 function gauge(event) {
@@ -26,23 +20,24 @@ function gauge(event) {
   return svg;
 }
 
-function isSpoken(event) {
-  return !["page", "text", "bag"].includes(event.source);
+// How sure it was, behind a tap.
+function reasons(event) {
+  const sentences = opinion(event).map((text) => element("p", "", text));
+  return element("details", "opinion", element("summary", "", "how sure?"), ...sentences, gauge(event));
 }
 
 function entry(event, tools) {
   if (event.type === "utterance") {
-    const [kind, what, more] = utterance(event);
-    const made = element("div", `entry ${kind}`);
-    made.append(element("p", "what", what), element("p", "more", more));
-    if (isSpoken(event)) made.append(gauge(event), tools(event));
+    const [kind, what, why] = utterance(event);
+    const name = kind === "obeyed" ? "obeyed" : "refused";
+    const made = element("div", `entry ${name}`, element("p", "what", kind === "unsure" ? `${what}?` : what));
+    if (why) made.append(element("p", "more", why));
+    if (isSpoken(event)) made.append(reasons(event), tools(event));
     return made;
   }
   const kind = event.type === "reply" ? "reply" : event.good ? "good" : "warning";
-  const made = element("div", `entry ${kind}`);
-  const who = event.type === "reply" ? "the robot says" : "";
-  made.append(element("p", "what", event.text));
-  if (who) made.append(element("p", "more", who));
+  const made = element("div", `entry ${kind}`, element("p", "what", event.text));
+  if (event.type === "reply") made.append(element("p", "more", "the robot says"));
   return made;
 }
 

@@ -19,13 +19,29 @@ export function place([x, y, heading]) {
   return `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m, ${degrees}\u00b0`;
 }
 
-// Whether the robot hears, and why not: [kind, words].
-export function status(state) {
-  if (state.deaf) return ["deaf", `deaf: ${state.deaf}`];
-  if (state.rehearsing) return ["waiting", "rehearsal: nothing moves"];
-  if (state.speaking) return ["speaking", "speaking: hears only stop"];
-  if (!state.listening) return ["waiting", "say or tap “start speech”"];
-  return ["listening", state.talking ? "listening to you" : "listening"];
+const side = (angular) => (angular > 0 ? "left" : "right");
+
+// How the robot moves: [kind, word, more]; the kind is that of an icon.
+export function motion({ linear, angular, rehearsing }) {
+  const turns = Math.abs(angular) >= 0.005;
+  if (Math.abs(linear) >= 0.005) {
+    const [kind, word] = linear > 0 ? ["forward", "FORWARD"] : ["back", "BACK"];
+    const more = `${velocity(Math.abs(linear))} m/s` + (turns ? `, turning ${side(angular)}` : "");
+    return [turns && linear > 0 ? `turn-${side(angular)}` : kind, word, more];
+  }
+  if (turns) return [`rotate-${side(angular)}`, "ROTATING", `${side(angular)}, ${velocity(Math.abs(angular))} rad/s`];
+  return rehearsing ? ["standing", "REHEARSAL", "nothing moves"] : ["standing", "STANDING", ""];
+}
+
+// Whether somebody is heard, and why not: [kind, word, more].
+export function ear(state, { mine, browserListens, microphoneOn, wake }) {
+  if (state.deaf) return ["deaf", "deaf", state.deaf];
+  if (browserListens && !mine) return state.driver ? ["off", "watching", ""] : ["off", "microphone off", ""];
+  if (state.speaking) return ["waiting", "robot speaks", "hears only stop"];
+  if (browserListens && !microphoneOn) return ["off", "microphone off", ""];
+  if (!state.listening) return ["waiting", "asleep", (state.talking ? "hears you: " : "") + `say “${wake}”`];
+  if (!browserListens) return ["hearing", "listening", "robot's microphone"];
+  return state.talking ? ["hearing", "hearing you", ""] : ["ready", "hold to talk", ""];
 }
 
 // Whether what is said is recorded.
@@ -34,18 +50,42 @@ export function recording(note) {
   return note || "Nothing is recorded any more.";
 }
 
-// An utterance: [kind, what, more].
+export const isSpoken = (event) => !["page", "text", "bag"].includes(event.source);
+
+const IGNORED = {
+  robot_speaking: "the robot was speaking: say it again",
+  too_late: "it came too late: say it again",
+  not_now: "it means nothing right now",
+  nothing_asked: "nothing was asked",
+  rehearsal: "rehearsal: nothing moves",
+};
+
+// An utterance: [kind, what, why it was not obeyed].
 export function utterance(event) {
-  const typed = event.source === "page" || event.source === "text";
-  const sure = `${percent(event.confidence)} sure` + (event.needed ? `, needs ${percent(event.needed)}` : "");
-  const from = event.source === "bag" ? "" : typed ? "tapped or typed" : sure; // a bag has texts alone
-  const details = [from, score(event)].filter(Boolean).join(" · ");
-  if (event.obeyed) return ["obeyed", event.text, details];
-  const what = event.accepted || typed ? event.text : event.text ? `perhaps “${event.text}”` : "something else";
-  return ["refused", what, [event.why, details].filter(Boolean).join(" · ")];
+  if (event.obeyed) return ["obeyed", event.text, ""];
+  if (event.ignored === "not_listening") return ["asleep", event.text, "it is asleep"];
+  if (event.accepted) return ["ignored", event.text, IGNORED[event.ignored] ?? event.why ?? ""];
+  if (!isSpoken(event)) return ["nothing", event.text, event.why ?? ""];
+  if (event.between) return ["unsure", event.between.join(" or "), "not sure which"];
+  if (event.text && event.confidence >= PLAUSIBLE) return ["unsure", event.text, "not sure enough"];
+  return ["nothing", "no command", NOTHING[event.reason] ?? "somebody spoke"];
 }
 
-function score(event) {
-  if (event.score === undefined || event.score === null) return "";
-  return `score ${event.score.toFixed(1)}` + (event.next_best ? `, next best “${event.next_best}”` : "");
+const PLAUSIBLE = 0.2; // confidence: below it is rather talk, for which some command fits best, too
+
+const NOTHING = {
+  part_of_a_command: "only a part of one",
+  too_short: "too short",
+  too_quiet: "too quiet: come nearer",
+  no_speech: "a noise",
+};
+
+// How sure it was of an utterance, in sentences.
+export function opinion(event) {
+  if (event.source === "bag") return []; // a bag has texts alone
+  if (!isSpoken(event)) return ["It was tapped or typed."];
+  const needs = event.needed ? ` A command needs ${percent(event.needed)}.` : "";
+  const sentences = [`It was ${percent(event.confidence)} sure.${needs}`];
+  if (event.next_best) sentences.push(`It might also have been “${event.next_best}”.`);
+  return sentences;
 }

@@ -1,0 +1,65 @@
+// The buttons of the commands: a direction pad, and groups of the rest.
+import { byId, element } from "./dom.js";
+import { icon, ICONS } from "./icons.js";
+
+const MIN_PAD = 2; // directions; fewer stand with the rest
+
+export class Commands {
+  // `give` is called with a sentence.
+  constructor(give) {
+    this.give = give;
+  }
+
+  // The buttons as the robot names them: text, group and place of each.
+  fill(buttons) {
+    const onPad = buttons.filter(({ place }) => ICONS[place]);
+    const pad = onPad.length < MIN_PAD ? [] : onPad;
+    const groups = new Map();
+    for (const button of buttons) {
+      if (pad.includes(button)) continue;
+      if (!groups.has(button.group)) groups.set(button.group, []);
+      groups.get(button.group).push(this.button(button.text));
+    }
+    const parts = [...groups].map(([name, made]) => group(name, made));
+    if (pad.length) parts.unshift(this.pad(pad));
+    byId("commands").replaceChildren(...parts);
+  }
+
+  pad(buttons) {
+    const pad = element("div", "pad");
+    pad.setAttribute("role", "group");
+    pad.setAttribute("aria-label", "Drive");
+    const turns = buttons.some(({ place }) => place.startsWith("turn"));
+    for (const { text, place } of buttons) {
+      const made = this.button(text);
+      made.prepend(icon(place));
+      made.style.gridArea = turns ? place : place.replace("rotate", "turn");
+      pad.append(made);
+    }
+    return pad;
+  }
+
+  button(text) {
+    const made = element("button", "", element("span", "", text));
+    made.type = "button";
+    made.disabled = true;
+    made.onclick = () => this.give(text);
+    return made;
+  }
+
+  enable(on) {
+    for (const button of byId("commands").querySelectorAll("button")) button.disabled = !on;
+  }
+}
+
+let made = 0;
+
+function group(name, buttons) {
+  const title = element("h3", "", name);
+  title.id = `group-${made++}`;
+  const chips = element("div", "chips", ...buttons);
+  const whole = element("div", "group", title, chips);
+  whole.setAttribute("role", "group");
+  whole.setAttribute("aria-labelledby", title.id);
+  return whole;
+}

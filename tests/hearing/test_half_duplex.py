@@ -17,9 +17,14 @@ BLOCK = 480
 class Loudspeaker:
     """One whose sound, at 16 kHz, is known from the beginning."""
 
-    def __init__(self, sound: npt.NDArray[np.float64]) -> None:
+    def __init__(self, sound: npt.NDArray[np.float64], text: str | None = None) -> None:
         self.sound = sound
+        self.text = text
         self.now = 0.0
+
+    def replies(self) -> str | None:
+        """The words of the sound, if commands count that have none of them."""
+        return self.text
 
     def busy_until(self) -> float:
         """The end of the sound."""
@@ -96,6 +101,40 @@ def test_stop_is_heard_while_the_robot_speaks(
     assert {text for _, text in found} == {"stop"}
     said_at = len(spoken(recordings, "go forward")) / SAMPLE_RATE
     assert said_at < found[0][0] < said_at + 2.5
+
+
+def test_a_command_said_into_a_reply_that_is_known_is_heard_at_once(
+    recognizer: Recognizer, recordings: list[Recording], session: Recording
+) -> None:
+    samples = spoken(recordings, "go forward", "turn left")
+    reply = np.resize(session.samples()[SAMPLE_RATE:] / 32768, len(samples))
+    mixed = (samples + 0.05 * 32768 * reply).astype(np.int16)
+    ignored: list[str] = []
+    found = heard(recognizer, mixed, Loudspeaker(reply, "turn around"), ignored)
+    assert [text for _, text in found] == ["go forward"]
+    assert ignored == ["turn left"]  # a word of it is in the reply
+
+
+def test_what_is_being_said_when_a_reply_ends_is_heard_whole(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    samples = spoken(recordings, "go forward")
+    reply = np.zeros(len(samples))
+    reply[: int(1.2 * SAMPLE_RATE)] = 1e-4  # the command has just begun
+    (found,) = heard(recognizer, samples, Loudspeaker(reply, "I am listening"))
+    assert found[1] == "go forward"
+
+
+def test_a_known_reply_that_says_commands_moves_nothing_even_if_it_comes_too_late_to_be_removed(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    said = spoken(recordings, "go forward", "turn left")
+    assert heard(recognizer, said, None)
+    for late in (0.1, 0.9, 1.5):
+        reply = np.concatenate([said, np.zeros(4 * SAMPLE_RATE)]) / 32768
+        echo = np.roll(reply, round(late * SAMPLE_RATE))
+        loudspeaker = Loudspeaker(reply, "go forward, turn left")
+        assert heard(recognizer, (echo * 32768).astype(np.int16), loudspeaker) == []
 
 
 def test_the_robot_does_not_obey_itself(recognizer: Recognizer, session: Recording) -> None:

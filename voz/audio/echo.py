@@ -33,7 +33,7 @@ RELATIVE_RIDGE = 1e-3
 """Of the mean power, added to the diagonal so that silence gives no weights."""
 
 MAX_ECHO_DELAY = int(0.4 * SAMPLE_RATE)
-"""Samples between the loudspeaker's nominal time and the arrival of its sound."""
+"""Samples between the nominal time of the robot's loudspeaker and the arrival of its sound."""
 
 ANALYSIS_WINDOW = np.sqrt(np.hanning(ECHO_WINDOW + 1)[:-1])
 
@@ -44,9 +44,10 @@ def cancel_echo(heard: Samples, played: npt.NDArray[np.float32]) -> Samples:
 
     Args:
         heard: the microphone's samples, 16 kHz.
-        played: the loudspeaker's, ending at the same time and beginning `MAX_ECHO_DELAY` earlier.
+        played: the loudspeaker's, ending at the same time and beginning earlier by the longest
+            delay with which they may arrive.
     """
-    start = MAX_ECHO_DELAY - _find_delay(heard, played)
+    start = len(played) - len(heard) - _find_delay(heard, played)
     source = _spectrum(played[start : start + len(heard)])
     sound = _spectrum(heard)
     moments = _delayed_copies(source)
@@ -67,9 +68,11 @@ def _find_delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
     size = len(heard) + len(played)
     cross = np.fft.rfft(heard, size) * np.fft.rfft(played, size).conj()
     likeness = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-9), size)
-    # A shift of the whole `played`: it begins `MAX_ECHO_DELAY` before `heard`.
-    shifts = np.arange(MAX_ECHO_DELAY + 1)
-    return int(shifts[np.argmax(likeness[shifts - MAX_ECHO_DELAY])])
+    longest = len(played) - len(
+        heard
+    )  # a shift of the whole `played`, which begins so much earlier
+    shifts = np.arange(longest + 1)
+    return int(shifts[np.argmax(likeness[shifts - longest])])
 
 
 def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator
 from typing import Protocol
 
@@ -12,6 +13,7 @@ from msgspec.structs import replace
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
 from voz.events import Partial, Utterance, shift_time
+from voz.language.sentences.spelling import normalize
 from voz.recognition.recognizer import MICROPHONE, Recognizer
 from voz.recognition.stream import Stream
 
@@ -20,6 +22,12 @@ REVERBERATION_SECONDS = 0.2
 
 ECHO_FIT_SAMPLES = 2 * SAMPLE_RATE
 """The echo is estimated from these."""
+
+MAX_REPLY_DELAY = int(1.1 * SAMPLE_RATE)
+"""The same of a page, which begins to play within a second: see `MAX_ECHO_DELAY`."""
+
+MAX_ANSWER_SECONDS = 3.0
+"""What is being said when a reply is over is heard to its end, but no longer than this."""
 
 CLEANED_SAMPLES = int(0.24 * SAMPLE_RATE)
 """Cleaned at a time, which costs 30 ms of CPU."""
@@ -34,13 +42,20 @@ class Playback(Protocol):
     def recent(self, seconds: float) -> tuple[npt.NDArray[np.float32], float]:
         """What was played last, 16 kHz, and when the last sample is heard, s."""
 
+    def replies(self) -> str | None:
+        """The words of what sounds, if all commands count that have no word in common with them.
+
+        None if more may sound than `recent` has.
+        """
+
 
 class HalfDuplex:
     """Stands between the microphone and the recognizer.
 
     During playback the sound is cleaned of its echo and fed to a second stream, of which only the
-    `never_missed` commands count; other commands are marked as ignored. The main stream
-    gets silence.
+    `never_missed` commands count; other commands are marked as ignored. If all that is played is
+    known to be a reply, every command counts that has no word in common with that: an echo that was
+    not removed cannot be taken for it. The main stream gets silence.
     """
 
     def __init__(
@@ -68,11 +83,12 @@ class HalfDuplex:
         self._pending = 0  # of them that are not cleaned yet
         self._guard: Stream | None = None  # listens while the loudspeaker sounds
         self._guarded_since = 0.0  # in the stream, s
+        self._reply_words: set[str] | None = None  # of all that was played since; None: not known
 
     @property
     def deaf(self) -> bool:
-        """Whether there is playback, so that only `never_missed` commands count."""
-        return self._guard is not None
+        """Whether there is playback during which only `never_missed` commands count."""
+        return self._guard is not None and self._reply_words is None
 
     @property
     def background(self) -> float:
@@ -89,10 +105,7 @@ class HalfDuplex:
             return
         self._fed += len(block)
         self._window = np.concatenate([self._window, block])[-ECHO_FIT_SAMPLES:]
-        sounds = (
-            arrived - len(block) / SAMPLE_RATE
-            < self._loudspeaker.busy_until() + REVERBERATION_SECONDS
-        )
+        sounds = self._sounds(self._loudspeaker, arrived - len(block) / SAMPLE_RATE)
         if sounds or self._guard:
             yield from self._listen_over_playback(self._loudspeaker, len(block), arrived)
             block = np.zeros_like(block)
@@ -108,13 +121,26 @@ class HalfDuplex:
             self._guard = None
         yield from self._usual.finish()
 
+    def _sounds(self, loudspeaker: Playback, when: float) -> bool:
+        """Whether a block that began at a time is heard as one during playback."""
+        since = when - loudspeaker.busy_until() - REVERBERATION_SECONDS
+        if since < 0 or self._guard is None or self._reply_words is None:
+            return since < 0
+        return self._guard.amid_speech and since < MAX_ANSWER_SECONDS
+
     def _listen_over_playback(
         self, loudspeaker: Playback, samples: int, arrived: float
     ) -> Iterator[Utterance | Partial]:
         if self._guard is None:
             self._guard = self._recognizer.stream(self._source)
             self._pending = 0
+            self._reply_words = set()
             self._guarded_since = (self._fed - samples - ECHO_EDGE) / SAMPLE_RATE
+        replies = loudspeaker.replies()
+        if replies is None or self._reply_words is None:
+            self._reply_words = None
+        else:
+            self._reply_words.update(_words(replies))
         self._pending += samples
         if self._pending >= CLEANED_SAMPLES:
             cleaned = cancel_echo(self._window, self._played(loudspeaker, arrived))
@@ -123,8 +149,9 @@ class HalfDuplex:
             self._pending = 0
 
     def _played(self, loudspeaker: Playback, until: float) -> npt.NDArray[np.float32]:
-        """Return what was played during the window, and from `MAX_ECHO_DELAY` before it."""
-        length = ECHO_FIT_SAMPLES + MAX_ECHO_DELAY
+        """Return what was played during the window, and from the longest delay before it."""
+        delay = MAX_ECHO_DELAY if self._reply_words is None else MAX_REPLY_DELAY
+        length = ECHO_FIT_SAMPLES + delay
         played, end = loudspeaker.recent((length + SAMPLE_RATE // 2) / SAMPLE_RATE)
         beyond = round((end - until) * SAMPLE_RATE)
         played = played[: len(played) - beyond] if beyond > 0 else np.pad(played, (0, -beyond))
@@ -135,9 +162,17 @@ class HalfDuplex:
     ) -> Iterator[Utterance | Partial]:
         """Pass on commands that count, and mark others as ignored; drop the rest."""
         for event in events:
-            counts = event.text in self._never_missed or event.name in self._never_missed
+            counts = (
+                event.text in self._never_missed
+                or event.name in self._never_missed
+                or (self._reply_words is not None and not self._reply_words & _words(event.text))
+            )
             if isinstance(event, Utterance) and event.accepted:
                 event = event if counts else replace(event, ignored="robot_speaking")
                 yield shift_time(event, self._guarded_since)
             elif isinstance(event, Partial) and counts:
                 yield shift_time(event, self._guarded_since)
+
+
+def _words(text: str) -> set[str]:
+    return set(re.findall(r"\w+", normalize(text)))

@@ -53,6 +53,11 @@ class Stream:
         """Level of the room, dB over one unit of 16 bits."""
         return self._segmenter.background
 
+    @property
+    def amid_speech(self) -> bool:
+        """Whether somebody speaks just now."""
+        return self._segmenter.amid_segment
+
     def feed(self, block: Samples) -> Iterator[Utterance | Partial]:
         """Take the next samples, 16 kHz; yields the events that they decide."""
         for sound in self._segmenter.feed(block):

@@ -164,7 +164,8 @@ class LivePage:
             "t": self._clock.now(),
             "listening": parts.controller.listening,
             "rehearsing": parts.controller.rehearsing,
-            "speaking": busy_until > time.monotonic(),
+            # A reply that the page plays is known: whoever speaks meanwhile is heard.
+            "speaking": busy_until > time.monotonic() and self._playback.replies() is None,
             "recording": marks.note,
             "alarms": false_alarms.alarms,
             "deaf": hearing.problem,

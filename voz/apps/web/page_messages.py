@@ -7,11 +7,13 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from voz.apps.web.page_playback import MAX_PLAYBACK
+from voz.speech.festival import MAX_TEXT_LENGTH
 
 MIN_PAGE_RATE, MAX_PAGE_RATE = 8_000, 192_000
 """Sample rates of browsers, Hz."""
 
 ShortText = Annotated[str, msgspec.Meta(max_length=200)]
+ReplyText = Annotated[str, msgspec.Meta(max_length=MAX_TEXT_LENGTH)]
 Time = Annotated[float, msgspec.Meta(ge=0, le=1e13)]
 
 
@@ -44,10 +46,15 @@ class Alarms(msgspec.Struct, frozen=True):
 
 
 class Playing(msgspec.Struct, frozen=True):
-    """POST /api/sounding: how long the driving page plays something from now on, s."""
+    """POST /api/sounding: how long the driving page plays something from now on, s.
+
+    Attributes:
+        reply: the reply that it plays; None if it is something else.
+    """
 
     page: ShortText
     seconds: Annotated[float, msgspec.Meta(ge=0, le=MAX_PLAYBACK)]
+    reply: ReplyText | None = None
 
 
 class Login(msgspec.Struct, frozen=True):

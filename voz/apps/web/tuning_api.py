@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 from contextlib import suppress
 from http import HTTPStatus
+from pathlib import Path
 from threading import Event
 
+import numpy as np
+import numpy.typing as npt
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
@@ -15,9 +18,10 @@ from starlette.routing import BaseRoute, Route
 from voz.apps.web.false_alarm_setting import FalseAlarmSetting
 from voz.apps.web.json_requests import decode_body
 from voz.apps.web.page_messages import Alarms, Mark, Playing
-from voz.apps.web.page_playback import PagePlayback
+from voz.apps.web.page_playback import PagePlayback, PageReply
 from voz.apps.web.page_registry import PageRegistry
 from voz.apps.web.recording_marks import RecordingMarks
+from voz.audio.capture.sound_files import read_blocks
 from voz.errors import SpeechError
 from voz.files import read_bytes
 from voz.speech.speech_cache import cached_speech
@@ -68,7 +72,9 @@ class TuningApi:
         text = request.query_params.get("text", "")
         if not self._registry.has_said(text):  # any other text would be work for strangers
             raise HTTPException(HTTPStatus.NOT_FOUND, "the robot has not said that just now")
-        return Response(await _rendered(text, self._voice), media_type="audio/wav")
+        path = await _rendered(text, self._voice)
+        sound = await asyncio.to_thread(read_bytes, path, SpeechError, "let it be said again")
+        return Response(sound, media_type="audio/wav")
 
     async def mark(self, request: Request) -> Response:
         """POST /api/mark: marks what was said in a recording."""
@@ -89,17 +95,20 @@ class TuningApi:
         """POST /api/sounding: the page plays something; once this is answered it may begin."""
         playing = await decode_body(request, Playing, "send JSON with page and seconds")
         self._registry.check_driving(playing.page)
-        self._playback.start(playing.seconds)
+        reply = None
+        if playing.reply and self._registry.has_said(playing.reply):
+            wav = await _rendered(playing.reply, self._voice)
+            reply = PageReply(playing.reply, await asyncio.to_thread(_samples, wav))
+        self._playback.start(playing.seconds, reply)
         return JSONResponse({"seconds": playing.seconds})
 
 
-async def _rendered(text: str, voice: str) -> bytes:
-    """Return a reply as a WAV file; raises SpeechError."""
+async def _rendered(text: str, voice: str) -> Path:
+    """Return a WAV file of a reply; raises SpeechError."""
     cancelled = Event()
 
-    def render() -> bytes:
-        path = cached_speech(text, voice, cancelled)
-        return read_bytes(path, SpeechError, "let it be said again")
+    def render() -> Path:
+        return cached_speech(text, voice, cancelled)
 
     try:
         return await asyncio.wait_for(asyncio.to_thread(render), RENDER_TIMEOUT)
@@ -107,3 +116,9 @@ async def _rendered(text: str, voice: str) -> bytes:
         raise SpeechError("the reply takes too long to be rendered") from None
     finally:
         cancelled.set()
+
+
+def _samples(path: Path) -> npt.NDArray[np.float32]:
+    """Return a reply's samples, 16 kHz, -1 to 1; raises AudioError."""
+    samples: npt.NDArray[np.float32] = np.concatenate(list(read_blocks(path))) / np.float32(32768)
+    return samples

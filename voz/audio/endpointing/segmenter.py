@@ -166,6 +166,11 @@ class Segmenter:
         """Level of the room, dB relative to one unit of the 16 bits."""
         return self._background.level
 
+    @property
+    def amid_segment(self) -> bool:
+        """Whether a segment goes on."""
+        return self._open is not None
+
     def mark_command(self) -> None:
         """Note that the sound so far was said to the robot, and is no talk of others."""
         self._command_until = self._heard

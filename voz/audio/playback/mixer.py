@@ -76,6 +76,9 @@ class Mixer:
             handed = self._history.end if self._loudspeaker.is_open else now + PLAYBACK_LATENCY
             return max(now, handed) + left / PLAYBACK_RATE
 
+    def replies(self) -> None:
+        """Nothing: while the robot's own loudspeaker sounds, only `never_missed` commands count."""
+
     def recent(self, seconds: float) -> tuple[Wave, float]:
         """Return the sound of the last seconds, 16 kHz, and when its last sample is heard, s.
 

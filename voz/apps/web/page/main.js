@@ -61,7 +61,7 @@ function receive(record) {
 }
 
 function say(text) {
-  const playing = player.play(`/api/reply?text=${encodeURIComponent(text)}`);
+  const playing = player.play(`/api/reply?text=${encodeURIComponent(text)}`, text);
   playing.catch((error) => setText("voice-note", error.message));
 }
 

@@ -17,19 +17,19 @@ export class Player {
     if (!on && !this.audio.paused) this.audio.pause();
   }
 
-  // The promise resolves when the sound is over.
-  play(address) {
+  // The promise resolves when the sound is over. While it plays a `reply`, which the robot knows, commands are heard.
+  play(address, reply = null) {
     if (this.queued >= MAX_QUEUED) return Promise.resolve();
     this.queued++;
-    const turn = this.last.then(() => this.playOne(address)).finally(() => this.queued--);
+    const turn = this.last.then(() => this.playOne(address, reply)).finally(() => this.queued--);
     this.last = turn.catch(() => {});
     return turn;
   }
 
-  // It begins once the robot has confirmed that it hears only stop: a microphone may be near.
-  async playOne(address) {
+  // It begins once the robot has confirmed that it knows: a microphone may be near.
+  async playOne(address, reply) {
     await this.load(address);
-    await this.post("/api/sounding", { seconds: this.audio.duration });
+    await this.post("/api/sounding", { seconds: this.audio.duration, reply });
     if (!this.enabled) return;
     const over = new Promise((resolve) => {
       this.audio.onended = this.audio.onpause = this.audio.onerror = resolve;

@@ -8,16 +8,38 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
+import numpy as np
 import pytest
 from browser_page import barriers, opened
 from calls import VOZ, in_process
 from live_robot import signals_as_a_terminal_has_them
+from msgspec.structs import replace
 from playwright.sync_api import BrowserContext, Page, expect
+from recordings import FIXTURES
 
+from voz.apps.recordings.manifest import MANIFEST_NAME
+from voz.apps.recordings.recent_sound import Excerpt
+from voz.apps.recordings.recording_folder import RecordingFolder
+from voz.apps.recordings.sessions import read_recordings, read_session
 from voz.apps.web.session_page import session_record
-from voz.events import Event, Notice, SelectedObject, Twist, Utterance
+from voz.audio.capture.sound_files import read_blocks
+from voz.errors import ConfigError
+from voz.events import Event, Notice, SelectedObject, Twist, Utterance, to_json
+from voz.files import append_line
+from voz.robot.simulator import SimulatedRobot
+from voz.simulation.simulator_settings import Simulator
 
-LINES = ["start speech", "go forward", *"-----", "make coffee", "point beer", *"-----", "stop", "-"]
+LINES = [
+    *"-" * 80,
+    "start speech",
+    "go forward",
+    *"-----",
+    "make coffee",
+    "point beer",
+    *"-----",
+    "stop",
+    "-",
+]
 
 
 def test_there_is_a_state_wherever_something_changed_and_none_elsewhere() -> None:
@@ -43,16 +65,69 @@ def test_there_is_a_state_wherever_something_changed_and_none_elsewhere() -> Non
     assert (session["begin"], session["end"]) == (0.0, 0.6)
 
 
+def test_in_a_room_the_robot_drives_its_way_again() -> None:
+    settings = Simulator(start=(0.5, 0.5, 0.0))
+    robot = SimulatedRobot(settings)
+    events: list[Event] = [Twist(t / 10, 0.5, 0.0) for t in range(60)]
+    events += [SelectedObject(6.0, 1), Twist(6.1, 0.0, 0.0)]
+    for event in events:
+        robot.receive(event)
+    session = session_record("drive.jsonl", events, settings)
+    pose = robot.state_at(6.1).pose
+    *_, (t, x, y, heading, linear, angular, selected, arm, collided) = session["states"]
+    assert (t, linear, angular, selected, collided) == (6.1, 0.0, 0.0, 1, True)
+    assert (x, y, heading) == pytest.approx((pose.x, pose.y, pose.heading), abs=0.001)
+    assert len(arm) > 1
+    assert session["room"]["room"] == settings.room
+
+
+def test_what_was_recorded_is_found_by_its_utterance(tmp_path: Path) -> None:
+    said = Utterance(2.5, "go forward", 0.9, True, 1.0, 2.0, "microphone", latency=0.2)
+    folder = RecordingFolder(tmp_path, 1e9)
+    file = folder.add(Excerpt(said, np.ones(16_000, np.int16)))
+    append_line(tmp_path / MANIFEST_NAME, "mine.wav\tstop\tme\tcommand\t")
+    kept = read_recordings(tmp_path)
+    assert kept == {(1.0, 2.0, "go forward"): tmp_path / file}
+    events = [replace(said, obeyed=True), replace(said, text="go back")]
+    first, second = session_record("drive.jsonl", events, None, kept)["events"]
+    assert first["sound"] == {"file": file, "begin": 0.7}
+    assert "sound" not in second
+
+
+def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="name the folder of `voz run --record`"):
+        read_recordings(tmp_path)
+    (tmp_path / MANIFEST_NAME).write_text("file\ttext\n")
+    with pytest.raises(ConfigError, match="has no recordings"):
+        read_recordings(tmp_path)
+
+
+def recorded(session: Path, folder: Path) -> Path:
+    """A folder with the sound of "go forward", which the session then has as spoken."""
+    events = read_session(session)
+    (said,) = [e for e in events if isinstance(e, Utterance) and "go" in e.text]
+    spoken = replace(said, source="microphone")
+    lines = [to_json(spoken if event is said else event) for event in events]
+    session.write_text("\n".join(lines) + "\n")
+    clip = FIXTURES / "commands" / "festival_slt__go_forward.flac"
+    samples = np.concatenate(list(read_blocks(clip)))
+    RecordingFolder(folder, 1e9).add(Excerpt(said, samples))
+    return folder
+
+
 @pytest.fixture(params=["drive.jsonl", "drive.mcap"])
 def link(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
-    """A session of some seconds, shown by `voz view`."""
+    """A session of some seconds, shown by `voz view`; the first with its room and sound."""
     path = tmp_path / request.param
     kept = ("--events", path) if path.suffix == ".jsonl" else ("--bag", path)
     text = tmp_path / "lines.txt"
     text.write_text("\n".join(LINES) + "\n")
     assert in_process("run", "--no-sound", "--text", text, *kept).code == 0
+    more = []
+    if path.suffix == ".jsonl":
+        more = ["--room", "--recordings", str(recorded(path, tmp_path / "said"))]
     process = subprocess.Popen(
-        [*VOZ, "view", str(path), "--web-port", "0"],
+        [*VOZ, "view", str(path), "--web-port", "0", *more],
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=signals_as_a_terminal_has_them,
@@ -75,9 +150,18 @@ def move(page: Page, seconds: float) -> None:
 
 @pytest.mark.slow
 def test_a_slider_moves_through_it_and_it_plays(link: str, context: BrowserContext) -> None:
+    context.add_init_script(
+        "const made = window.Audio;"
+        "window.Audio = function () { return (window.audio = new made()); };"
+    )
     page = opened(context, link)
     slider, log = page.get_by_label("time", exact=True), page.locator("#log .entry .what")
-    expect(page.locator("#clock")).to_contain_text("0.0 s of 1.")
+    expect(page.locator("#clock")).to_contain_text("0.0 s of 9.")
+    expect(page.locator("#timeline .fold")).to_have_text("7 s")
+    marked = page.locator("#timeline .mark span:visible")
+    expect(marked.filter(has_text="go forward")).to_have_count(1)
+    page.get_by_role("button", name="what was said next").click()
+    expect(page.locator("#clock")).to_contain_text("8.0 s of 9.")
     bag = "mcap" in page.locator("#name").inner_text()
     slider.focus()
     page.keyboard.press("End")
@@ -89,15 +173,30 @@ def test_a_slider_moves_through_it_and_it_plays(link: str, context: BrowserConte
     assert shown == said
     refused = page.locator("#log .refused", has_text="make coffee")
     expect(refused).to_have_count(0 if bag else 1)
-    move(page, 0.5)
+    move(page, 2.5)  # a second for what is folded, and one before the first command
     expect(page.locator("#linear")).to_have_text("0.10")
     expect(page.locator("#arm")).not_to_have_text("points at the beer")
     expect(page.locator("#log .entry", has_text="point beer")).to_have_count(0)
+    if not bag:
+        expect(page.locator("#room .walls")).to_be_visible()
+        with page.expect_response("**/api/recordings/*") as asked:
+            page.get_by_role("button", name="Listen").click()
+        assert asked.value.status in (200, 206)
+        page.wait_for_function("() => window.audio.currentTime > 0.1")
+        move(page, 1.0)
+        page.evaluate("() => { window.played = window.audio.src; window.audio.src = ''; }")
+    page.get_by_label("speed").select_option("2")
     page.get_by_role("button", name="Play").focus()
     page.keyboard.press("Space")
     expect(page.get_by_role("button", name="Pause")).to_be_visible()
     expect(page.get_by_role("button", name="Play")).to_be_visible()  # it is over
     expect(page.locator("#place")).to_have_text(end)
+    if not bag:  # it came to what was said
+        assert page.evaluate("() => window.audio.src === window.played")
+        assert page.evaluate("() => window.audio.playbackRate") == 2
+    page.get_by_label("fold what is idle").uncheck()
+    expect(page.locator("#timeline .fold")).to_have_count(0)
+    page.get_by_label("fold what is idle").check()
     expect(log.first).to_have_text("stop")
     slider.focus()
     page.keyboard.press("Home")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-from typing import TypeAlias
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any, TypeAlias
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -12,31 +14,65 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
+from voz.apps.recordings.recent_sound import EXCERPT_MARGIN
+from voz.apps.recordings.sessions import UtteranceKey, utterance_key
 from voz.apps.web.control_api import PAGE_FILES
 from voz.apps.web.event_history import EventHistory, Record, encode_record
 from voz.apps.web.page_address import PageAddress
-from voz.apps.web.picture import DeadReckoningPicture
+from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
+from voz.audio import SAMPLE_RATE
 from voz.errors import ConfigError
-from voz.events import Event, Partial, SelectedObject, Twist
+from voz.events import Event, Partial, SelectedObject, Twist, Utterance
+from voz.robot.simulator import SimulatedRobot
+from voz.simulation.simulator_settings import Simulator
+from voz.simulation.world import start
 
-State: TypeAlias = list[float | int | None]
-"""Time (s), x and y (m), heading (rad), speed (m/s), turning (rad/s), selected object or None."""
+State: TypeAlias = list[Any]
+"""Time (s), x and y (m), heading (rad), speed (m/s), turning (rad/s), selected object or None.
+
+In a room the points of the arm (m) too, and whether the robot touches something.
+"""
 
 
-def session_record(name: str, events: Sequence[Event]) -> Record:
-    """Return what was heard and said, and where the robot was according to its velocities.
+def session_record(
+    name: str,
+    events: Sequence[Event],
+    room: Simulator | None = None,
+    recordings: Mapping[UtteranceKey, Path] | None = None,
+) -> Record:
+    """Return what was heard and said, and where the robot was.
 
     There is one event at least. `states` has one for each change, `events` are as pages get them.
+
+    Args:
+        name: of the session.
+        events: all that happened, in the order of time.
+        room: the room of the simulated robot that drove; None for another robot, whose way is
+            computed from its velocities.
+        recordings: the sound of utterances.
     """
-    history = EventHistory(lambda _: None)
-    shown = [history.add(e) for e in events if not isinstance(e, Twist | Partial | SelectedObject)]
     return {
         "name": name,
         "begin": events[0].t,
         "end": max(event.t for event in events),
-        "states": _states(events),
-        "events": shown,
+        "room": RoomPicture(room, lambda: start(room)).room() if room else None,
+        "states": _states_in_room(events, room) if room else _states(events),
+        "events": _shown_events(events, recordings or {}),
     }
+
+
+def _shown_events(events: Sequence[Event], recordings: Mapping[UtteranceKey, Path]) -> list[Record]:
+    history = EventHistory(lambda _: None)
+    shown = []
+    for event in events:
+        if isinstance(event, Twist | Partial | SelectedObject):
+            continue
+        record = history.add(event)
+        if isinstance(event, Utterance) and (path := recordings.get(utterance_key(event))):
+            begin = round(event.start - EXCERPT_MARGIN / SAMPLE_RATE, 3)
+            record["sound"] = {"file": path.name, "begin": begin}
+        shown.append(record)
+    return shown
 
 
 def _states(events: Sequence[Event]) -> list[State]:
@@ -52,8 +88,30 @@ def _states(events: Sequence[Event]) -> list[State]:
     return states
 
 
-def show_session(address: PageAddress, session: Record) -> None:
-    """Serve a `session_record` until a signal ends the program; raises ConfigError."""
+def _states_in_room(events: Sequence[Event], settings: Simulator) -> list[State]:
+    """Drive the simulated robot through its room again: the same events give the same way."""
+    robot = SimulatedRobot(settings)
+    twist = Twist(events[0].t, 0.0, 0.0)
+    states: list[State] = []
+    for event in events:
+        robot.receive(event)
+        world = robot.state_at(event.t)
+        drawn = RoomPicture(settings, lambda world=world: world).state()  # type: ignore[misc]
+        twist = event if isinstance(event, Twist) else twist
+        moved = [*drawn["pose"], twist.linear, twist.angular, drawn["selected"]]
+        state = [event.t, *moved, drawn["arm"], drawn["collided"]]
+        if not states or states[-1][1:] != state[1:]:
+            states.append(state)
+    return states
+
+
+def show_session(
+    address: PageAddress,
+    session: Record,
+    recordings: Mapping[UtteranceKey, Path] | None = None,
+) -> None:
+    """Serve a `session_record` and its sound until a signal ends the run; raises ConfigError."""
+    files = {path.name: path for path in (recordings or {}).values()}
     body = encode_record(session).encode()
     failed = threading.Event()
     reasons: list[str] = []
@@ -64,11 +122,21 @@ def show_session(address: PageAddress, session: Record) -> None:
     async def whole_session(_: Request) -> Response:
         return Response(body, media_type="application/json")
 
+    async def recording(request: Request) -> Response:
+        path = files.get(request.path_params["file"])
+        if path is None or not path.is_file():
+            return Response(status_code=HTTPStatus.NOT_FOUND)
+        return FileResponse(path, media_type="audio/flac")
+
     def fail(reason: str) -> None:
         reasons.append(reason)
         failed.set()
 
-    routes = [Route("/", index), Route("/api/session", whole_session)]
+    routes = [
+        Route("/", index),
+        Route("/api/session", whole_session),
+        Route("/api/recordings/{file}", recording),
+    ]
     app = Starlette(routes=[*routes, Mount("/page", StaticFiles(directory=PAGE_FILES))])
     with address.serving(app, list, fail):
         failed.wait()

@@ -1,6 +1,7 @@
-"""Draw docs/page-*.png: the operator page on a laptop and a phone, light and dark.
+"""Draw the operator page: five screens, on a laptop and a phone, light and dark.
 
-Run `python tools/draw_page.py`. It needs what the tests need: Debian's chromium, and playwright.
+Run `python tools/draw_page.py`. All twenty pictures go to build/page, those of the documents to
+docs/page-*.png. It needs what the tests need: Debian's chromium, and playwright.
 """
 
 from __future__ import annotations
@@ -8,73 +9,102 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from PIL import Image
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
-from operator_page import PageRobot, page_robot, with_noise  # noqa: E402
-from operator_page import heard as hearing  # noqa: E402
-from operator_page import opened as opened_page  # noqa: E402
+from browser_page import drive, ear, opened, tap  # noqa: E402
+from operator_page import PageRobot, page_robot  # noqa: E402
+from operator_page import opened as opened_without_browser  # noqa: E402
 
-SIZES = {"laptop": (1366, 768), "phone": (390, 844)}
+ALL = ROOT / "build" / "page"
+SIZES = {"laptop": (1280, 800), "phone": (390, 844)}
 SCHEMES = ("light", "dark")
+SCREENS = ("first", "driving", "asleep", "lost", "taken-over")
+COLORS = 128
+"""Of a picture in the documents: what is drawn flat needs no more."""
 
-SAID = (
-    "commands/festival_slt__start_speech.flac",
-    "near_misses/festival_slt__turn_around.flac",
-    "commands/festival_slt__go_forward.flac",
-    "commands/festival_slt__turn_left.flac",
-)
+GAP = 16
+"""Between the screens of a sheet, px."""
+
+SECONDS_AWAY = 4500
+"""How long the robot has been lost on the picture, ms."""
 
 
-def speak(robot: PageRobot) -> None:
-    """Let somebody speak to the robot, so that there is something to see."""
-    with opened_page(robot) as page:
-        page.drive(over=True)  # the browser may not have gone yet
-        with hearing(robot, page) as microphone:
-            for name in SAID:
-                microphone.begin()
-                microphone.speak(with_noise(ROOT / "audio_fixtures" / name, 0.3, 0.6), page)
-                microphone.end()
-                page.stay(0.5)
-        robot.api.post("/api/stop").raise_for_status()
+@contextmanager
+def context(browser: Browser, size: str, scheme: str) -> Iterator[BrowserContext]:
+    """A browser on a laptop or a phone."""
+    width, height = SIZES[size]
+    made = browser.new_context(
+        viewport={"width": width, "height": height},
+        color_scheme="dark" if scheme == "dark" else "light",
+        permissions=["microphone"],
+        is_mobile=size == "phone",
+        has_touch=size == "phone",
+    )
+    yield made
+    made.close()
+
+
+def keep(page: Page, screen: str, size: str, scheme: str) -> None:
+    """Keep how the page looks now, once what moves in it has arrived."""
+    page.wait_for_timeout(500)
+    page.screenshot(path=ALL / f"{screen}-{size}-{scheme}.png")
 
 
 def draw(browser: Browser, robot: PageRobot, size: str, scheme: str) -> None:
-    """Keep how the page looks while it drives."""
-    width, height = SIZES[size]
-    context = browser.new_context(
-        viewport={"width": width, "height": height},
-        color_scheme="dark" if scheme == "dark" else "light",
-        device_scale_factor=1.5,
-        permissions=["microphone"],
-    )
-    page = context.new_page()
-    page.goto(robot.link)
-    page.get_by_role("button", name="Drive", exact=True).click()
-    page.get_by_role("button", name="Use this microphone").click()
-    expect(page.locator("#talk")).to_be_visible()
-    tap(page, "rotate left")
-    page.wait_for_timeout(1500)
-    tap(page, "point beer")
-    page.wait_for_timeout(2500)
-    page.screenshot(path=ROOT / "docs" / f"page-{size}-{scheme}.png")
-    page.keyboard.press("Space")
-    expect(page.locator("#stop")).to_have_text("stopped")
-    context.close()
+    """Draw a page from its first screen until it has lost the robot, which ends there."""
+    with context(browser, size, scheme) as there:
+        page = opened(there, robot.link)
+        expect(page.locator("#heard")).to_have_text("Touch Drive to begin.")
+        keep(page, "first", size, scheme)
+        drive(page)
+        expect(ear(page)).to_have_text("asleep")
+        keep(page, "asleep", size, scheme)
+        tap(page, "go forward")
+        page.wait_for_timeout(3500)
+        tap(page, "turn left")
+        page.wait_for_timeout(3500)
+        keep(page, "driving", size, scheme)
+        with opened_without_browser(robot, **{"User-Agent": "Mozilla/5.0 (iPad)"}) as other:
+            other.drive(over=True)
+            expect(page.locator("#notice")).to_be_visible()
+            expect(page.locator("#motion-word")).to_have_text("STANDING")
+            keep(page, "taken-over", size, scheme)
+        expect(page.get_by_role("button", name="Drive", exact=True)).to_be_enabled()
+        drive(page)
+        tap(page, "go forward")
+        expect(page.locator("#motion-word")).to_have_text("FORWARD")
+        robot.robot.process.kill()
+        page.wait_for_timeout(SECONDS_AWAY)
+        keep(page, "lost", size, scheme)
 
 
-def tap(page: Page, text: str) -> None:
-    """Give a command by its button, and look at the top of the page again."""
-    page.locator("#commands").get_by_role("button", name=text, exact=True).click()
-    page.evaluate("scrollTo(0, 0)")
+def sheet(scheme: str) -> Image.Image:
+    """Return the five screens of a phone, side by side."""
+    pictures = [Image.open(ALL / f"{screen}-phone-{scheme}.png") for screen in SCREENS]
+    width, height = pictures[0].size
+    whole = Image.new("RGB", (len(pictures) * (width + GAP) - GAP, height), "#808890")
+    for at, picture in enumerate(pictures):
+        whole.paste(picture, (at * (width + GAP), 0))
+    return whole
+
+
+def keep_in_documents(picture: Image.Image, name: str) -> None:
+    """Write a small PNG into docs."""
+    flat = picture.convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)
+    flat.save(ROOT / "docs" / f"{name}.png", optimize=True)
 
 
 def main() -> None:
-    """Drive a simulated robot by its page, and draw the page."""
+    """Drive simulated robots by their pages, and draw the pages."""
+    ALL.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         config = Path(folder) / "alsa.conf"
         config.write_text("pcm.default { type hw card 99 }")
@@ -83,12 +113,15 @@ def main() -> None:
             args=["--no-sandbox", "--disable-gpu", "--use-fake-ui-for-media-stream",
                   "--use-fake-device-for-media-stream"],
         )  # fmt: skip
-        with page_robot(os.environ | {"ALSA_CONFIG_PATH": str(config)}) as robot:
-            for size in SIZES:
-                for scheme in SCHEMES:
-                    speak(robot)
+        for size in SIZES:
+            for scheme in SCHEMES:
+                with page_robot(os.environ | {"ALSA_CONFIG_PATH": str(config)}) as robot:
                     draw(browser, robot, size, scheme)
+                driving = Image.open(ALL / f"driving-{size}-{scheme}.png")
+                keep_in_documents(driving, f"page-{size}-{scheme}")
         browser.close()
+    for scheme in SCHEMES:
+        keep_in_documents(sheet(scheme), f"page-screens-{scheme}")
 
 
 if __name__ == "__main__":

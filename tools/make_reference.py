@@ -60,6 +60,7 @@ SAMPLES: tuple[Event, ...] = (
 
 API = {
     "To understand": ("load", "Recognizer", "Listener"),
+    "Many recordings": ("decode_many", "Decoded", "read_results"),
     "To drive": ("Controller", "Robot", "Client"),
     "To be heard": ("SoundClient", "BuiltinSound"),
     "Settings": ("Config", "Recognition", "Safety", "load_config"),

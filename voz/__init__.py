@@ -28,6 +28,8 @@ from voz.errors import (
 )
 
 if TYPE_CHECKING:
+    from voz.apps.batch.many import Decoded, decode_many
+    from voz.apps.batch.results import read_results
     from voz.apps.web.client import Client
     from voz.config import Config, load_config
     from voz.driving import RobotController as Controller
@@ -61,6 +63,7 @@ _WHERE = {
     "Client": "voz.apps.web.client",
     "Config": "voz.config",
     "Controller": "voz.driving:RobotController",
+    "Decoded": "voz.apps.batch.many",
     "Ended": "voz.events",
     "Event": "voz.events",
     "Listener": "voz.recognition.listener",
@@ -78,8 +81,10 @@ _WHERE = {
     "Twist": "voz.events",
     "Utterance": "voz.events",
     "Notice": "voz.events",
+    "decode_many": "voz.apps.batch.many",
     "load": "voz.loading",
     "load_config": "voz.config",
+    "read_results": "voz.apps.batch.results",
 }
 
 __all__ = [
@@ -91,6 +96,7 @@ __all__ = [
     "Config",
     "ConfigError",
     "Controller",
+    "Decoded",
     "Ended",
     "Event",
     "LanguageError",
@@ -116,8 +122,10 @@ __all__ = [
     "Utterance",
     "VozError",
     "__version__",
+    "decode_many",
     "load",
     "load_config",
+    "read_results",
 ]
 
 

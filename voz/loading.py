@@ -48,6 +48,12 @@ def load(
 def _load_list(
     commands: Iterable[str], settings: Recognition, profile: Profile | None
 ) -> Recognizer:
+    with TemporaryDirectory(prefix="voz-") as folder:  # its files are read once
+        return Recognizer(write_list(commands, Path(folder)), settings, profile)
+
+
+def write_list(commands: Iterable[str], folder: Path) -> LanguageFiles:
+    """Write the language files of a list into a folder; raises CommandsError."""
     from voz.language.build import write_files
     from voz.language.command_source import read_lines
 
@@ -55,6 +61,5 @@ def _load_list(
     for line in lines:
         if not isinstance(line, str):
             raise CommandsError(f"{line!r} is no command; give a list of texts, or a folder")
-    with TemporaryDirectory(prefix="voz-") as folder:  # its files are read once
-        write_files(read_lines(lines), Path(folder))
-        return Recognizer(LanguageFiles(Path(folder)), settings, profile)
+    write_files(read_lines(lines), folder)
+    return LanguageFiles(folder)

@@ -14,6 +14,8 @@ import soundfile
 from calls import VOZ, in_process
 from recordings import FIXTURES, GO_BACK, Recording
 
+from voz.apps.batch.outcomes import column_name
+from voz.apps.batch.results import read_results
 from voz.language.generated.language_files import PACKAGED_FOLDER
 
 
@@ -193,6 +195,10 @@ def test_a_manifest_is_scored(tmp_path: Path) -> None:
     (tmp_path / "manifest.tsv").write_text("\n".join([head, *some]))
     result = in_process("decode", tmp_path / "manifest.tsv", "--out", tmp_path / "h.csv")
     assert result.code == 0
+    heard = read_results(tmp_path / "h.csv").drop_duplicates("file")
+    columns = [column_name(name) for name in head.split("\t")]
+    assert list(heard.columns[-len(columns) :]) == columns
+    assert heard[columns].fillna("").to_numpy().tolist() == [row.split("\t") for row in some]
     assert "written: " in result.err
     assert "right and accepted" in result.err
     assert f"{len(some)} recordings, 0.01 h of sound" in result.err

@@ -143,6 +143,7 @@ def _simulation_options(
 
 def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> bool:
     from voz.apps.batch.inputs import shard_of
+    from voz.apps.batch.outcomes import with_manifest
     from voz.apps.batch.output import in_input_order
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
@@ -152,7 +153,7 @@ def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> 
         finished = with_progress(finished, len(names))
     failed = 0
     for outcome in in_input_order(finished):
-        for row in outcome.rows:
+        for row in with_manifest(outcome.rows, inputs.manifest.get(outcome.rows[0].file, {})):
             write(row)
         failed += outcome.failed
     return failed > 0

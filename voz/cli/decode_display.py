@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from voz.cli.text_io import show, show_raw
 
 if TYPE_CHECKING:
@@ -24,9 +26,9 @@ def writer(options: DecodeOptions) -> Callable[[Row], None]:
 
 
 def _show_json(row: Row) -> None:
-    from voz.events import to_json
+    from voz.apps.batch.outcomes import row_fields
 
-    show_raw(to_json(row))
+    show_raw(msgspec.json.encode(row_fields(row)).decode())
 
 
 def _show_row(row: Row, detailed: bool) -> None:

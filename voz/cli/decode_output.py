@@ -72,6 +72,7 @@ def decode_to_file(
 
     assert options.out
     output, names = options.out, inputs.names
+    header = replace(header, columns=inputs.columns)
     if options.shard:
         header = replace(header, shard=options.shard, inputs=digest_of(names))
         names = shard_of(names, options.shard)
@@ -88,7 +89,9 @@ def decode_to_file(
 
     resume = ResumeOptions(options.resumes, options.retry_failed, options.overwrite, info)
     with _explaining_resume(output):
-        decode_to_output(output, header, names, decode, resume, whole=summary.add)
+        decode_to_output(
+            output, header, names, decode, resume, manifest=inputs.manifest, whole=summary.add
+        )
     summary.report(output, inputs)
     return summary.whole.failed > 0
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from threading import Lock
 from traceback import clear_frames
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from voz.process.setup import set_up
@@ -23,6 +26,7 @@ PR_SET_PDEATHSIG = 1
 """The number of this setting in Linux's `prctl.h`."""
 
 _UNTIL_EXIT = ExitStack()
+_STARTING = Lock()
 
 
 class WorkerDied(Exception):
@@ -89,12 +93,31 @@ def worker_pool(size: int) -> Iterator[WorkerPool]:
         pool.close()
 
 
+class _WorkerProcess(SpawnProcess):
+    """Does not begin with the user's program again, which would start workers of its own."""
+
+    @staticmethod
+    def _Popen(process: BaseProcess) -> Any:  # noqa: N802
+        with _STARTING:
+            program = sys.modules["__main__"]
+            sys.modules["__main__"] = ModuleType("__main__")
+            try:
+                return SpawnProcess._Popen(process)
+            finally:
+                sys.modules["__main__"] = program
+
+
+class _WorkerContext(SpawnContext):
+    """A fork would copy the locks of the progress bar's thread, locked forever."""
+
+    Process = _WorkerProcess
+
+
 def _start_pool(size: int) -> ProcessPool:
     from pebble import ProcessPool
 
-    # A fork would copy the locks of the progress bar's thread, locked forever.
-    spawn = multiprocessing.get_context("spawn")
-    return ProcessPool(size, initializer=begin_worker, initargs=(os.getpid(),), context=spawn)
+    parent = (os.getpid(),)
+    return ProcessPool(size, initializer=begin_worker, initargs=parent, context=_WorkerContext())
 
 
 def _stop_pool(pool: ProcessPool) -> None:

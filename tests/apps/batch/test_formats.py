@@ -5,23 +5,35 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
+import voz
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.formats import OUTPUT_FORMATS, format_of, group_by_file, open_output
+from voz.apps.batch.formats import OUTPUT_FORMATS, group_by_file, open_output, write_output
 from voz.apps.batch.outcomes import ErrorRow, Row, SilentRow, UtteranceRow
 from voz.errors import ConfigError
+from voz.events import to_json
 from voz.settings import Recognition
 
-HEADER = Header("0.1.0", "print", "commands", "models", Recognition(threshold=0.5))
+HEADER = Header(
+    "0.1.0",
+    "print",
+    "commands",
+    "models",
+    Recognition(threshold=0.5),
+    columns=("speaker", "manifest_text"),
+)
 
 texts = st.text(st.characters(exclude_categories=["Cs", "Cc"]), min_size=1, max_size=9)
 seconds = st.floats(0, 1e5).map(lambda value: round(value, 3))
 scores = st.floats(-99, 99).map(lambda value: round(value, 2))
 slots = st.dictionaries(texts, texts | st.integers(-99, 99) | st.floats(0, 9), max_size=2)
+manifest = st.dictionaries(st.sampled_from(["speaker", "manifest_text"]), texts)
 heard = st.builds(
     UtteranceRow,
     texts,
@@ -36,9 +48,13 @@ heard = st.builds(
     st.none() | texts,
     st.none(),
     slots,
+    manifest,
 )
 rows = st.lists(
-    heard | st.builds(SilentRow, texts, seconds) | st.builds(ErrorRow, texts, texts), max_size=20
+    heard
+    | st.builds(SilentRow, texts, seconds, manifest)
+    | st.builds(ErrorRow, texts, texts, manifest),
+    max_size=20,
 )
 
 
@@ -47,10 +63,10 @@ rows = st.lists(
 def test_what_is_written_is_read_back(ending: str, written: list[Row]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         one, other = Path(folder) / f"one{ending}", Path(folder) / f"other{ending}"
-        format_of(str(one)).write(one, HEADER, written)
+        write_output(one, HEADER, written)
         with open_output(str(one)) as (header, read):
             back = list(read)
-        format_of(str(other)).write(other, header, back)
+        write_output(other, header, back)
         assert (header, back) == (HEADER, written)
         assert one.read_bytes() == other.read_bytes()
 
@@ -58,11 +74,41 @@ def test_what_is_written_is_read_back(ending: str, written: list[Row]) -> None:
 def test_parquet_has_the_header_and_types(tmp_path: Path) -> None:
     path = tmp_path / "heard.parquet"
     said = UtteranceRow("a.wav", 1.0, 2.0, "stop", 0.5, True, command="halt", slots={"n": 2})
-    format_of(str(path)).write(path, HEADER, [said, SilentRow("b.wav", 3.0)])
+    write_output(path, HEADER, [said, SilentRow("b.wav", 3.0)])
     table = pq.read_table(path)
     assert table.column("start").to_pylist() == [1.0, None]
     assert table.column("command").to_pylist() == ["halt", None]
-    assert b'"fingerprint":"print"' in table.schema.metadata[b"voz"]
+    first, second = table.column("header").to_pylist()
+    assert '"fingerprint": "print"' in first
+    assert second is None
+
+
+def test_what_version_0_1_wrote_is_still_read(tmp_path: Path) -> None:
+    header = replace(HEADER, columns=())
+    line, heard = to_json(header), '"file":"a.wav","start":1.0,"end":2.0,"text":"","confidence":0.5'
+    jsonl, table, parquet = (tmp_path / f"heard{ending}" for ending in OUTPUT_FORMATS)
+    jsonl.write_text(f'{line}\n{{{heard},"accepted":false}}\n{{"file":"b.wav","seconds":3.0}}\n')
+    cells = "file,start,end,text,confidence,accepted,reason,slots,seconds,error"
+    table.write_text(f"# {line}\n{cells}\na.wav,1.0,2.0,,0.5,false,,,,\nb.wav,,,,,,,,3.0,\n")
+    said = {"file": "a.wav", "start": 1.0, "end": 2.0, "text": "", "confidence": 0.5}
+    rows = [said | {"accepted": False}, {"file": "b.wav", "seconds": 3.0}]
+    written = pa.Table.from_pylist(rows, pa.schema(
+        [("file", pa.string()), ("start", pa.float64()), ("end", pa.float64()),
+         ("text", pa.string()), ("confidence", pa.float64()), ("accepted", pa.bool_()),
+         ("seconds", pa.float64())], metadata={"voz": line}))  # fmt: skip
+    pq.write_table(written, parquet)
+    known = [UtteranceRow("a.wav", 1.0, 2.0, "", 0.5, False), SilentRow("b.wav", 3.0)]
+    for output in (jsonl, table, parquet):
+        with open_output(str(output)) as (read, back):
+            assert (read, list(back)) == (header, known)
+
+
+def test_an_output_without_rows_has_its_header(tmp_path: Path) -> None:
+    for ending in OUTPUT_FORMATS:
+        write_output(tmp_path / f"heard{ending}", HEADER, [])
+        with open_output(str(tmp_path / f"heard{ending}")) as (header, read):
+            assert (header, list(read)) == (HEADER, [])
+        assert len(voz.read_results(tmp_path / f"heard{ending}")) == 0
 
 
 @pytest.mark.parametrize("ending", OUTPUT_FORMATS)

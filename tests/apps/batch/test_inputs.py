@@ -70,3 +70,21 @@ def test_shards_are_all_of_it_and_nothing_twice(count: int, names: int) -> None:
 def test_what_is_no_shard_is_refused(shard: str) -> None:
     with pytest.raises(ConfigError, match="shard"):
         parse_shard(shard)
+
+
+def test_a_manifest_keeps_its_columns(tmp_path: Path) -> None:
+    (tmp_path / "one.tsv").write_text(
+        "file\ttext\tspeaker\tkind\troom\n"
+        "a.wav\tgo\tanne\tcommand\thall\nb.wav\tgo\tbob\tcommand\t\n"
+    )
+    (tmp_path / "two.tsv").write_text(
+        "path\ttext\tspeaker\tkind\tstart\tend\tage\n"
+        "c.wav\tgo\tanne\tcommand\t1\t2\t31\nc.wav\tstop\tanne\tcommand\t3\t4\t31\n"
+    )
+    inputs = find_inputs([str(tmp_path / "one.tsv"), str(tmp_path / "two.tsv")], None, ())
+    own = ("manifest_file", "manifest_text", "speaker", "kind", "room")
+    assert inputs.columns == (*own, "path", "manifest_start", "manifest_end", "age")
+    a, b, c = (inputs.manifest[str(tmp_path / name)] for name in ("a.wav", "b.wav", "c.wav"))
+    assert dict(a) == dict(zip(own, ["a.wav", "go", "anne", "command", "hall"], strict=True))
+    assert "room" not in b
+    assert c == {"path": "c.wav", "speaker": "anne", "kind": "command", "age": "31"}

@@ -34,6 +34,7 @@ class Header(msgspec.Struct, frozen=True, omit_defaults=True):
     shard: str = ""  # as `3/16`; empty for all of the input
     inputs: str = ""  # of a shard, the digest of all names of the input
     drive: str = ""  # with --drive, the digest of the rules
+    columns: tuple[str, ...] = ()  # of manifests, by their names in the output
 
 
 def header_for(language: LanguageFiles, settings: Recognition, profile: Profile | None) -> Header:

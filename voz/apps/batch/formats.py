@@ -1,10 +1,13 @@
-"""Output formats: JSON lines, CSV and Parquet, each with a header."""
+"""Output formats: JSON lines, CSV and Parquet, with the same columns; the first row has the header.
+
+Until version 0.1 the header was a line of its own, or metadata; such outputs are still read.
+"""
 
 from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import groupby, islice
@@ -15,50 +18,33 @@ import msgspec
 
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.locations import local_copy
-from voz.apps.batch.outcomes import Row, parse_row
+from voz.apps.batch.outcomes import COLUMNS, HEADER_COLUMN, Row, parse_row, row_fields
 from voz.apps.batch.remote import shown_name
 from voz.errors import ConfigError
-from voz.events import to_json
 from voz.extras import require
 from voz.files import atomic_write, os_errors_as_config_error
 
-TABLE_COLUMNS = (
-    "file",
-    "start",
-    "end",
-    "text",
-    "confidence",
-    "accepted",
-    "reason",
-    "between",
-    "score",
-    "next_best",
-    "command",
-    "slots",
-    "seconds",
-    "error",
-)
-"""One for each field of all types of rows."""
-
 NUMBER_COLUMNS = ("start", "end", "confidence", "score", "seconds")
-JSON_COLUMNS = ("between", "slots")
-"""Columns whose cells are JSON."""
+JSON_COLUMNS = ("between", "slots", HEADER_COLUMN)
+"""Columns whose cells in tables are JSON."""
 
-CSV_HEADER_PREFIX = "# "
+OLD_CSV_HEADER_PREFIX = "# "
+OLD_PARQUET_METADATA = b"voz"
 
 PARQUET_BATCH_ROWS = 20_000
 """Rows that are written together, and held in memory."""
 
 Rows: TypeAlias = Iterable[Row]
-OpenedOutput: TypeAlias = AbstractContextManager[tuple[Header, Iterator[Row]]]
+Record: TypeAlias = dict[str, Any]
+"""The fields of a row by their columns; None where there is nothing."""
 
 
 @dataclass(frozen=True)
 class OutputFormat:
-    """How an output is written and read."""
+    """How records are written and read; an old header is read as a record of its own."""
 
-    write: Callable[[Path, Header, Rows], None]
-    read: Callable[[Path], OpenedOutput]
+    write: Callable[[Path, tuple[str, ...], Iterator[Record]], None]
+    read: Callable[[Path], AbstractContextManager[Iterator[Record]]]
 
 
 def format_of(output: str) -> OutputFormat:
@@ -75,75 +61,11 @@ def format_of(output: str) -> OutputFormat:
     return OUTPUT_FORMATS[ending]
 
 
-def group_by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
-    """Group successive rows of the same recording."""
-    for file, together in groupby(rows, key=lambda row: row.file):
-        yield file, tuple(together)
-
-
-def _write_json(path: Path, header: Header, rows: Rows) -> None:
-    with os_errors_as_config_error(path), atomic_write(path) as file:
-        file.write(to_json(header) + "\n")
-        file.writelines(to_json(row) + "\n" for row in rows)
-
-
-@contextmanager
-def _read_json(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
-    with path.open(encoding="utf-8") as file:
-        yield _header(file.readline()), (parse_row(json.loads(line)) for line in file)
-
-
-def _write_csv(path: Path, header: Header, rows: Rows) -> None:
-    with os_errors_as_config_error(path), atomic_write(path) as file:
-        file.write(f"{CSV_HEADER_PREFIX}{to_json(header)}\n")
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(TABLE_COLUMNS)
-        writer.writerows(
-            [_cell(flat.get(name)) for name in TABLE_COLUMNS] for flat in map(_flat, rows)
-        )
-
-
-@contextmanager
-def _read_csv(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        header = _header(file.readline().removeprefix(CSV_HEADER_PREFIX))
-        yield header, (_from_cells(cells) for cells in csv.DictReader(file))
-
-
-def _write_parquet(path: Path, header: Header, rows: Rows) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    kinds = {"accepted": pa.bool_(), **dict.fromkeys(NUMBER_COLUMNS, pa.float64())}
-    schema = pa.schema(
-        [(name, kinds.get(name, pa.string())) for name in TABLE_COLUMNS],
-        metadata={"voz": to_json(header)},
-    )
-    flats = map(_flat, rows)
-    with (
-        os_errors_as_config_error(path),
-        atomic_write(path, "wb") as file,
-        pq.ParquetWriter(file, schema, compression="zstd") as writer,
-    ):
-        while some := list(islice(flats, PARQUET_BATCH_ROWS)):
-            writer.write_table(pa.Table.from_pylist(some, schema=schema))
-
-
-@contextmanager
-def _read_parquet(path: Path) -> Iterator[tuple[Header, Iterator[Row]]]:
-    import pyarrow.parquet as pq
-
-    with pq.ParquetFile(path) as file:
-        header = _header((file.schema_arrow.metadata or {}).get(b"voz", b"").decode())
-        batches = file.iter_batches(PARQUET_BATCH_ROWS)
-        yield header, (_from_flat(flat) for batch in batches for flat in batch.to_pylist())
-
-
-OUTPUT_FORMATS = {
-    ".jsonl": OutputFormat(_write_json, _read_json),
-    ".csv": OutputFormat(_write_csv, _read_csv),
-    ".parquet": OutputFormat(_write_parquet, _read_parquet),
-}
+def write_output(path: Path, header: Header, rows: Rows) -> None:
+    """Write an output into a file; raises ConfigError if it cannot be written."""
+    columns = (*COLUMNS, *header.columns, HEADER_COLUMN)
+    with os_errors_as_config_error(path):
+        format_of(str(path)).write(path, columns, _records(columns, header, rows))
 
 
 @contextmanager
@@ -153,49 +75,156 @@ def open_output(output: str) -> Iterator[tuple[Header, Iterator[Row]]]:
     Raises:
         ConfigError: it is not an output, or cannot be read.
     """
+    with open_records(output) as (header, records):
+        yield header, (_row(record, header) for record in records)
+
+
+@contextmanager
+def open_records(output: str) -> Iterator[tuple[Header, Iterator[Record]]]:
+    """Read the header and the rows of an output as they are written, in a `with` block.
+
+    Raises:
+        ConfigError: it is not an output, or cannot be read.
+    """
     try:
-        with local_copy(output) as path, format_of(output).read(path) as read:
-            yield read
+        with local_copy(output) as path, format_of(output).read(path) as records:
+            first = next(records)
+            header = msgspec.convert(first.pop(HEADER_COLUMN), Header)
+            known = [first] if first.get("file") else []
+            yield header, _chained(known, records)
     except ConfigError:  # which is a ValueError too
         raise
     except OSError as error:
         reason = error.strerror or error
         raise ConfigError(f"{shown_name(output)}: cannot be read ({reason})") from error
-    except (ValueError, KeyError, TypeError, msgspec.MsgspecError) as error:
+    except (ValueError, LookupError, TypeError, StopIteration, msgspec.MsgspecError) as error:
+        reason = str(error) or "it is empty"
         raise ConfigError(
-            f"{shown_name(output)}: is not an output of `voz decode --out` ({error}); name another"
+            f"{shown_name(output)}: is not an output of `voz decode --out` ({reason}); name another"
         ) from error
 
 
-def _header(line: str) -> Header:
-    return msgspec.json.decode(line, type=Header)
+def group_by_file(rows: Iterable[Row]) -> Iterator[tuple[str, tuple[Row, ...]]]:
+    """Group successive rows of the same recording."""
+    for file, together in groupby(rows, key=lambda row: row.file):
+        yield file, tuple(together)
 
 
-def _flat(row: Row) -> dict[str, Any]:
-    """A row as a table has it: `JSON_COLUMNS` as JSON."""
-    flat = json.loads(to_json(row))
+def _records(columns: tuple[str, ...], header: Header, rows: Rows) -> Iterator[Record]:
+    """The rows with all columns; without any, one that has the header alone."""
+    empty = dict.fromkeys(columns)
+    first = {HEADER_COLUMN: msgspec.to_builtins(header)}
+    for row in rows:
+        yield empty | row_fields(row) | first
+        first = {}
+    if first:
+        yield empty | first
+
+
+def _row(record: Record, header: Header) -> Row:
+    fields = {name: value for name, value in record.items() if value is not None}
+    fields.pop(HEADER_COLUMN, None)
+    manifest = {name: fields.pop(name) for name in header.columns if name in fields}
+    return parse_row({**fields, "manifest": manifest} if manifest else fields)
+
+
+def _chained(first: list[Record], records: Iterator[Record]) -> Iterator[Record]:
+    yield from first
+    yield from records
+
+
+def _write_json(path: Path, _: tuple[str, ...], records: Iterator[Record]) -> None:
+    with atomic_write(path) as file:
+        file.writelines(f"{msgspec.json.encode(record).decode()}\n" for record in records)
+
+
+@contextmanager
+def _read_json(path: Path) -> Iterator[Iterator[Record]]:
+    with path.open(encoding="utf-8") as file:
+        yield map(_from_json, file)
+
+
+def _from_json(line: str) -> Record:
+    found: Record = json.loads(line)
+    is_row = "file" in found  # else an old header, a line of its own
+    return found if is_row else {HEADER_COLUMN: found}
+
+
+def _write_csv(path: Path, columns: tuple[str, ...], records: Iterator[Record]) -> None:
+    with atomic_write(path) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(map(_cell, _flat(record).values()) for record in records)
+
+
+@contextmanager
+def _read_csv(path: Path) -> Iterator[Iterator[Record]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        start = file.readline()
+        if not (is_old := start.startswith(OLD_CSV_HEADER_PREFIX)):
+            file.seek(0)
+        header = json.loads(start.removeprefix(OLD_CSV_HEADER_PREFIX)) if is_old else None
+        records = (_nested(_from_cells(cells)) for cells in csv.DictReader(file))
+        yield _chained([{HEADER_COLUMN: header}] if is_old else [], records)
+
+
+def _write_parquet(path: Path, columns: tuple[str, ...], records: Iterator[Record]) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    kinds = {"accepted": pa.bool_(), **dict.fromkeys(NUMBER_COLUMNS, pa.float64())}
+    schema = pa.schema([(name, kinds.get(name, pa.string())) for name in columns])
+    flats = map(_flat, records)
+    with (
+        atomic_write(path, "wb") as file,
+        pq.ParquetWriter(file, schema, compression="zstd") as writer,
+    ):
+        while some := list(islice(flats, PARQUET_BATCH_ROWS)):
+            writer.write_table(pa.Table.from_pylist(some, schema=schema))
+
+
+@contextmanager
+def _read_parquet(path: Path) -> Iterator[Iterator[Record]]:
+    import pyarrow.parquet as pq
+
+    with pq.ParquetFile(path) as file:
+        old = (file.schema_arrow.metadata or {}).get(OLD_PARQUET_METADATA)
+        batches = file.iter_batches(PARQUET_BATCH_ROWS)
+        records = (_nested(flat) for batch in batches for flat in batch.to_pylist())
+        yield _chained([{HEADER_COLUMN: json.loads(old)}] if old else [], records)
+
+
+OUTPUT_FORMATS = {
+    ".jsonl": OutputFormat(_write_json, _read_json),
+    ".csv": OutputFormat(_write_csv, _read_csv),
+    ".parquet": OutputFormat(_write_parquet, _read_parquet),
+}
+
+
+def _flat(record: Record) -> Record:
+    """A record as a table has it: `JSON_COLUMNS` as JSON."""
     return {
-        name: json.dumps(value)
-        if name in JSON_COLUMNS
+        name: json.dumps(value, ensure_ascii=False)
+        if name in JSON_COLUMNS and value is not None
         else float(value)
-        if name in NUMBER_COLUMNS
+        if name in NUMBER_COLUMNS and value is not None
         else value
-        for name, value in flat.items()
+        for name, value in record.items()
     }
 
 
-def _from_flat(flat: dict[str, Any]) -> Row:
-    known = {name: value for name, value in flat.items() if value is not None}
-    return parse_row({n: json.loads(v) if n in JSON_COLUMNS else v for n, v in known.items()})
+def _nested(flat: Record) -> Record:
+    """The opposite of `_flat`."""
+    return {n: json.loads(v) if n in JSON_COLUMNS and v else v for n, v in flat.items()}
 
 
 def _cell(value: Any) -> Any:
     return str(value).lower() if isinstance(value, bool) else value
 
 
-def _from_cells(cells: dict[str, str]) -> Row:
-    flat: dict[str, Any] = {name: value for name, value in cells.items() if value}
-    flat |= {name: float(flat[name]) for name in NUMBER_COLUMNS if name in flat}
-    if "accepted" in flat:  # an utterance, whose text may be empty
-        flat |= {"accepted": flat["accepted"] == "true", "text": cells["text"]}
-    return _from_flat(flat)
+def _from_cells(cells: Mapping[str, str]) -> Record:
+    found: Record = {name: value or None for name, value in cells.items()}
+    found |= {name: float(cells[name]) for name in NUMBER_COLUMNS if cells.get(name)}
+    if cells.get("accepted"):  # an utterance, whose text may be empty
+        found |= {"accepted": cells["accepted"] == "true", "text": cells["text"]}
+    return found

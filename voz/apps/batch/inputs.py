@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from voz.apps.batch.remote import is_remote
-from voz.apps.recordings.manifest import Clip, read_manifest
+from voz.apps.batch.outcomes import ManifestFields, column_name
+from voz.apps.batch.remote import is_remote, shown_name
+from voz.apps.recordings.manifest import Clip, parse_records, read_manifest
 from voz.errors import ConfigError
 from voz.extras import require
-from voz.files import shown_path
+from voz.files import read_text, shown_path
 
 AUDIO_FORMATS = "aif aifc aiff au caf flac mp3 oga ogg opus rf64 sph w64 wav"
 AUDIO_ENDINGS = frozenset(f".{name}" for name in AUDIO_FORMATS.split())
@@ -25,6 +26,8 @@ class Inputs:
 
     names: list[str]  # paths and addresses, each once
     clips: list[Clip]  # what is said in those of manifests
+    columns: tuple[str, ...]  # of manifests, by their names in an output
+    manifest: Mapping[str, ManifestFields]  # what they say of recordings, by names in results
 
 
 def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -> Inputs:
@@ -40,16 +43,22 @@ def find_inputs(given: Iterable[str], glob: str | None, listed: Iterable[str]) -
     """
     names: dict[str, None] = {}
     clips: list[Clip] = []
+    columns: dict[str, None] = {}
+    manifest: dict[str, ManifestFields] = {}
     for one in given:
         for each in listed if one == "-" else (one,):
             if each.endswith(MANIFEST_ENDING) and not is_remote(each):
                 clips += (read := read_manifest(Path(each), streams=True))
                 names.update(dict.fromkeys(str(clip.path) for clip in read))
+                for clip, fields in zip(read, _manifest_fields(Path(each)), strict=True):
+                    columns.update(dict.fromkeys(fields))
+                    file = shown_name(str(clip.path))
+                    manifest[file] = _agreed(manifest.get(file), fields)
             elif each:
                 names.update(dict.fromkeys(_found(each, glob)))
     if any(map(is_remote, names)):
         require("remote", "fsspec")
-    return Inputs(list(names), clips)
+    return Inputs(list(names), clips, tuple(columns), manifest)
 
 
 def shard_of(names: list[str], shard: str) -> list[str]:
@@ -85,6 +94,18 @@ def _found(name: str, glob: str | None) -> Iterator[str]:
         what = f"that matches {glob}" if glob else "with the ending of a recording; use --glob"
         raise ConfigError(f"{shown_path(path)}: holds no file {what}")
     yield from map(str, found)
+
+
+def _manifest_fields(path: Path) -> Iterator[dict[str, str]]:
+    """What each line of a manifest says, by the columns of outputs."""
+    for record in parse_records(read_text(path, ConfigError, "name a manifest, a .tsv file")):
+        fields = {name.strip(): value.strip() for name, value in record.items()}
+        yield {column_name(name): value for name, value in fields.items() if name}
+
+
+def _agreed(known: ManifestFields | None, fields: ManifestFields) -> ManifestFields:
+    """What the lines of one recording, as of a stream's stretches, say alike."""
+    return {n: v for n, v in fields.items() if v and (known is None or known.get(n) == v)}
 
 
 def _is_folder(path: Path) -> bool:

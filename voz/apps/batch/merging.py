@@ -9,7 +9,7 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header, difference
-from voz.apps.batch.formats import format_of, group_by_file, open_output
+from voz.apps.batch.formats import format_of, group_by_file, open_output, write_output
 from voz.apps.batch.inputs import parse_shard
 from voz.apps.batch.locations import journal_path, output_file
 from voz.apps.batch.outcomes import Row
@@ -27,7 +27,7 @@ def merge(shards: Sequence[str], output: str) -> int:
     Raises:
         ConfigError: one is missing, there twice, unfinished, or made by other models.
     """
-    write = format_of(output).write
+    format_of(output)  # before the work: raises if there is none
     with ExitStack() as files:
         opened = [(path, *files.enter_context(open_output(_ended(path)))) for path in shards]
         _check_headers([(path, header) for path, header, _ in opened])
@@ -43,7 +43,7 @@ def merge(shards: Sequence[str], output: str) -> int:
 
         whole = replace(opened[0][1], shard="", inputs="")
         with output_file(output) as path:
-            write(path, whole, rows())
+            write_output(path, whole, rows())
         known = [files.enter_context(read_stamps(path)) for path, _, _ in opened]
         stamps = [((each.file, each) for each in of_shard) for of_shard in known if of_shard]
         if len(stamps) == len(opened):
@@ -69,6 +69,8 @@ def _check_headers(headers: Sequence[tuple[str, Header]]) -> None:
         differing = difference(first, header)
         if not differing and header.inputs != first.inputs:
             differing = "another list of recordings"
+        if not differing and header.columns != first.columns:
+            differing = "another manifest"
         if differing:
             raise ConfigError(
                 f"{shown_name(path)}: was made with {differing} than {shown_name(first_path)}"

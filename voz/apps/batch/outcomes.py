@@ -5,13 +5,42 @@ There is a row for each utterance, or one that says that there was none, or why.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TypeAlias
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, TypeAlias
 
 import msgspec
+from msgspec.structs import replace
 
 from voz.apps.batch.stamps import Stamp
-from voz.events import Reason, Utterance
+from voz.events import Reason, Utterance, to_json
+
+COLUMNS = (
+    "file",
+    "start",
+    "end",
+    "text",
+    "confidence",
+    "accepted",
+    "reason",
+    "between",
+    "score",
+    "next_best",
+    "command",
+    "slots",
+    "seconds",
+    "error",
+)
+"""Columns of all outputs: one for each field of all types of rows."""
+
+HEADER_COLUMN = "header"
+"""The last column: in the first row what the output was made by, in the others nothing."""
+
+MANIFEST_PREFIX = "manifest_"
+"""Put before the names of a manifest's columns that are the names of others, as `text`."""
+
+ManifestFields: TypeAlias = Mapping[str, str]
+"""What a manifest says of a recording, by the columns of outputs; without empty fields."""
 
 
 class UtteranceRow(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -29,20 +58,23 @@ class UtteranceRow(msgspec.Struct, frozen=True, omit_defaults=True):
     next_best: str | None = None
     command: str | None = None
     slots: Mapping[str, str | int | float] = {}
+    manifest: ManifestFields = {}
 
 
-class SilentRow(msgspec.Struct, frozen=True):
+class SilentRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """A recording in which nothing was said."""
 
     file: str
     seconds: float  # length of the recording, s
+    manifest: ManifestFields = {}
 
 
-class ErrorRow(msgspec.Struct, frozen=True):
+class ErrorRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """A recording that could not be read, or not to its end."""
 
     file: str
     error: str
+    manifest: ManifestFields = {}
 
 
 Row: TypeAlias = UtteranceRow | SilentRow | ErrorRow
@@ -74,8 +106,31 @@ def make_outcome(file: str, heard: tuple[Row, ...], seconds: float, cpu: float) 
 
 def utterance_row(heard: Utterance, file: str) -> UtteranceRow:
     """The row of an utterance in a recording."""
-    names = UtteranceRow.__struct_fields__[1:]
+    names = UtteranceRow.__struct_fields__[1:-1]
     return UtteranceRow(file, *(getattr(heard, name) for name in names))
+
+
+def utterance_of(row: UtteranceRow) -> Utterance:
+    """The utterance of a row; it is not known any more when it was decided."""
+    fields = {name: getattr(row, name) for name in UtteranceRow.__struct_fields__[1:-1]}
+    return Utterance(t=row.end, source=row.file, **fields)
+
+
+def column_name(name: str) -> str:
+    """The column of an output in which a column of a manifest is."""
+    return f"{MANIFEST_PREFIX}{name}" if name in (*COLUMNS, HEADER_COLUMN) else name
+
+
+def with_manifest(rows: Iterable[Row], manifest: ManifestFields) -> Iterator[Row]:
+    """Put beside each row what a manifest says of its recording."""
+    return (replace(row, manifest=manifest) for row in rows)
+
+
+def row_fields(row: Row) -> dict[str, Any]:
+    """The fields of a row by their columns; those without a value are left out."""
+    fields = json.loads(to_json(row))
+    manifest = fields.pop("manifest", {})
+    return {**fields, **manifest}
 
 
 def row_type(fields: Mapping[str, object]) -> type[Row]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -10,10 +10,10 @@ from typing import TypeAlias
 import msgspec
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.formats import format_of, group_by_file, open_output
+from voz.apps.batch.formats import format_of, group_by_file, open_output, write_output
 from voz.apps.batch.journal import Journal, JournalEntry, check_same_run, open_journal
 from voz.apps.batch.locations import exists, journal_path, object_state, output_file
-from voz.apps.batch.outcomes import Outcome, Row
+from voz.apps.batch.outcomes import ManifestFields, Outcome, Row, with_manifest
 from voz.apps.batch.remote import shown_name
 from voz.apps.batch.scheduler import Finished
 from voz.apps.batch.stamps import RecordingStamp, check_stamps, read_stamps, stamp_of, write_stamps
@@ -43,6 +43,7 @@ def decode_to_output(
     decode: DecodeFunction,
     options: ResumeOptions,
     *,
+    manifest: Mapping[str, ManifestFields],
     whole: Callable[[Outcome], None],
 ) -> None:
     """Decode recordings into an output; until it is whole the old one stays.
@@ -53,12 +54,13 @@ def decode_to_output(
         names: paths and addresses of the recordings.
         decode: decodes some of them.
         options: how to go on from an earlier run.
+        manifest: what manifests say of recordings, by their names in results.
         whole: called with all outcomes in order, as they are written.
 
     Raises:
         ConfigError: it cannot be written, or is of another run.
     """
-    write = format_of(output).write
+    format_of(output)  # before the work: raises if there is none
     before = object_state(output)
     shown = [shown_name(name) for name in names]
     finished = _finished(output, header, options) if options.resume else iter(())
@@ -80,12 +82,12 @@ def decode_to_output(
         def rows() -> Iterator[Row]:
             for outcome in journal.outcomes():
                 whole(outcome)
-                yield from outcome.rows
+                yield from with_manifest(outcome.rows, manifest.get(outcome.rows[0].file, {}))
 
         with _say_that_results_are_kept(), output_file(output) as path:
             if object_state(output) != before:
                 raise ConfigError(f"{shown_name(output)}: was written by another run meanwhile")
-            write(path, header, rows())
+            write_output(path, header, rows())
         write_stamps(output, (stamped for _, stamped in journal.stamps()))
         journal_path(output).unlink()
 
@@ -128,7 +130,8 @@ def _finished(output: str, header: Header, options: ResumeOptions) -> Iterator[J
             )
         for file, together in group_by_file(rows):
             stamp = next(stamps, RecordingStamp(file)).stamp if stamps else stamp_of(file)
-            yield JournalEntry(file, tuple(map(msgspec.to_builtins, together)), stamp=stamp)
+            plain = with_manifest(together, {})  # which may say something else now
+            yield JournalEntry(file, tuple(map(msgspec.to_builtins, plain)), stamp=stamp)
 
 
 def in_input_order(known: Iterator[Finished]) -> Iterator[Outcome]:

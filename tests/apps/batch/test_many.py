@@ -1,0 +1,53 @@
+"""Many recordings in a program of one's own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from recordings import FIXTURES, GO_BACK
+
+import voz
+
+PROGRAM = """
+import sys, voz
+print("begun")
+for recording in voz.decode_many(sys.argv[1:], jobs=2):
+    print(recording.file, *recording.utterances, recording.error, sep="|")
+"""
+
+
+@pytest.mark.slow
+def test_a_program_decodes_on_all_cores_and_is_begun_once(tmp_path: Path) -> None:
+    program, bad = tmp_path / "program.py", tmp_path / "bad.wav"
+    program.write_text(PROGRAM)  # which has no `if __name__ == "__main__"`
+    bad.write_text("no recording")
+    recordings = [*sorted((FIXTURES / "commands").glob("festival_kal__*.flac")), bad]
+    command = [sys.executable, str(program), *map(str, recordings)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    first, *lines, last = done.stdout.splitlines()
+    assert first == "begun"
+    said = [path.stem.removeprefix("festival_kal__").replace("_", " ") for path in recordings[:-1]]
+    assert lines == [f"{p}|{s}|None" for p, s in zip(recordings, said, strict=False)]
+    assert last.startswith(f"{bad}|{bad}: ")
+    assert done.stderr == ""
+
+
+def test_utterances_are_those_of_a_recognizer_with_the_same_list() -> None:
+    commands = ["go back", "go [far] forward"]
+    (decoded,) = voz.decode_many(GO_BACK, commands)
+    (heard,) = decoded.utterances
+    (known,) = voz.load(commands).decode(GO_BACK)
+    assert heard
+    assert (str(heard), heard.confidence, heard.score) == ("go back", known.confidence, known.score)
+    assert (decoded.file, decoded.error) == (str(GO_BACK), None)
+    assert decoded.seconds > 0.5
+
+
+def test_what_is_no_recording_is_said() -> None:
+    with pytest.raises(voz.ConfigError, match="Expected `str`, got `int` - at `recordings`"):
+        list(voz.decode_many([3]))  # type: ignore[list-item]
+    (decoded,) = voz.decode_many("none.wav")
+    assert decoded.error == "none.wav: there is no such file"

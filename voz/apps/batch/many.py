@@ -1,0 +1,101 @@
+"""Decodes many recordings on all cores, in a program of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from voz.apps.batch.batch_decoder import BatchDecoder
+from voz.apps.batch.fingerprint import header_for
+from voz.apps.batch.inputs import find_inputs
+from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow, utterance_of
+from voz.apps.batch.output import in_input_order
+from voz.apps.batch.tasks import WorkerSetup
+from voz.events import Utterance
+from voz.language.generated.language_files import LanguageFiles, find_language
+from voz.loading import write_list
+from voz.recognition.speaker.profiles import load_profile
+from voz.records import check_type
+from voz.settings import Recognition
+
+Recordings = str | PathLike[str] | Iterable[str | PathLike[str]]
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """A recording that was decoded.
+
+    Attributes:
+        file: its path or address.
+        utterances: what is said in it, by time.
+        seconds: how much of it was heard, s.
+        error: why it could not be read to its end; None if it was.
+    """
+
+    file: str
+    utterances: list[Utterance]
+    seconds: float
+    error: str | None = None
+
+
+def decode_many(
+    recordings: Recordings,
+    commands: str | PathLike[str] | Iterable[str] | None = None,
+    settings: Recognition | None = None,
+    profile: str | None = None,
+    *,
+    jobs: int | None = None,
+) -> Iterator[Decoded]:
+    """Decode recordings on all cores, each as if it were alone.
+
+    One that cannot be read, or that a library crashes on, costs no other.
+
+    Args:
+        recordings: files, folders, manifests (.tsv) and addresses, one or several.
+        commands: as for `load`.
+        settings: as for `load`.
+        profile: as for `load`.
+        jobs: processes; None for one on each core, and for one or two short recordings none.
+
+    Yields:
+        The recordings in the order in which they are named, each as soon as it is decoded.
+
+    Raises:
+        CommandsError: the list cannot be used.
+        LanguageError: the language files cannot be used.
+        ConfigError: as for `load`, or a folder or a manifest holds no recording.
+    """
+    given = [recordings] if isinstance(recordings, str | PathLike) else list(recordings)
+    for each in given:
+        check_type((str, PathLike), each, "recordings")
+    inputs = find_inputs([fspath(each) for each in given], None, ())
+    settings = Recognition() if settings is None else settings
+    known = load_profile(profile) if profile else None
+    with _language(commands) as language:
+        header = header_for(language, settings, known)
+        folder = str(language.folder.resolve())
+        setup = WorkerSetup(folder, settings, profile, fingerprint=header.fingerprint)
+        numbers = range(len(inputs.names))
+        with closing(BatchDecoder(setup, jobs).decode(inputs.names, numbers)) as finished:
+            yield from map(_decoded, in_input_order(finished))
+
+
+@contextmanager
+def _language(commands: str | PathLike[str] | Iterable[str] | None) -> Iterator[LanguageFiles]:
+    """The language files of a folder, or those of a list for a `with` block."""
+    if commands is None or isinstance(commands, str | PathLike):
+        yield find_language(None if commands is None else Path(commands))
+        return
+    with TemporaryDirectory(prefix="voz-") as folder:
+        yield write_list(commands, Path(folder))
+
+
+def _decoded(outcome: Outcome) -> Decoded:
+    last = outcome.rows[-1]
+    heard = [utterance_of(row) for row in outcome.rows if isinstance(row, UtteranceRow)]
+    error = last.error if isinstance(last, ErrorRow) else None
+    return Decoded(last.file, heard, outcome.seconds, error)

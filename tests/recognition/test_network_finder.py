@@ -178,28 +178,50 @@ def test_of_a_long_list_what_sounds_like_what_was_found_is_compared(
     assert careful._shortlist.similar_to("") == ["stop"]
 
 
-def test_in_a_long_list_what_the_network_hears_is_searched_around_in_turn(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+COLORS = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
+
+
+def test_a_long_list_is_searched_by_the_network_whatever_pocketsphinx_proposes(
+    said: Segment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
-    words = ["red", "green", "blue", "black", "white", "pink", "gold", "tan"]
     network_finder = finder(
-        built([f"{a} {b} {c}" for a in words for b in words for c in words], tmp_path)
+        built([f"{a} {b} {c}" for a in COLORS for b in COLORS for c in COLORS], tmp_path)
     )
+    monkeypatch.setattr("voz.recognition.network_finder.MAX_REFINEMENTS", 0)
+    for proposed in ("tan tan tan", ""):
+        monkeypatch.setattr(network_finder._decoder, "decode", lambda *_, text=proposed: text)
+        assert understood(network_finder, said).text == "green white black"
+
+
+@pytest.fixture(scope="module")
+def said() -> Segment:
+    """Three colors."""
     sound = with_floor(phrase("festival_slt", "green white black"), np.random.default_rng(0))
     (segment,) = segments([to_samples(sound, SAMPLE_RATE)])
+    return segment
+
+
+def test_in_a_longer_list_what_the_network_hears_is_searched_around_in_turn(
+    said: Segment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All three words of what pocketsphinx proposes are wrong, and no neighbor is right yet."""
+    monkeypatch.setattr("voz.recognition.network_finder.MAX_SEARCHED_WORDS", 0)
+    network_finder = finder(
+        built([f"{a} {b} {c}" for a in COLORS for b in COLORS for c in COLORS], tmp_path)
+    )
     monkeypatch.setattr(network_finder._decoder, "decode", lambda *_: "tan tan tan")
     assert "green white black" not in network_finder._shortlist.similar_to("tan tan tan")
-    assert understood(network_finder, segment).text == "green white black"
+    assert understood(network_finder, said).text == "green white black"
     monkeypatch.setattr("voz.recognition.network_finder.MAX_REFINEMENTS", 0)
-    assert understood(network_finder, segment).text in network_finder._shortlist.similar_to(
+    assert understood(network_finder, said).text in network_finder._shortlist.similar_to(
         "tan tan tan"
     )
 
 
-def test_of_a_long_list_in_which_nothing_was_found_nothing_is_asked(
+def test_of_a_longer_list_in_which_nothing_was_found_nothing_is_asked(
     cut: dict[str, Segment], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("voz.recognition.network_finder.MAX_SEARCHED_WORDS", 0)
     words = [*"abcdefghijklmn"]
     language = built([f"{a} {b}" for a in words for b in words], tmp_path)
     network_finder = finder(language, Recognition(never_missed=()))

@@ -1,15 +1,18 @@
-"""Finds the command in a segment: pocketsphinx proposes, the phoneme network decides."""
+"""Finds the command in a segment: pocketsphinx proposes, the phoneme network decides.
+
+Of a list with more sentences than can be compared, the network searches all of them itself.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from functools import partial
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
+from voz.language.sentences.automaton import Automaton
 from voz.recognition.confidence import probability, trust_in_speech
 from voz.recognition.confidence_model import SCORE, Model
 from voz.recognition.decoder import Decoder, mean_start
@@ -17,6 +20,7 @@ from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.refusal import refusal_by_network, unusable_sound
+from voz.recognition.sentence_search import SentenceSearch
 from voz.recognition.shortlist import Shortlist
 from voz.recognition.slot_rivals import Rival, find_rival, is_too_close
 from voz.recognition.speaker.adaptation import StartVector
@@ -24,7 +28,12 @@ from voz.recognition.speaker.profiles import Profile
 from voz.settings import Recognition
 
 MAX_COMPARED = 160
-"""Most commands that the network compares; of more, those that sound like the proposed one."""
+"""Most commands that the network compares; of more, those that sound like the best one."""
+
+MAX_SEARCHED_WORDS = 2000
+"""Most words between states of an automaton that the network searches: 20 ms for a second of sound.
+With more, the search for the best command begins with what pocketsphinx proposes.
+"""
 
 VOICE_MARGIN = 0.1
 """Voice is looked for this much (s) around a command: a whispered `stop` has little between its
@@ -63,8 +72,16 @@ class NetworkFinder:
         self._never_missed = frozenset(settings.never_missed)
         self._shortlist = Shortlist(language, settings.never_missed, MAX_COMPARED)
         self._network = network
+        self._search = self._sentence_search(language.commands.automaton)
         self._model = model
         self._voice_detector = shared_voice_detector()
+
+    def _sentence_search(self, automaton: Automaton) -> SentenceSearch | None:
+        """Prepare to search a list that is too long to compare; None if it is too large as well."""
+        words = sum(map(len, automaton.arcs))
+        if self._shortlist.is_whole or words > MAX_SEARCHED_WORDS:
+            return None
+        return self._network.sentence_search(automaton)
 
     def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
@@ -72,11 +89,10 @@ class NetworkFinder:
         proposed = self._decoder.decode(sound, learned.moved(mean_start(sound)))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
-        candidates = self._shortlist.similar_to(proposed)
-        if not candidates:
-            return Hypothesis(segment, "", segment.end)
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
-        ranking = self._ranking(sounds, candidates, proposed)
+        ranking = self._ranking(sounds, proposed)
+        if ranking is None:
+            return Hypothesis(segment, "", segment.end)
         match = ranking.matches[ranking.text]
         if match.score == -math.inf:  # more phones than moments
             return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
@@ -104,17 +120,18 @@ class NetworkFinder:
         never_missed = said is not None and said.is_one_of(self._never_missed)
         return None if never_missed else find_rival(ranking, self._commands.parse)
 
-    def _ranking(
-        self, sounds: PhoneLikelihoods, candidates: Collection[str], proposed: str
-    ) -> Ranking:
-        """Score the candidates; of a long list, search again around the best one."""
-        ranking = self._network.rank(sounds, candidates, proposed)
-        center = proposed
-        for _ in range(0 if self._shortlist.is_whole else MAX_REFINEMENTS):
-            if ranking.text == center:
+    def _ranking(self, sounds: PhoneLikelihoods, proposed: str) -> Ranking | None:
+        """Score all commands; of a long list, those that sound like the best. None if none fits."""
+        center = (self._search and self._search.best(*sounds)) or proposed
+        ranking = None
+        for _ in range(1 + MAX_REFINEMENTS):
+            candidates = self._shortlist.similar_to(center)
+            if not candidates:
+                return None
+            ranking = self._network.rank(sounds, candidates, proposed)
+            if self._shortlist.is_whole or ranking.text == center:
                 break
             center = ranking.text
-            ranking = self._network.rank(sounds, self._shortlist.similar_to(center), proposed)
         return ranking
 
     def _voice_probability(self, segment: Segment, begin: float, end: float) -> float:

@@ -15,11 +15,13 @@ import numpy as np
 from voz.audio import SAMPLE_RATE, Samples
 from voz.errors import ConfigError
 from voz.language.generated.language_files import LanguageFiles
+from voz.language.sentences.automaton import Automaton
 from voz.recognition.accents import spellings
 from voz.recognition.ctc import Floats, Lattice, best_matches, lattice
 from voz.recognition.language import Language, load_language
 from voz.recognition.network_file import DEFAULT_NETWORK, UnknownNetworkError
 from voz.recognition.phoneme_network import BLANKS, MOMENT, PhonemeNetwork
+from voz.recognition.sentence_search import SentenceSearch
 
 PHONE_SYMBOLS_FILE = Path(__file__).with_name("ipa.tsv")
 """The symbols of the network for each phone of the dictionary."""
@@ -157,6 +159,10 @@ class PhonemeScorer:
         columns = (found.scores + rewards, found.begins * moment, (found.ends + 1) * moment)
         matches = map(Match._make, zip(*(column.tolist() for column in columns), strict=True))
         return Ranking(dict(zip(commands, matches, strict=True)))
+
+    def sentence_search(self, automaton: Automaton) -> SentenceSearch:
+        """Prepare to search all sentences of an automaton."""
+        return SentenceSearch(automaton, self._pronunciations, self._blank, REWARD_PER_PHONE)
 
     def count_phones(self, text: str) -> int:
         """Count the phones of a sentence by the first pronunciation of each word."""

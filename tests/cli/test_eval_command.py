@@ -277,8 +277,8 @@ def test_the_settings_name_the_network_that_hears(tmp_path: Path) -> None:
         results = tmp_path / f"{number}.jsonl"
         decode = ("decode", GO_BACK, "--config", "voz.toml", "--out", results)
         assert in_process(*decode, cwd=tmp_path).code == 0
-        header, heard = map(json.loads, results.read_text().splitlines())
-        made_by.append(header["models"])
+        (heard,) = map(json.loads, results.read_text().splitlines())
+        made_by.append(heard["header"]["models"])
         accepted.append(heard["accepted"])
     assert accepted == [True, True, False]
     assert made_by[0] == made_by[1] != made_by[2]

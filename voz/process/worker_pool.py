@@ -36,10 +36,11 @@ class WorkerDied(Exception):
 class WorkerPool:
     """A pool of worker processes; those that end are replaced."""
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, loads_program: bool = True) -> None:
         """Prepare a pool; the processes start with the first task."""
         self._size = size
-        self._pool = _start_pool(size)
+        self._context = _context(loads_program)
+        self._pool = _start_pool(size, self._context)
         self._under_way: set[Future[Any]] = set()
         self._lock = Lock()
 
@@ -68,7 +69,7 @@ class WorkerPool:
         """Start new workers: pebble gives up if all its workers end while none has a task."""
         _stop_pool(self._pool)
         lost, self._under_way = self._under_way, set()
-        self._pool = _start_pool(self._size)
+        self._pool = _start_pool(self._size, self._context)
         for future in lost:
             with suppress(InvalidStateError):
                 future.set_exception(WorkerDied("with all the workers"))
@@ -84,17 +85,23 @@ class WorkerPool:
 
 
 @contextmanager
-def worker_pool(size: int) -> Iterator[WorkerPool]:
-    """Make a pool for a `with` block; its workers are killed at the end."""
-    pool = WorkerPool(size)
+def worker_pool(size: int, loads_program: bool = True) -> Iterator[WorkerPool]:
+    """Make a pool for a `with` block; its workers are killed at the end.
+
+    Args:
+        size: how many workers.
+        loads_program: whether workers import the user's program, whose functions they may call;
+            without `if __name__ == "__main__"` it would start workers of its own.
+    """
+    pool = WorkerPool(size, loads_program)
     try:
         yield pool
     finally:
         pool.close()
 
 
-class _WorkerProcess(SpawnProcess):
-    """Does not begin with the user's program again, which would start workers of its own."""
+class _BareProcess(SpawnProcess):
+    """Does not import the user's program."""
 
     @staticmethod
     def _Popen(process: BaseProcess) -> Any:  # noqa: N802
@@ -107,17 +114,20 @@ class _WorkerProcess(SpawnProcess):
                 sys.modules["__main__"] = program
 
 
-class _WorkerContext(SpawnContext):
-    """A fork would copy the locks of the progress bar's thread, locked forever."""
-
-    Process = _WorkerProcess
+class _BareContext(SpawnContext):
+    Process = _BareProcess
 
 
-def _start_pool(size: int) -> ProcessPool:
+def _context(loads_program: bool) -> SpawnContext:
+    # A fork would copy the locks of the progress bar's thread, locked forever.
+    return SpawnContext() if loads_program else _BareContext()
+
+
+def _start_pool(size: int, context: SpawnContext) -> ProcessPool:
     from pebble import ProcessPool
 
     parent = (os.getpid(),)
-    return ProcessPool(size, initializer=begin_worker, initargs=parent, context=_WorkerContext())
+    return ProcessPool(size, initializer=begin_worker, initargs=parent, context=context)
 
 
 def _stop_pool(pool: ProcessPool) -> None:

@@ -69,5 +69,5 @@ class ProcessExecutor:
 @contextmanager
 def process_executor(setup: WorkerSetup, size: int) -> Iterator[ProcessExecutor]:
     """Start workers for the length of a `with` block."""
-    with worker_pool(size) as pool:
+    with worker_pool(size, loads_program=False) as pool:
         yield ProcessExecutor(pool, setup, size)

@@ -42,7 +42,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         accepted: whether it was recognized surely enough; whether it took effect says `obeyed`.
         start: where the speech begins in its source, s.
         end: where the speech ends in its source, s.
-        source: the recording's path, "microphone" or "text".
+        source: a recording's path, "microphone", "browser", "text", "page", "program" (a `POST`
+            without a page), "wyoming", "ros2" or a topic of ROS.
         reason: why it is not accepted, if it is not.
         between: the two commands that it may be, if that is the reason.
         latency: from the end of the last word to `t`, s; None for typed text.

@@ -47,7 +47,13 @@ OtherRecognizer: TypeAlias = Callable[
 
 
 class Page(Protocol):
-    """A page that shows the run and drives the robot."""
+    """A page that shows the run and drives the robot.
+
+    Attributes:
+        unwatched_source: of the commands of programs that do not show whether they are there.
+    """
+
+    unwatched_source: str
 
     @property
     def sound(self) -> SoundSource | None:
@@ -167,7 +173,9 @@ def run_live(
         enter(reload.watching())
         session.add_robots(robots)
         session.receivers += [*speech_receivers(speaker), programs.receive]
-        session.receivers += [page.receive] if page else []
+        if page:
+            session.controller.unwatched_sources.add(page.unwatched_source)
+            session.receivers.append(page.receive)
         if options.service:
             service = options.service(inbox, clock, lambda: bool(page and page.driven))
             session.controller.unwatched_sources.add(service.source)

@@ -58,7 +58,7 @@ def forward() -> np.ndarray:
 def test_a_command_is_answered_by_what_became_of_it(robot: PageRobot) -> None:
     since = robot.since
     answer = robot.command("Go  Forward").json()
-    assert (answer["text"], answer["obeyed"], answer["source"]) == ("go forward", True, "page")
+    assert (answer["text"], answer["obeyed"], answer["source"]) == ("go forward", True, "program")
     robot.robot.wait_for(moves, since)
     refused = robot.command("make coffee").json()
     assert (refused["accepted"], refused["reason"]) == (False, "not_a_command")
@@ -135,7 +135,8 @@ def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> No
         assert not second.drive()
         assert robot.command("go forward", page=second.welcome["secret"]).status_code == 409
         assert robot.command("go forward").status_code == 409
-        assert robot.command("go forward", page=first.welcome["secret"]).json()["obeyed"]
+        answer = robot.command("go forward", page=first.welcome["secret"]).json()
+        assert (answer["obeyed"], answer["source"]) == (True, "page")
         since = robot.since
         second.send("drive", over=True)
         number = second.welcome["page"]

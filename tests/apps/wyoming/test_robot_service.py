@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from calls import in_process
 from live_robot import LiveRobot, live_robot, moves, rests
-from operator_page import opened, page_robot
+from operator_page import PageRobot, opened, page_robot
 from programs import PATIENCE
 from wyoming.asr import Transcript
 from wyoming.client import AsyncClient
@@ -160,16 +160,29 @@ def test_a_transcript_drives_and_is_answered_by_the_reply(
     assert {"side": "right", "angle": 20} in [event.get("slots") for event in given]
 
 
+@pytest.fixture(scope="module")
+def served(no_sound_card: dict[str, str]) -> Iterator[tuple[PageRobot, Assistant]]:
+    """A robot with a page, and the assistant that drives it, too."""
+    assistant = Assistant(free_address())
+    with page_robot(no_sound_card, "--listening", "--wyoming", assistant) as robot:
+        yield robot, assistant
+
+
 @pytest.mark.realtime
-def test_a_motion_that_nobody_watches_ends(run: tuple[LiveRobot, Assistant]) -> None:
+def test_a_motion_that_nobody_watches_ends(
+    run: tuple[LiveRobot, Assistant], served: tuple[PageRobot, Assistant]
+) -> None:
     robot, assistant = run
-    since = len(robot.arrived)
+    posted, _ = served
     assistant.handled("start speech")
+    begun = [(each, len(each.arrived)) for each in (robot, posted.robot)]
     assert assistant.handled("go forward") == "go forward"
-    robot.wait_for(moves, since)
-    stopped = robot.wait_for(lambda event: event.get("stops") is True, since).event
-    assert stopped["text"] == "moved for 5 s with nobody there: the robot stops"
-    robot.wait_for(rests, len(robot.arrived))
+    posted.drives("go forward")  # at the same time, for both need five seconds
+    for each, since in begun:
+        each.wait_for(moves, since)
+        stopped = each.wait_for(lambda event: event.get("stops") is True, since)
+        assert stopped.event["text"] == "moved for 5 s with nobody there: the robot stops"
+        each.wait_for(rests, each.arrived.index(stopped))
 
 
 def test_a_flood_of_commands_is_refused_and_a_stop_is_not(
@@ -197,17 +210,14 @@ def test_garbage_ends_its_connection_and_nothing_else(
 
 
 def test_while_somebody_drives_from_the_page_an_assistant_can_only_stop(
-    no_sound_card: dict[str, str],
+    served: tuple[PageRobot, Assistant],
 ) -> None:
-    assistant = Assistant(free_address())
-    with page_robot(no_sound_card, "--listening", "--wyoming", assistant) as robot:
-        assert assistant.handled("go forward") == "go forward"
-        with opened(robot) as page:
-            page.start_driving()
-            assert (
-                assistant.refused("go back") == "somebody drives the robot from the operator page"
-            )
-            assert assistant.handled("stop") == "stop"
+    robot, assistant = served
+    assert assistant.handled("go forward") == "go forward"
+    with opened(robot) as page:
+        page.start_driving()
+        assert assistant.refused("go back") == "somebody drives the robot from the operator page"
+        assert assistant.handled("stop") == "stop"
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,11 @@ from voz.run.sources import MAX_COMMAND_LENGTH, text_utterance
 Answer = TypeVar("Answer")
 
 PAGE_SOURCE = "page"
-"""The source of a command that was given on a page, or by a program that uses its API."""
+"""The source of a command of the page that drives, or of a program that is watched like one."""
+
+PROGRAM_SOURCE = "program"
+"""The source of a command that was posted while no page drives: nobody knows whether its sender is
+still there."""
 
 STOPPED_BY_PAGE = "stopped from the operator page"
 
@@ -46,12 +50,12 @@ class CommandBridge:
         self._stops: dict[float, asyncio.Future[float]] = {}
         self._obeyed: list[asyncio.Future[float]] = []  # stops that await zero velocity
 
-    async def command(self, text: str) -> Utterance:
+    async def command(self, text: str, source: str) -> Utterance:
         """Give a command; returns what became of it; raises RobotError without an answer."""
         text = normalize(text[:MAX_COMMAND_LENGTH])
         t = self._unique_time()
         self._commands[t] = asyncio.get_running_loop().create_future()
-        self._inbox.put(text_utterance(text, self._known(), t, PAGE_SOURCE))
+        self._inbox.put(text_utterance(text, self._known(), t, source))
         return await _answer(self._commands, t)
 
     async def stop(self) -> float:
@@ -68,7 +72,7 @@ class CommandBridge:
 
     def receive(self, event: Event) -> None:
         """Take an event of the run, which may answer a command."""
-        if isinstance(event, Utterance) and event.source == PAGE_SOURCE:
+        if isinstance(event, Utterance) and event.source in (PAGE_SOURCE, PROGRAM_SOURCE):
             if event.t in self._commands and not (command := self._commands[event.t]).done():
                 command.set_result(event)
             elif event.t in self._stops:

@@ -11,7 +11,7 @@ import msgspec
 
 from voz.apps.recordings.recorder import Recorder
 from voz.apps.web.browser_microphone import BROWSER_SOURCE, BrowserMicrophone
-from voz.apps.web.command_bridge import CommandBridge
+from voz.apps.web.command_bridge import PROGRAM_SOURCE, CommandBridge
 from voz.apps.web.command_buttons import button_sentences, command_buttons
 from voz.apps.web.control_api import ControlApi, application
 from voz.apps.web.driver_lock import DriverLock
@@ -40,7 +40,13 @@ NO_DRIVER = "no page drives any more"
 
 
 class LivePage:
-    """Serves the operator page of a live run."""
+    """Serves the operator page of a live run.
+
+    Attributes:
+        unwatched_source: of commands that are posted without a page.
+    """
+
+    unwatched_source = PROGRAM_SOURCE
 
     def __init__(
         self,

@@ -18,6 +18,7 @@ from voz.apps.web.browser_microphone import BrowserMicrophone
 from voz.apps.web.command_bridge import (
     COMMAND_TIMEOUT,
     PAGE_SOURCE,
+    PROGRAM_SOURCE,
     STOPPED_BY_PAGE,
     CommandBridge,
 )
@@ -232,6 +233,7 @@ class PageRegistry:
         Args:
             text: the sentence.
             secret: of the page that sends it; None from a program, allowed while no page drives.
+                What such a program begins, which nobody watches, has an end.
             stops: how often the page had asked for a stop before; None if it does not say.
 
         Returns:
@@ -253,7 +255,7 @@ class PageRegistry:
             raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, "too many commands")
         if page and stops is not None and stops < page.stops:
             raise HTTPException(HTTPStatus.CONFLICT, "a stop came after it: give it again")
-        return await self._bridge.command(text)
+        return await self._bridge.command(text, PAGE_SOURCE if page else PROGRAM_SOURCE)
 
     async def _wait_until_noticed(self) -> None:
         """Wait until the control loop knows that a page drives again, for it stops the robot then.

@@ -50,7 +50,7 @@ export function recording(note) {
   return note || "Nothing is recorded any more.";
 }
 
-export const isSpoken = (event) => !["page", "text", "bag"].includes(event.source);
+export const isSpoken = (event) => !["page", "program", "wyoming", "text", "bag"].includes(event.source);
 
 const IGNORED = {
   robot_speaking: "the robot was speaking: say it again",

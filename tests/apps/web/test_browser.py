@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Literal
 
 import pytest
@@ -13,13 +14,27 @@ from live_robot import moves, rests, warns
 from operator_page import PageRobot, page_robot
 from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 from programs import wait_until
+from recordings import ROOT
+
+from voz.language.build import build
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def one_run(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
-    with page_robot(no_sound_card, "--listening") as robot:
+def own_list(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The list that comes with voz but for its last command, where more can be added."""
+    folder = tmp_path_factory.mktemp("robot")
+    listed = (ROOT / "lm" / "comandos_voz.txt").read_text()
+    (folder / "commands.txt").write_text(listed.removesuffix("fold arm\n"))
+    build(folder / "commands.txt", folder / "lm")
+    return folder / "commands.txt"
+
+
+@pytest.fixture(scope="module")
+def one_run(no_sound_card: dict[str, str], own_list: Path) -> Iterator[PageRobot]:
+    lm = str(own_list.parent / "lm")
+    with page_robot(no_sound_card, "--listening", "--lm", lm) as robot:
         yield robot
 
 
@@ -404,6 +419,19 @@ def test_in_a_rehearsal_nothing_moves(robot: PageRobot, context: BrowserContext)
     assert all(rests(event) for event in robot.robot.of("cmd_vel", since))
     tap(page, "go forward")
     robot.robot.wait_for(moves, since)
+
+
+def test_a_list_that_is_saved_changes_the_buttons_of_an_open_page(
+    robot: PageRobot, context: BrowserContext, own_list: Path
+) -> None:
+    page = opened(context, robot.link)
+    drive(page)
+    expect(page.locator("#commands").get_by_role("button", name="point beer")).to_be_enabled()
+    assert page.get_by_role("button", name="fold arm").count() == 0
+    own_list.write_text(own_list.read_text() + "fold arm\n")
+    tap(page, "fold arm")
+    robot.robot.wait_for(lambda event: event.get("text") == "fold arm" and event["obeyed"])
+    assert page.complaints == []  # type: ignore[attr-defined]
 
 
 def test_a_tick_on_its_way_to_the_robot_stays(robot: PageRobot, context: BrowserContext) -> None:

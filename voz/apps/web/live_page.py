@@ -32,6 +32,7 @@ from voz.hearing.microphone_thread import Hearing, SoundSource
 from voz.inbox import Halt, Inbox, Rehearsal
 from voz.language.sentences.command_set import Commands
 from voz.run.clocks import Clock
+from voz.run.controller import Controller
 from voz.run.live import RunParts
 from voz.run.session import SpeechInput, warner
 
@@ -124,14 +125,12 @@ class LivePage:
         marks = RecordingMarks(recorder, self._commands)
         false_alarms = FalseAlarmSetting(parts.recognizer, parts.settings.recognition, self._warn)
         state = partial(self._state, parts, hearing, marks, false_alarms)
+        given = _CurrentCommands(self._commands, parts.controller)
 
         def snapshot() -> Record:
             """All that a page that is opened now has to know."""
             return {
-                "commands": button_sentences(self._commands()),
-                "buttons": msgspec.to_builtins(
-                    command_buttons(self._commands(), parts.controller.table)
-                ),
+                **given.record(),
                 "room": self._picture.room() or None,
                 "recordings": marks.known,
                 "tuning": false_alarms.choices(),
@@ -148,8 +147,12 @@ class LivePage:
         ]
         start_tasks = partial(
             start_background_tasks,
-            registry, self._events, state, marks.take_new, self._address.renew_certificate,
-        )  # fmt: skip
+            registry,
+            self._events,
+            state,
+            lambda: [*marks.take_new(), *given.take_new()],
+            self._address.renew_certificate,
+        )
         app = application(routes, self._address.authority)
         with self._address.serving(app, start_tasks, self._warn):
             yield hearing
@@ -182,6 +185,31 @@ class LivePage:
             "background": round(parts.hearing.background, 1),
             **self._picture.state(),
         }
+
+
+class _CurrentCommands:
+    """What may be given on a page, which may change during a run. Event-loop thread only."""
+
+    def __init__(self, commands: Callable[[], Commands], controller: Controller) -> None:
+        self._commands = commands
+        self._controller = controller
+        self._sent = (commands(), controller.table)
+
+    def record(self) -> Record:
+        """The sentences that have a button, and the buttons."""
+        commands, table = self._commands(), self._controller.table
+        return {
+            "commands": button_sentences(commands),
+            "buttons": msgspec.to_builtins(command_buttons(commands, table)),
+        }
+
+    def take_new(self) -> list[Record]:
+        """Return what pages are to be sent, if the commands were renewed since the last call."""
+        now = (self._commands(), self._controller.table)
+        if all(one is other for one, other in zip(now, self._sent, strict=True)):
+            return []
+        self._sent = now
+        return [{"type": "commands", **self.record()}]
 
 
 class _WatchedHearing:

@@ -52,6 +52,7 @@ function receive(record) {
   else if (record.type === "state") show(record);
   else if (record.type === "drive") driveAnswered(record);
   else if (record.type === "recording") marks.add(record);
+  else if (record.type === "commands") renewCommands(record);
   else if (record.type === "cmd_vel") stopButton.sent(record);
   else if (["utterance", "reply", "warning"].includes(record.type)) {
     log.add(record);
@@ -72,14 +73,26 @@ function welcome(record) {
   bar.alarm("entry", "");
   bar.alarm("command", "");
   room = new Room(byId("room"), record.room);
-  marks.fill(record.recordings, record.commands);
+  fillCommands(record);
+  marks.fill(record.recordings);
   falseAlarms.fill(record.tuning);
   log.fill(record.events);
   heard.fill(record.events);
-  commands.fill(record.buttons);
   mainButton.browserListens = record.microphone === "browser";
   show(record.now);
   if (wantsToDrive) connection.send("drive");
+}
+
+function fillCommands(record) {
+  commands.fill(record.buttons);
+  marks.commands = record.commands;
+}
+
+// The list or the table was saved during the run.
+function renewCommands(record) {
+  welcomed = { ...welcomed, commands: record.commands, buttons: record.buttons };
+  fillCommands(record);
+  commands.enable(isDriving());
 }
 
 function show(now) {

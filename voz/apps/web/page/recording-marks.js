@@ -25,13 +25,13 @@ export class RecordingMarks {
     this.post = post;
     this.player = player;
     this.showError = showError;
+    this.commands = []; // that may have been said
     this.recordings = new Map(); // by where their utterances begin
     this.shown = new Map(); // the tools of utterances, by the same
     this.enabled = false;
   }
 
-  fill(recordings, commands) {
-    this.commands = commands;
+  fill(recordings) {
     this.recordings.clear();
     this.shown.clear();
     for (const record of recordings) this.add(record);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from browser_page import drive, ear, opened
 from operator_page import page_robot
@@ -13,6 +15,9 @@ pytestmark = pytest.mark.slow
 CONTROLS = "a[href], button, input, select, summary"
 
 MAX_TABS = 100
+
+AT_A_WALL = "[simulator]\nstart = [2.42, 0.6, 0.0]\n"
+"""A room in which the robot is 1 cm before a wall."""
 
 
 def controls(page: Page) -> list[ElementHandle]:
@@ -34,9 +39,11 @@ def reached_by_tab(page: Page) -> int:
 
 
 def test_tab_reaches_every_control_enter_works_each_and_space_stops_on_each(
-    no_sound_card: dict[str, str], context: BrowserContext
+    no_sound_card: dict[str, str], context: BrowserContext, tmp_path: Path
 ) -> None:
-    with page_robot(no_sound_card, "--listening") as robot:
+    settings = tmp_path / "voz.toml"
+    settings.write_text(AT_A_WALL)
+    with page_robot(no_sound_card, "--listening", "--config", str(settings)) as robot:
         page = opened(context, robot.link)
         page.keyboard.press("Tab")  # More
         page.keyboard.press("Tab")
@@ -67,6 +74,8 @@ def test_tab_reaches_every_control_enter_works_each_and_space_stops_on_each(
         page.get_by_role("button", name="go forward").focus()
         page.keyboard.press("Enter")
         expect(page.locator("#motion")).to_have_text("FORWARD 0.10 m/s")
+        hit = page.get_by_role("alert").filter(has_text="It hit something. Drive away from it.")
+        expect(hit).to_be_visible()
         for tick in ticks.all():
             tick.focus()
             page.keyboard.press("Enter")

@@ -1,12 +1,14 @@
-"""Draw the operator page: five screens, on a laptop and a phone, light and dark.
+"""Draw the operator page, five screens on a laptop and a phone, light and dark, and a card.
 
 Run `python tools/draw_page.py`. All twenty pictures go to build/page, those of the documents to
-docs/page-*.png. It needs what the tests need: Debian's chromium, and playwright.
+docs/page-*.png, the card of the commands that come with voz to docs/card.png. It needs what the
+tests need: Debian's chromium, and playwright.
 """
 
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -29,6 +31,9 @@ SCHEMES = ("light", "dark")
 SCREENS = ("first", "driving", "asleep", "lost", "taken-over")
 COLORS = 128
 """Of a picture in the documents: what is drawn flat needs no more."""
+
+A4_WIDTH = 794
+"""px, at 96 to the inch."""
 
 GAP = 16
 """Between the screens of a sheet, px."""
@@ -86,6 +91,17 @@ def draw(browser: Browser, robot: PageRobot, size: str, scheme: str) -> None:
         keep(page, "lost", size, scheme)
 
 
+def draw_card(browser: Browser) -> None:
+    """Draw the card of the commands that come with voz."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "voz", "commands", "--card", "--lm", str(ROOT / "lm")]
+        subprocess.run(command, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True)
+        page = browser.new_page(viewport={"width": A4_WIDTH, "height": 600})
+        page.goto(f"file://{folder}/commands.html")
+        page.screenshot(path=ALL / "card.png", full_page=True)
+    keep_in_documents(Image.open(ALL / "card.png"), "card")
+
+
 def sheet(scheme: str) -> Image.Image:
     """Return the five screens of a phone, side by side."""
     pictures = [Image.open(ALL / f"{screen}-phone-{scheme}.png") for screen in SCREENS]
@@ -119,6 +135,7 @@ def main() -> None:
                     draw(browser, robot, size, scheme)
                 driving = Image.open(ALL / f"driving-{size}-{scheme}.png")
                 keep_in_documents(driving, f"page-{size}-{scheme}")
+        draw_card(browser)
         browser.close()
     for scheme in SCHEMES:
         keep_in_documents(sheet(scheme), f"page-screens-{scheme}")

@@ -14,6 +14,7 @@ import typer
 from voz import __version__
 from voz.cli.build_lm_command import build_lm
 from voz.cli.calibrate_command import calibrate
+from voz.cli.commands_command import commands
 from voz.cli.decode_command import decode
 from voz.cli.devices_command import devices
 from voz.cli.doctor_command import doctor
@@ -67,6 +68,7 @@ def _before_all(
 # The help shows them in this order.
 app.command("new")(new)
 app.command("build-lm")(build_lm)
+app.command("commands")(commands)
 app.command("parse")(parse)
 app.add_typer(languages, name="language")
 app.command("decode")(decode)

@@ -54,13 +54,13 @@ def command_buttons(commands: Commands, table: CommandTable) -> list[CommandButt
         name = parse.command if parse else text
         if name in table.stops:
             continue
-        steps = _steps(table, name)
-        place = "wake" if name in table.starts else _place(steps)
+        steps = find_steps(table, name)
+        place = "wake" if name in table.starts else command_place(steps)
         if place in taken:
             place = None
         if place:
             taken.add(place)
-        buttons.append(CommandButton(text, _group(steps), place))
+        buttons.append(CommandButton(text, command_group(steps), place))
     return buttons
 
 
@@ -72,13 +72,14 @@ def button_sentences(commands: Commands) -> list[str]:
     return [sentence for sentences in shortest for sentence in sentences[:1]]
 
 
-def _steps(table: CommandTable, name: str) -> Steps:
-    """What a command does, in whichever state it works."""
+def find_steps(table: CommandTable, name: str) -> Steps:
+    """The steps of a command, in whichever state it works."""
     found = (table.steps(name, state) for state in table.sets)
     return next((steps for steps in found if steps), ())
 
 
-def _group(steps: Steps) -> str:
+def command_group(steps: Steps) -> str:
+    """What a command does, in a word or two."""
     for step in steps:
         if step.publish is not None and step.topic is not None:
             topic = step.topic.strip("/~").replace("/", " ").replace("_", " ")
@@ -88,8 +89,8 @@ def _group(steps: Steps) -> str:
     return OTHERS
 
 
-def _place(steps: Steps) -> str | None:
-    """A place on the pad for what moves without an end; everything else is beside it."""
+def command_place(steps: Steps) -> str | None:
+    """A place on the direction pad for what moves without an end; everything else is beside it."""
     if len(steps) != 1 or steps[0].bounded or steps[0].confirm:
         return None
     return _direction(steps[0])

@@ -1,0 +1,1 @@
+"""What may be said, and what each command does, as a page to print."""

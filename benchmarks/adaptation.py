@@ -29,7 +29,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles, find_language
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, learned_by
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.calibration import MIN_SENTENCES, Said, Score, calibrate, score
 from voz.recognition.speaker.profiles import Profile
@@ -54,7 +54,7 @@ def learn(
 ) -> tuple[list[Score], StartVector]:
     """Score while learning more; gives what is known then, too."""
     recognizer = Recognizer(language, Recognition(), Profile(learnt), learning=True)
-    return [score([said(clip)], recognizer) for clip in clips], recognizer.learnt
+    return [score([said(clip)], recognizer) for clip in clips], learned_by(recognizer)
 
 
 @cache

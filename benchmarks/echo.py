@@ -26,7 +26,7 @@ from voz.config import default_commands
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
 from voz.language.generated.language_files import find_language
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, open_stream
 from voz.settings import Recognition
 from voz.speech.speech_cache import cached_speech
 
@@ -91,7 +91,7 @@ def heard(recognizer: Recognizer, sound: Floats, played: Played | None) -> list[
     samples = np.clip(np.rint(sound), -32768, 32767).astype(np.int16)
     texts = []
     duplex = HalfDuplex(recognizer, played, ("stop",)) if played else None
-    stream = recognizer.stream("")
+    stream = open_stream(recognizer, "")
     for at in range(0, len(samples) - BLOCK, BLOCK):
         block = samples[at : at + BLOCK]
         if duplex and played:

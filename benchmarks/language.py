@@ -28,7 +28,7 @@ from voz.language.build import build
 from voz.language.command_source import read_list
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.other_languages import add_language, find_sources, read_language
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, confidence_model
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
@@ -158,7 +158,7 @@ def main(
     with tempfile.TemporaryDirectory(prefix="voz-") as work:
         files = built(folder.resolve(), Path(work))
         recognizer = Recognizer(files, settings)
-        least = thresholds_of(recognizer.model, settings)
+        least = thresholds_of(confidence_model(recognizer), settings)
         voices = VOICES[:most]
         print(
             f"{machine()}; {len(voices)} of {len(VOICES)} voices; accepted from {least.usual:.2f}"

@@ -30,7 +30,7 @@ from voz.audio.capture.sound_files import read_blocks, to_int16
 from voz.events import Event, Utterance
 from voz.language.generated.language_files import find_language
 from voz.language.sentences.command_set import plain_commands
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, open_stream
 from voz.recognition.stream import Stream
 from voz.robot.simulator import SimulatedRobot
 from voz.run.controller import Controller
@@ -150,7 +150,7 @@ def main() -> None:
     for clip in chosen(read_manifests(asked.manifests), asked.most):
         room = said(clip.path, asked.after, rng)
         motors = tiled(noise, len(room.speech), rng)
-        heard = drive(recognizer.stream("microphone"), room.speech, motors)
+        heard = drive(open_stream(recognizer, "microphone"), room.speech, motors)
         name = "`stop`" if clip.text == "stop" else "other commands"
         found[f"{name} in time"].append((clip.speaker, in_time(clip.text, heard, room.end)))
         too_soon = heard.halted is not None and heard.halted < room.end - 1

@@ -30,7 +30,7 @@ from pulseaudio import sound_server
 from voz.audio.playback.playing_sound import AUDIBLE_AMPLITUDE, PLAYBACK_RATE
 from voz.config import default_commands
 from voz.speech.reply_speaker import ReplySpeaker
-from voz.speech.sound_client import SoundClient
+from voz.speech.sound_client import SoundClient, mixer_of
 
 RECORD = "parecord --device=speaker.monitor --rate=16000 --channels=1 --format=s16le --raw"
 STARTS, REPLIES_SAID, STOPS = 5, 41, 40
@@ -91,12 +91,12 @@ def stopping(rounds: int) -> None:
     client = SoundClient()
     tone = 0.5 * np.sin(2 * np.pi * 440 * np.arange(PLAYBACK_RATE) / PLAYBACK_RATE)
     for number in range(rounds):
-        source = client.mixer.play(tone.astype(np.float32), repeats=True)
+        source = mixer_of(client).play(tone.astype(np.float32), repeats=True)
         time.sleep(1 + 0.0137 * number)
         asked = time.monotonic()
-        client.mixer.stop(source)
-        client.mixer.wait(source)
-        print(json.dumps([asked, client.mixer.busy_until()]), flush=True)
+        mixer_of(client).stop(source)
+        mixer_of(client).wait(source)
+        print(json.dumps([asked, mixer_of(client).busy_until()]), flush=True)
         time.sleep(0.5)
     client.close()
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from recordings import ROOT
 
-LATE = {("robot", "ros1"), ("robot", "ros2")}
-"""`voz/robot/kinds.py` makes what is above it, by a name that the user gave."""
+LATE = {("events", "notebook"), ("robot", "ros1"), ("robot", "ros2")}
+"""What is above is used where a notebook shows an utterance, and for a robot that was named."""
 
 MODULES = {
     path.relative_to(ROOT).with_suffix("").parts: ast.parse(path.read_text("utf-8"))

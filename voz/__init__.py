@@ -143,4 +143,4 @@ if not TYPE_CHECKING:  # for which every name would be there
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *_WHERE]
+    return sorted(__all__)

@@ -16,6 +16,7 @@ from voz.control.steps import CommandDefinition, Step
 from voz.control.table import DEFAULT_STATE, CommandTable, Places, command_table
 from voz.errors import ConfigError
 from voz.files import MAX_SETTINGS_BYTES, read_text
+from voz.public_names import PublicNames
 from voz.settings import (
     Recognition,
     Recording,
@@ -35,12 +36,20 @@ else:
     import tomli as tomllib
 
 
-class Config(Section, frozen=True, kw_only=True, dict=True):
+class Config(PublicNames, Section, frozen=True, kw_only=True, dict=True):
     """All settings.
 
     Attributes:
         lm: folder of the language files; None looks for `lm/` here, then in the package.
         robot: who receives the motion, by the names in `voz.robot.kinds`.
+        language: what is spoken.
+        recognition: how commands are recognized.
+        safety: the safety rules.
+        speech: what the robot says.
+        recording: what is kept of what is heard.
+        simulator: the simulated robot and its room.
+        ros1: the robot of ROS 1.
+        ros2: the robot of ROS 2.
         own: settings of the user's own robots, by their modules: the arguments of their classes.
         commands: what each command does, beside or in place of what voz's own commands do.
         states: other sets of commands, by the name that the step `state` switches to.
@@ -68,7 +77,7 @@ class Config(Section, frozen=True, kw_only=True, dict=True):
     @property
     def places(self) -> Places:
         """File and line of each command that the file defines."""
-        places: Places = self.__dict__.get("places_in_file", {})
+        places: Places = self.__dict__.get("_places_in_file", {})
         return places
 
 
@@ -125,7 +134,7 @@ def _read(path: Path) -> Config:
         raise ConfigError(f"{path}: {error}", _advice(error)) from error
     except (ValueError, OverflowError):  # a number of more than 4300 digits
         raise ConfigError(f"{path}: has a number that is too long", "shorten it") from None
-    config.__dict__["places_in_file"] = places
+    config.__dict__["_places_in_file"] = places
     return config
 
 

@@ -18,6 +18,7 @@ from voz.errors import ConfigError
 from voz.events import Partial, Receiver, Utterance, shift_time
 from voz.hearing.microphone_thread import Hearing, sound_card
 from voz.inbox import End, Inbox
+from voz.public_names import PublicNames
 from voz.recognition.live_utterances import MicrophoneUtterances
 from voz.records import check_type
 from voz.robot.base import Robot
@@ -34,7 +35,7 @@ ROBOT = "robot"
 """Name of the robot in messages."""
 
 
-class RobotController(Controller):
+class RobotController(PublicNames):
     """Obeys commands and sends velocities to a robot.
 
         with voz.Controller(robot, safety=voz.Safety(max_linear=0.2)) as controller:
@@ -75,17 +76,17 @@ class RobotController(Controller):
         self._now = 0.0  # the time of the run that was reached, s
         receivers = [] if isinstance(robot, Robot) else robot
         table = table or _table(commands)
-        super().__init__(receivers, safety or Safety(), listening, table, odometry)
+        self._controller = Controller(receivers, safety or Safety(), listening, table, odometry)
 
     def __enter__(self) -> RobotController:
         """Open the robot; raises RobotError if it cannot be reached."""
         if self._robot:
             boxes = self._opened.enter_context(open_mailboxes({ROBOT: self._robot}, _log.error))
             receive = boxes[ROBOT].receive
-            self.receivers.append(receive)
-            self._opened.callback(self.receivers.remove, receive)
+            self._controller.receivers.append(receive)
+            self._opened.callback(self._controller.receivers.remove, receive)
             self._lost = boxes[ROBOT].lost
-            self.odometry = odometry_of({ROBOT: self._robot})
+            self._controller.odometry = odometry_of({ROBOT: self._robot})
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -94,10 +95,58 @@ class RobotController(Controller):
         self.zero(self._now)
         self._opened.close()
 
+    @property
+    def velocities(self) -> tuple[float, float]:
+        """The velocities that are sent now, m/s and rad/s."""
+        return self._controller.velocities
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot is asked to move."""
+        return self._controller.moving
+
+    @property
+    def listening(self) -> bool:
+        """Whether commands are obeyed."""
+        return self._controller.listening
+
+    def hear(self, event: Utterance | Partial, late: bool = False) -> None:
+        """Obey an utterance if it is accepted; halt at what may be a command that stops.
+
+        Args:
+            event: what was heard.
+            late: whether it is out of date; then it can move nothing.
+        """
+        self._controller.hear(event, late)
+
     def send(self, now: float) -> None:
-        """Let time pass until `now`, s of the run, and send the velocities once."""
-        super().send(now)
+        """Let time pass until `now`, s of the run, and send the velocities once.
+
+        Raises:
+            ConfigError: the time is no number.
+        """
+        self._controller.send(now)
         self._now = now
+
+    def halt(self) -> None:
+        """Ask the robot to stand still from now on."""
+        self._controller.halt()
+
+    def stop(self, now: float, why: str) -> None:
+        """End the motion until a new command.
+
+        Args:
+            now: the time of the run, s.
+            why: for people; receivers get it as a `Notice`.
+
+        Raises:
+            ConfigError: the time is no number; the motion is ended all the same.
+        """
+        self._controller.stop(now, why)
+
+    def zero(self, now: float) -> None:
+        """Send zero velocity once, at a time of the run, s."""
+        self._controller.zero(now)
 
     def run(self, heard: MicrophoneUtterances | Iterable[Utterance | Partial]) -> None:
         """Drive in real time, 10 times a second, until what is heard ends; then stop the robot.
@@ -113,11 +162,11 @@ class RobotController(Controller):
             AudioError: there is no such microphone.
             ConfigError: the list of commands can move the robot and not stop it, or cannot begin.
         """
-        if self._robot and not self.receivers:
+        if self._robot and not self._controller.receivers:
             raise ConfigError("the robot is not open; use `with voz.Controller(...)`")
-        inbox = Inbox(self.table.halts)
+        inbox = Inbox(self._controller.table.halts)
         clock = WallClock(inbox)
-        session = Session(clock, self)
+        session = Session(clock, self._controller)
         if self._robot:
             session.watch({ROBOT: self._lost})
         with ExitStack() as parts:
@@ -125,19 +174,23 @@ class RobotController(Controller):
                 session.watch_input(parts.enter_context(self._hearing(heard, inbox, clock)))
             else:
                 Thread(target=_forward, args=(heard, inbox, clock), daemon=True).start()
-            session.run_in_real_time(inbox)
+            try:
+                session.run_in_real_time(inbox)
+            finally:
+                self._now = clock.now()
 
     def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: WallClock) -> Hearing:
         heard.close()  # it is opened again after each loss
         recognizer = heard.recognizer
-        check_list(recognizer.commands, self.table, "the list")
-        if not self.listening and not begins_listening(recognizer.commands, self.table):
+        table = self._controller.table
+        check_list(recognizer.commands, table, "the list")
+        if not self.listening and not begins_listening(recognizer.commands, table):
             raise ConfigError(
                 "no command begins the listening; add `start speech` to the list, or give "
                 "listening=True"
             )
         source = sound_card(heard.device)
-        return Hearing(recognizer, source, inbox, clock.now, never_missed=self.table.stops)
+        return Hearing(recognizer, source, inbox, clock.now, never_missed=table.stops)
 
 
 def _table(commands: Mapping[str, Any] | None) -> CommandTable | None:

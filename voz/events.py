@@ -101,6 +101,12 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         when = f"{self.start:.2f}-{self.end:.2f} s"
         return f"<Utterance {self.text!r}, {why}, confidence {self.confidence:.2f}, {when}>"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what was said, both opinions, and its sound."""
+        from voz.notebook import utterance_html
+
+        return utterance_html(self)
+
     @property
     def name(self) -> str:
         """The name of the command, also of one that is not accepted."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,7 +11,7 @@ from tempfile import TemporaryDirectory
 from voz.errors import CommandsError
 from voz.language.generated.language_files import LanguageFiles, find_language
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.speaker.profiles import Profile, load_profile
+from voz.recognition.speaker.profiles import load_profile
 from voz.records import check_type
 from voz.settings import Recognition
 
@@ -23,8 +24,9 @@ def load(
     """Load a recognizer for any number of recordings; it takes a third of a second.
 
     Args:
-        commands: a folder that `voz build-lm` made, or a list of English sentences or templates, as
-            the lines of a file; None takes `lm/` if it exists, else the files that come with voz.
+        commands: English sentences or templates: a list of them, or a file with one on each line;
+            or a folder that `voz build-lm` made, in any language. None takes `lm/` if it exists,
+            else the files that come with voz.
         settings: of the recognition; None takes the defaults.
         profile: the name of a profile of `voz calibrate`; None for no speaker.
 
@@ -39,27 +41,41 @@ def load(
     if profile is not None:
         check_type(str, profile, "profile")
         known = load_profile(profile)
+    with open_language(commands) as language:
+        return Recognizer(language, settings, known)
+
+
+@contextmanager
+def open_language(
+    commands: str | PathLike[str] | Iterable[str] | None,
+) -> Iterator[LanguageFiles]:
+    """Find the language files of a folder, or write those of a list for a `with` block."""
+    given: Path | list[str]
     if commands is None or isinstance(commands, str | PathLike):
-        folder = None if commands is None else Path(commands)
-        return Recognizer(find_language(folder), settings, known)
-    return _load_list(commands, settings, known)
-
-
-def _load_list(
-    commands: Iterable[str], settings: Recognition, profile: Profile | None
-) -> Recognizer:
+        path = None if commands is None else Path(commands)
+        if path is None or not path.is_file():
+            yield find_language(path)
+            return
+        given = path
+    else:
+        given = _lines(commands)
     with TemporaryDirectory(prefix="voz-") as folder:  # its files are read once
-        return Recognizer(write_list(commands, Path(folder)), settings, profile)
+        yield _write_files(given, Path(folder))
 
 
-def write_list(commands: Iterable[str], folder: Path) -> LanguageFiles:
-    """Write the language files of a list into a folder; raises CommandsError."""
+def _write_files(commands: Path | list[str], folder: Path) -> LanguageFiles:
     from voz.language.build import write_files
-    from voz.language.command_source import read_lines
+    from voz.language.command_source import read_lines, read_list
 
+    source = read_list(commands) if isinstance(commands, Path) else read_lines(commands)
+    write_files(source, folder)
+    return LanguageFiles(folder)
+
+
+def _lines(commands: Iterable[str]) -> list[str]:
+    """Check the lines of a list."""
     lines = list(commands) if isinstance(commands, Iterable) else [commands]
     for line in lines:
         if not isinstance(line, str):
             raise CommandsError(f"{line!r} is no command; give a list of texts, or a folder")
-    write_files(read_lines(lines), folder)
-    return LanguageFiles(folder)
+    return lines

@@ -21,7 +21,7 @@ from voz.events import Partial, Utterance
 from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.confidence_model import SCORE, load_models, save_models
 from voz.recognition.network_file import UnknownNetworkError
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, confidence_model, open_stream
 from voz.recognition.thresholds import threshold_for, thresholds
 from voz.settings import Recognition
 
@@ -120,10 +120,10 @@ def test_how_many_false_alarms_there_may_be_changes_while_it_listens_and_for_lat
     sound = np.concatenate([*blocks, pause(1.0)])
     (before,) = recognizer.utterances([sound], "")
     assert before.score
-    many, usual = (threshold_for(recognizer.model, a) for a in (5.0, 0.5))
+    many, usual = (threshold_for(confidence_model(recognizer), a) for a in (5.0, 0.5))
     between = (log_odds(many) + log_odds(usual)) / 2
     unsure_of_it = Recognizer(language, unsure(before.score, between, tmp_path))
-    stream = unsure_of_it.stream("")
+    stream = open_stream(unsure_of_it, "")
     (refused,) = [u for u in stream.feed(sound) if isinstance(u, Utterance)]
     unsure_of_it.accept_by(5.0)
     (accepted,) = [u for u in stream.feed(sound) if isinstance(u, Utterance)]
@@ -318,7 +318,7 @@ def test_without_the_network_pocketsphinx_decides_alone(
     if missing:
         monkeypatch.setattr("voz.recognition.phoneme_scorer.load_network", fail)
     alone = Recognizer(language, Recognition(second_ear=missing))
-    assert alone.model == load_models().one_ear
+    assert confidence_model(alone) == load_models().one_ear
     said = [r for r in recordings if r.kind == "command" and r.voice == "festival_slt"]
     heard = [utterances(alone, r) for r in said]
     assert [[u.text for u in us] for us in heard] == [[r.text] for r in said]

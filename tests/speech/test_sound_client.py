@@ -24,7 +24,7 @@ from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.errors import AudioError, SpeechError, VozError
 from voz.speech import festival
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
-from voz.speech.sound_client import MAX_RENDERERS, SoundClient
+from voz.speech.sound_client import MAX_RENDERERS, SoundClient, mixer_of
 from voz.speech.speech_cache import cached_speech, is_cached
 
 KAL, KED = "kal_diphone", "ked_diphone"
@@ -53,7 +53,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def goes_on(client: SoundClient) -> bool:
-    return client.mixer.busy_until() == math.inf
+    return mixer_of(client).busy_until() == math.inf
 
 
 def wait_until(happens: Callable[[], bool]) -> None:
@@ -96,7 +96,7 @@ def test_a_sound_that_was_started_goes_on_until_it_is_stopped(
 
 def until_something_sounds(client: SoundClient) -> None:
     until = time.monotonic() + 20
-    while np.abs(client.mixer.recent(1)[0]).max() < 0.02:
+    while np.abs(mixer_of(client).recent(1)[0]).max() < 0.02:
         assert time.monotonic() < until, "nothing sounds"
         time.sleep(0.01)
 
@@ -111,7 +111,7 @@ def test_playing_a_sound_again_begins_it_anew_and_does_not_double_it(client: Sou
         client.play(BuiltinSound.NEEDS_PLUGGING)
     client.wait()
     time.sleep(0.1)
-    samples, _ = client.mixer.recent(3)
+    samples, _ = mixer_of(client).recent(3)
     once = np.abs(at_16_khz(synthesize_sound(BuiltinSound.NEEDS_PLUGGING)))
     assert np.abs(samples).max() < 1.2 * once.max()
     # Three attacks, one end: 0.2 s longer than one.
@@ -130,7 +130,7 @@ def test_all_sounds_can_be_stopped_at_once(
     client.say("something that was never said before")
     stop(client)
     client.wait()
-    assert client.mixer.busy_until() < time.monotonic() + 1
+    assert mixer_of(client).busy_until() < time.monotonic() + 1
 
 
 def test_there_is_no_sixth_sound(client: SoundClient) -> None:
@@ -173,7 +173,7 @@ def test_volume_is_taken_as_0_to_1(volume: float, client: SoundClient, file: Pat
     client.play_wave(file, volume, blocking=True)
     time.sleep(0.1)
     expected = 0.4 * (0 if math.isnan(volume) else min(max(volume, 0), 1))
-    assert np.abs(client.mixer.recent(2)[0]).max() == pytest.approx(expected, abs=0.01)
+    assert np.abs(mixer_of(client).recent(2)[0]).max() == pytest.approx(expected, abs=0.01)
 
 
 def test_a_file_that_cannot_be_played_is_told_at_once_and_the_rest_goes_on(
@@ -297,7 +297,7 @@ def test_a_text_that_is_stopped_while_it_is_rendered_is_never_heard(
     client.wait()
     wait_until(lambda: is_cached("some text", KAL))
     time.sleep(0.2)
-    assert not client.mixer.recent(2)[0].any()
+    assert not mixer_of(client).recent(2)[0].any()
     assert warnings == []
 
 
@@ -321,7 +321,7 @@ def test_sounds_as_objects(client: SoundClient, file: Path) -> None:
         sound.play(blocking=True)
         time.sleep(0.1)
         seconds = min(5.9, time.monotonic() - before)
-        assert 0.1 < np.abs(client.mixer.recent(seconds)[0]).max() < 0.5
+        assert 0.1 < np.abs(mixer_of(client).recent(seconds)[0]).max() < 0.5
 
 
 @pytest.mark.slow
@@ -332,8 +332,8 @@ def test_a_block_waits_for_what_is_heard_once_and_ends_what_repeats(
         client.start(BuiltinSound.BACKINGUP, 0.1)
         client.say(TEXT)
     assert is_cached(TEXT, KAL)
-    assert np.abs(client.mixer.recent(2)[0]).max() > 0.2
-    assert client.mixer.busy_until() <= time.monotonic()
+    assert np.abs(mixer_of(client).recent(2)[0]).max() > 0.2
+    assert mixer_of(client).busy_until() <= time.monotonic()
     client.play_wave(file, blocking=True)
     client.say("not known yet")
     client.wait()
@@ -348,7 +348,7 @@ def test_a_client_that_blocks_says_one_thing_after_the_other(
     for _ in range(2):
         client.play_wave(file)
     time.sleep(0.1)
-    samples, _ = client.mixer.recent(3)
+    samples, _ = mixer_of(client).recent(3)
     client.close()
     assert 0.9 < np.ptp(np.flatnonzero(np.abs(samples) > 0.01)) / 16_000 < 2
     assert np.abs(samples).max() < 0.45

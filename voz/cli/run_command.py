@@ -291,7 +291,7 @@ def _recognizer(
 ) -> Iterator[Recognizer]:
     """Load the recognizer; with --adapt, keep what it learns at this place for later runs."""
     from voz.language.generated.language_files import read_language_info
-    from voz.recognition.recognizer import Recognizer
+    from voz.recognition.recognizer import Recognizer, learned_by
     from voz.recognition.speaker.profiles import (
         USUAL_PROFILE,
         learned_file,
@@ -311,7 +311,7 @@ def _recognizer(
     try:
         yield recognizer
     finally:
-        warn(save_learned(learned, recognizer.learnt))
+        warn(save_learned(learned, learned_by(recognizer)))
 
 
 def _with_learned(known: Profile | None, path: Path) -> Profile:

@@ -14,7 +14,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
 from voz.events import Partial, Utterance, shift_time
 from voz.language.sentences.spelling import normalize
-from voz.recognition.recognizer import MICROPHONE, Recognizer
+from voz.recognition.recognizer import MICROPHONE, Recognizer, open_stream
 from voz.recognition.stream import Stream
 
 REVERBERATION_SECONDS = 0.2
@@ -77,7 +77,7 @@ class HalfDuplex:
         self._source = source
         self._loudspeaker = loudspeaker
         self._never_missed = never_missed
-        self._usual = recognizer.stream(source)
+        self._usual = open_stream(recognizer, source)
         self._fed = 0  # samples of the stream
         self._window: Samples = np.zeros(ECHO_FIT_SAMPLES, np.int16)  # the last that were heard
         self._pending = 0  # of them that are not cleaned yet
@@ -132,7 +132,7 @@ class HalfDuplex:
         self, loudspeaker: Playback, samples: int, arrived: float
     ) -> Iterator[Utterance | Partial]:
         if self._guard is None:
-            self._guard = self._recognizer.stream(self._source)
+            self._guard = open_stream(self._recognizer, self._source)
             self._pending = 0
             self._reply_words = set()
             self._guarded_since = (self._fed - samples - ECHO_EDGE) / SAMPLE_RATE

@@ -6,11 +6,12 @@ import numpy.typing as npt
 
 from voz.audio.capture.arrays import ArrayConverter
 from voz.events import Partial, Utterance
+from voz.public_names import PublicNames
 from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.stream import Stream
 
 
-class Listener:
+class Listener(PublicNames):
     """A stream of arrays; `Recognizer.listen` makes one."""
 
     def __init__(self, stream: Stream, rate: float | None) -> None:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from voz.audio.capture.microphone import open_microphone
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
+from voz.public_names import PublicNames
 from voz.recognition.listener import Listener
 from voz.recognition.stream import Stream
 
@@ -28,7 +29,7 @@ BACKGROUND_JOIN_TIMEOUT = 5.0
 Blocks = AsyncIterable[npt.ArrayLike] | Iterable[npt.ArrayLike]
 
 
-class MicrophoneUtterances:
+class MicrophoneUtterances(PublicNames):
     """Iterates over what is said into a microphone; `Recognizer.microphone` makes one.
 
     It listens from when it is made until it is closed, or its `with` block ends.

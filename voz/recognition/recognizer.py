@@ -22,6 +22,8 @@ from voz.events import Partial, Utterance
 from voz.language.generated.file_checks import lock_folder
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.command_set import Commands
+from voz.notebook import keep_sounds
+from voz.public_names import PublicNames
 from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import Model
 from voz.recognition.interpreter import Interpreter
@@ -56,7 +58,7 @@ class Candidate:
     end: float  # s in the recording
 
 
-class Recognizer:
+class Recognizer(PublicNames):
     """Finds the utterances in streams of audio; made once, used for many.
 
     Any thread may call it; the calls take turns and do not affect each other. A signal handler that
@@ -120,11 +122,6 @@ class Recognizer:
         self._interpreter.rule.accept_by(self._settings)
 
     @property
-    def model(self) -> Model:
-        """The model of the confidence."""
-        return self._interpreter.model
-
-    @property
     def commands(self) -> Commands:
         """All commands."""
         return self._interpreter.commands
@@ -133,26 +130,9 @@ class Recognizer:
         """The confidence that a command needs, 0 to 1; None if the text is no command."""
         return self._interpreter.rule.threshold(text)
 
-    @property
-    def learnt(self) -> StartVector:
-        """What was learned of the microphone and the speaker."""
-        return self._interpreter.learned
-
-    def stream(
-        self, source: str, spotting: bool = True, voices: VoiceFlags | None = None
-    ) -> Stream:
-        """Begin an independent stream.
-
-        Args:
-            source: its name, for utterances.
-            spotting: whether to report a possible `stop` before the sound around it pauses.
-            voices: returns in which frames there may be a voice, if that is known already.
-        """
-        return Stream(self._interpreter, source, self._early, spotting, voices)
-
     def listen(self, rate: float | None = None) -> Listener:
         """Begin a stream of arrays of a rate, Hz; AudioError if it is missing or too low."""
-        return Listener(self.stream(ARRAY), rate)
+        return Listener(open_stream(self, ARRAY), rate)
 
     def decode(
         self, sound: str | PathLike[str] | npt.ArrayLike, rate: float | None = None
@@ -172,7 +152,10 @@ class Recognizer:
                 else.
         """
         if not isinstance(sound, str | PathLike):
-            return list(self.utterances([to_samples(sound, rate)], ARRAY))
+            samples = to_samples(sound, rate)
+            heard = list(self.utterances([samples], ARRAY))
+            keep_sounds(heard, samples)
+            return heard
         if rate is not None:
             raise AudioError(f"{sound}: a file has its own rate; leave `rate` out")
         return list(self.utterances(read_blocks(Path(sound)), str(sound)))
@@ -187,7 +170,7 @@ class Recognizer:
         Raises:
             AudioError: there is no such microphone.
         """
-        return MicrophoneUtterances(self, self.stream(MICROPHONE, spotting=False), device)
+        return MicrophoneUtterances(self, open_stream(self, MICROPHONE, spotting=False), device)
 
     def listen_in_background(
         self, callback: Callable[[Utterance], None], device: str | None = None
@@ -218,7 +201,7 @@ class Recognizer:
         Raises:
             AudioError: the rate is missing, or a block holds something else.
         """
-        return utterances_of(Listener(self.stream(ARRAY, spotting=False), rate), blocks)
+        return utterances_of(Listener(open_stream(self, ARRAY, spotting=False), rate), blocks)
 
     def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
         """Recognize a recording, independently of others unless it is learning.
@@ -233,22 +216,48 @@ class Recognizer:
         Raises:
             AudioError: raised by the blocks; the utterances before it are yielded first.
         """
-        stream = self.stream(source, spotting=False)
+        stream = open_stream(self, source, spotting=False)
         return (e for e in feed_all(stream, blocks) if isinstance(e, Utterance))
 
     def events(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance | Partial]:
         """The same as `utterances`, with partial hypotheses."""
-        return feed_all(self.stream(source), blocks)
+        return feed_all(open_stream(self, source), blocks)
 
-    def candidates(self, blocks: Iterable[Samples]) -> Iterator[Candidate]:
-        """The candidates of a recording that may be commands, to fit the confidence."""
-        sounds = feed_all(Segmenter(longest=self._interpreter.longest), blocks)
-        found = [sound for sound in sounds if isinstance(sound, Segment)]
-        after = [belong_together(one, other) for one, other in pairwise(found)]
-        for number, segment in enumerate(found):
-            heard = self._interpreter.understand(segment)
-            if heard.values:
-                among = segment.amid or any(after[max(0, number - 1) : number + 1])
-                context = Context.SPEECH if among else Context.QUIET
-                values, trust = dict(heard.values), heard.trust
-                yield Candidate(heard.text, values, trust, context, segment.start, segment.end)
+
+def open_stream(
+    recognizer: Recognizer, source: str, spotting: bool = True, voices: VoiceFlags | None = None
+) -> Stream:
+    """Begin an independent stream.
+
+    Args:
+        recognizer: what follows it.
+        source: its name, for utterances.
+        spotting: whether to report a possible `stop` before the sound around it pauses.
+        voices: returns in which frames there may be a voice, if that is known already.
+    """
+    return Stream(recognizer._interpreter, source, recognizer._early, spotting, voices)
+
+
+def confidence_model(recognizer: Recognizer) -> Model:
+    """Return the model of the confidence."""
+    return recognizer._interpreter.model
+
+
+def learned_by(recognizer: Recognizer) -> StartVector:
+    """Return what was learned of the microphone and the speaker."""
+    return recognizer._interpreter.learned
+
+
+def candidates_in(recognizer: Recognizer, blocks: Iterable[Samples]) -> Iterator[Candidate]:
+    """Yield what may be commands in a recording, to fit the confidence."""
+    interpreter = recognizer._interpreter
+    sounds = feed_all(Segmenter(longest=interpreter.longest), blocks)
+    found = [sound for sound in sounds if isinstance(sound, Segment)]
+    after = [belong_together(one, other) for one, other in pairwise(found)]
+    for number, segment in enumerate(found):
+        heard = interpreter.understand(segment)
+        if heard.values:
+            among = segment.amid or any(after[max(0, number - 1) : number + 1])
+            context = Context.SPEECH if among else Context.QUIET
+            values, trust = dict(heard.values), heard.trust
+            yield Candidate(heard.text, values, trust, context, segment.start, segment.end)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
 from voz.errors import VozError
-from voz.speech.sound_client import SoundClient
+from voz.speech.sound_client import SoundClient, mixer_of
 from voz.speech.speech_cache import cached_speech, is_cached
 
 _log = logging.getLogger("voz")
@@ -71,7 +71,7 @@ class ReplySpeaker:
         self._closing = threading.Event()
         self._stopped = threading.Event()
         self.client = SoundClient(voice, blocking=True, warn=warn)
-        self.mixer = self.client.mixer
+        self.mixer = mixer_of(self.client)
         self._threads = [
             threading.Thread(target=work, name="voz-speaker", daemon=True)
             for work in (self._render, self._speak)

@@ -15,6 +15,7 @@ from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.mixer import Mixer
 from voz.audio.playback.playing_sound import PLAYBACK_RATE, trim_leading_silence
 from voz.errors import AudioError, SpeechError, VozError
+from voz.public_names import PublicNames
 from voz.records import check_type
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
 from voz.speech.espeak import ESPEAK_PREFIX
@@ -46,7 +47,7 @@ class Sound:
     stop: Callable[[], None]
 
 
-class SoundClient:
+class SoundClient(PublicNames):
     """Plays built-in sounds, files and speech, several at once, without waiting by default.
 
     A sound that is played again starts anew. One that cannot be played raises an error; a missing
@@ -81,8 +82,8 @@ class SoundClient:
         self._told: set[str] = set()
         self._closed = threading.Event()
         self._renderers: list[threading.Thread] = []
-        self.mixer = Mixer(self._tell)
-        self._sounds = RequestedSounds(self.mixer)
+        self._mixer = Mixer(self._tell)
+        self._sounds = RequestedSounds(self._mixer)
 
     def play(self, sound: int, volume: float = 1.0, blocking: bool | None = None) -> None:
         """Play a built-in sound once.
@@ -206,7 +207,7 @@ class SoundClient:
         self._closed.set()
         for thread in self._renderers:
             thread.join(RENDERER_TIMEOUT)
-        self.mixer.close()
+        self._mixer.close()
 
     def __enter__(self) -> SoundClient:
         return self
@@ -273,6 +274,11 @@ class SoundClient:
     def _tell(self, problem: str) -> None:
         if not self._quiet:
             self._warn(problem)
+
+
+def mixer_of(client: SoundClient) -> Mixer:
+    """Return what a client plays on."""
+    return client._mixer
 
 
 def _key_of(sound: str | os.PathLike[str]) -> SoundKey:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from voz.apps.web.false_alarm_setting import FalseAlarmSetting
 from voz.errors import ConfigError
 from voz.language.generated.language_files import LanguageFiles
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, confidence_model
 from voz.settings import Recognition
 
 
@@ -26,7 +26,7 @@ def test_no_number_beyond_what_is_known_is_set(turned: Recognizer, alarms: float
     setting = FalseAlarmSetting(turned, Recognition(), lambda *_, **__: None)
     with suppress(ConfigError):
         setting.set(alarms)
-    known = [cost.alarms for cost in turned.model.costs]
+    known = [cost.alarms for cost in confidence_model(turned).costs]
     assert min(known) <= setting.alarms <= max(known)
     needed = turned.needed("go forward")
     assert needed is not None

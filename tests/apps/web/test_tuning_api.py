@@ -20,7 +20,7 @@ from recordings import FIXTURES
 
 from voz.audio import SAMPLE_RATE
 from voz.recognition.confidence_model import Models, load_models, save_models
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, confidence_model
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
@@ -37,7 +37,7 @@ def robot(no_sound_card: dict[str, str]) -> Iterator[PageRobot]:
 def unsure(recognizer: Recognizer) -> tuple[str, np.ndarray]:
     """A near-miss that is accepted at 5 false alarms in an hour and not at 0.3, and its text."""
     some, few = (
-        thresholds_of(recognizer.model, Recognition(false_alarms_per_hour=alarms)).usual
+        thresholds_of(confidence_model(recognizer), Recognition(false_alarms_per_hour=alarms)).usual
         for alarms in (5, 0.3)
     )
 

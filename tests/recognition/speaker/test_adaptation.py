@@ -15,7 +15,7 @@ from voz.errors import LanguageError
 from voz.language.acoustics.acoustic_model import AcousticModel
 from voz.language.generated.language_files import LanguageFiles
 from voz.recognition.language import Language
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, learned_by
 from voz.recognition.speaker.adaptation import (
     MAX_DOUBTS,
     MAX_FRAMES,
@@ -216,7 +216,7 @@ def test_a_bad_microphone_is_learnt_while_it_is_used(
     learning = Recognizer(language, ALONE, learning=True)
     right(learning, clips)
     before = right(Recognizer(language, ALONE), clips)
-    after = right(Recognizer(language, ALONE, Profile(learning.learnt)), clips)
+    after = right(Recognizer(language, ALONE, Profile(learned_by(learning))), clips)
     assert before < after
     assert after >= 12
     assert right(Recognizer(language, Recognition()), clips) >= 12
@@ -233,9 +233,9 @@ def test_what_is_no_command_spoils_nothing(
     for samples in [*others, *noise]:
         list(learning.utterances([samples], ""))
     before = right(Recognizer(language, ALONE), clips)
-    assert right(Recognizer(language, ALONE, Profile(learning.learnt)), clips) >= before - 1
+    assert right(Recognizer(language, ALONE, Profile(learned_by(learning))), clips) >= before - 1
 
 
 def test_recordings_are_each_heard_as_if_alone(recognizer: Recognizer, session: Recording) -> None:
     list(recognizer.utterances([session.samples()], "session"))
-    assert recognizer.learnt == StartVector()
+    assert learned_by(recognizer) == StartVector()

@@ -28,7 +28,7 @@ from voz.audio.endpointing.frame_levels import FRAME
 from voz.audio.endpointing.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
 from voz.errors import AudioError
 from voz.events import Utterance
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, open_stream
 
 LONG_RECORDING_SECONDS = 600.0
 """Longer recordings are cut, s."""
@@ -105,7 +105,7 @@ def parts_of(plan: CutPlan) -> list[RecordingPart]:
 def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: str) -> DecodedPart:
     """Decode a part of a recording, which its rows name `file`."""
     begun = time.process_time()
-    stream = recognizer.stream(file, spotting=False, voices=_known(part.voices))
+    stream = open_stream(recognizer, file, spotting=False, voices=_known(part.voices))
     rows: list[Row] = []
     heard = 0
     before = b""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike, fspath
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from voz.apps.batch.batch_decoder import BatchDecoder
 from voz.apps.batch.fingerprint import header_for
@@ -16,8 +14,7 @@ from voz.apps.batch.outcomes import ErrorRow, Outcome, UtteranceRow, utterance_o
 from voz.apps.batch.output import in_input_order
 from voz.apps.batch.tasks import WorkerSetup
 from voz.events import Utterance
-from voz.language.generated.language_files import LanguageFiles, find_language
-from voz.loading import write_list
+from voz.loading import open_language
 from voz.recognition.speaker.profiles import load_profile
 from voz.records import check_type
 from voz.settings import Recognition
@@ -75,23 +72,13 @@ def decode_many(
     inputs = find_inputs([fspath(each) for each in given], None, ())
     settings = Recognition() if settings is None else settings
     known = load_profile(profile) if profile else None
-    with _language(commands) as language:
+    with open_language(commands) as language:
         header = header_for(language, settings, known)
         folder = str(language.folder.resolve())
         setup = WorkerSetup(folder, settings, profile, fingerprint=header.fingerprint)
         numbers = range(len(inputs.names))
         with closing(BatchDecoder(setup, jobs).decode(inputs.names, numbers)) as finished:
             yield from map(_decoded, in_input_order(finished))
-
-
-@contextmanager
-def _language(commands: str | PathLike[str] | Iterable[str] | None) -> Iterator[LanguageFiles]:
-    """The language files of a folder, or those of a list for a `with` block."""
-    if commands is None or isinstance(commands, str | PathLike):
-        yield find_language(None if commands is None else Path(commands))
-        return
-    with TemporaryDirectory(prefix="voz-") as folder:
-        yield write_list(commands, Path(folder))
 
 
 def _decoded(outcome: Outcome) -> Decoded:

@@ -17,7 +17,7 @@ from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError, ConfigError
 from voz.language.generated.language_files import find_language
 from voz.recognition.confidence import Context
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, candidates_in
 from voz.settings import Recognition
 
 TOO_LITTLE_TALK = (
@@ -90,7 +90,7 @@ def _examples(task: Task, lm: str | None) -> RecordingExamples:
     surroundings = replace(first, kind="noise", speaker=first.file, condition="all")
 
     def heard(network: bool) -> list[Example]:
-        found = list(_recognizer(lm, network).candidates(blocks))
+        found = list(candidates_in(_recognizer(lm, network), blocks))
         parts, rest = assign_to_stretches(found, stretches)
         return [
             Example(clip, o.text, o.values, o.trust, o.context, _is_said(clip, o.text))

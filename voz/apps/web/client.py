@@ -24,13 +24,14 @@ from voz.errors import ConfigError, RobotError
 from voz.events import Utterance
 from voz.extras import require
 from voz.language.sentences.spelling import normalize
+from voz.public_names import PublicNames
 from voz.records import check_type
 
 TIMEOUT = 5.0
 """For the robot to answer, s; in a network that works it takes a tenth of a second."""
 
 
-class Client:
+class Client(PublicNames):
     """Drives a robot that serves the operator page, `voz run --web`, from another program.
 
         with voz.Client("http://127.0.0.1:8737") as robot:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from voz.apps.web.event_history import Record
 from voz.errors import ConfigError
 from voz.recognition.miss_rates import MissRate, miss_rate_at
-from voz.recognition.recognizer import Recognizer
+from voz.recognition.recognizer import Recognizer, confidence_model
 from voz.run.session import Warn
 from voz.settings import Recognition
 
@@ -18,7 +18,7 @@ class FalseAlarmSetting:
         self._recognizer = recognizer
         self._settings = settings
         self._warn = warn
-        self._first = settings.false_alarms_per_hour or recognizer.model.usual_alarms
+        self._first = settings.false_alarms_per_hour or confidence_model(recognizer).usual_alarms
         self.alarms = self._first
 
     @property
@@ -26,7 +26,7 @@ class FalseAlarmSetting:
         """Why it cannot be set; None if it can."""
         if self._settings.threshold is not None:
             return "a threshold is set in its place: leave it out of voz.toml and the command line"
-        if not self._recognizer.model.costs:
+        if not self._costs:
             return (
                 f"{self._settings.confidence} does not say how many commands are missed: make it "
                 "again with `voz fit-confidence`"
@@ -58,4 +58,4 @@ class FalseAlarmSetting:
 
     @property
     def _costs(self) -> tuple[MissRate, ...]:
-        return self._recognizer.model.costs
+        return confidence_model(self._recognizer).costs

@@ -71,6 +71,7 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy
 	.venv/bin/mypy benchmarks
 	.venv/bin/mypy tools
+	.venv/bin/mypy examples
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" --cov --cov-report= $(QUICK)
 	.venv/bin/coverage report --include="$(COUNTED)"
 	.venv/bin/coverage report --include="voz/control/*" --fail-under=100 --show-missing

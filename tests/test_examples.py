@@ -6,7 +6,11 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -14,7 +18,7 @@ import soundfile
 import soxr
 from calls import VOZ
 from loudspeaker import Recorder
-from recordings import ROOT, Recording
+from recordings import FIXTURES, ROOT, Recording
 from synthesis import phrase, with_floor
 
 from voz.audio import SAMPLE_RATE
@@ -48,8 +52,17 @@ def test_a_recording_in_an_array_is_understood(stereo: Path, session: Recording)
     assert all(line.endswith("True") for line in lines)
 
 
+def test_a_list_of_ones_own_is_understood(tmp_path: Path) -> None:
+    voices = [phrase("festival_kal", text) for text in ("turn red light on", "go forward")]
+    blocks = [with_floor(voice, np.random.default_rng(0)) for voice in voices]
+    soundfile.write(tmp_path / "take.wav", np.concatenate(blocks), SAMPLE_RATE)
+    lines = run("own_list.py", tmp_path / "take.wav")
+    assert lines == ["turn red light on {'color': 'red'}", "go forward {}"]
+
+
 def test_a_stream_of_ones_own_is_understood_as_it_comes(session: Recording) -> None:
     samples = soxr.resample(session.samples(), 16000, 48000).astype("<i2")
+    assert run("follow_async.py", input=samples.tobytes()) == session.commands
     lines = run("follow_stream.py", input=samples.tobytes())
     utterances = [line for line in lines if line.startswith("<Utterance")]
     assert len(utterances) == len(session.commands)
@@ -69,6 +82,59 @@ def test_what_is_said_into_the_microphone_is_printed(
         process.send_signal(signal.SIGINT)
         assert process.wait() == 0
     assert heard == session.commands
+
+
+@pytest.mark.slow
+def test_what_is_said_is_heard_in_the_background_and_drives(pulse: dict[str, str]) -> None:
+    with (
+        spoken_to("background.py", pulse) as (listener, heard),
+        spoken_to("drive_by_voice.py", pulse) as (driver, velocities),
+    ):
+        for text, velocity in (("go_forward", "0.1"), ("stop", "0"), ("go_back", "-0.05")):
+            wanted = f"{velocity} m/s, 0 rad/s"
+            speak_until(pulse, text, lambda wanted=wanted: velocities[-1:] == [wanted])
+        assert listener.stdin
+        listener.stdin.write("\n")
+        listener.stdin.flush()
+        assert listener.wait(60) == 0
+        driver.send_signal(signal.SIGINT)
+        assert driver.wait(60) == 0
+    assert heard[0] == "listening"
+    assert set(heard[1:]) == {"go forward", "stop", "go back"}
+    assert velocities[-1] == "0 m/s, 0 rad/s"
+
+
+@contextmanager
+def spoken_to(
+    name: str, pulse: dict[str, str]
+) -> Iterator[tuple[subprocess.Popen[str], list[str]]]:
+    """An example that hears a microphone, and the lines that it prints."""
+    lines: list[str] = []
+    command = [sys.executable, str(EXAMPLES / name)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=pulse, stdin=pipe, stdout=pipe, text=True) as process:
+        assert process.stdout
+        reader = Thread(
+            target=lambda out: lines.extend(map(str.strip, out)), args=(process.stdout,)
+        )
+        reader.start()
+        try:
+            yield process, lines
+        finally:
+            process.kill()
+            reader.join()
+
+
+def speak_until(pulse: dict[str, str], text: str, done: Callable[[], bool]) -> None:
+    """Speak a command; again where a program was too slow to follow."""
+    clip = FIXTURES / "commands" / f"festival_slt__{text}.flac"
+    until = time.monotonic() + 60
+    while not done():
+        assert time.monotonic() < until, text
+        subprocess.run(["paplay", "--device=mic", str(clip)], env=pulse, check=True)
+        waited = time.monotonic() + 3
+        while not done() and time.monotonic() < waited:
+            time.sleep(0.05)
 
 
 def test_a_loop_of_ones_own_drives(stereo: Path) -> None:

@@ -1,0 +1,46 @@
+"""`benchmarks/lines_of_code.py`: the table of docs/programs.md, and the programs that run here."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import soundfile
+from recordings import ROOT, Recording
+
+BENCHMARK = ROOT / "benchmarks" / "lines_of_code.py"
+PROGRAMS = ROOT / "benchmarks" / "lines_of_code"
+
+
+def test_the_documents_have_its_table_and_voz_needs_the_fewest_lines() -> None:
+    done = subprocess.run([sys.executable, BENCHMARK], capture_output=True, text=True, check=True)
+    assert done.stdout in (ROOT / "docs" / "programs.md").read_text(encoding="utf-8")
+    _, _, *rows = done.stdout.splitlines()
+    assert len(rows) == 3
+    for row in rows:
+        voz, *others = (int(cell) for cell in row.strip("| ").split(" | ")[1:])
+        assert voz <= min(others)
+
+
+def test_lines_are_counted_without_what_is_none(tmp_path: Path) -> None:
+    sys.path.insert(0, str(BENCHMARK.parent))
+    try:
+        from lines_of_code import count
+    finally:
+        sys.path.remove(str(BENCHMARK.parent))
+    program = tmp_path / "program.py"
+    program.write_text('"""One\n\nTwo."""\n\n# three\nimport this\n\nprint(\n    "x"  # y\n)\n')
+    assert count(program) == 4
+
+
+@pytest.mark.parametrize("library", ["voz", "pocketsphinx"])
+def test_a_recording_is_understood(library: str, session: Recording, tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "take.wav", session.samples(), 16000, subtype="PCM_16")
+    command = [sys.executable, PROGRAMS / f"file_{library}.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    lines = done.stdout.splitlines()
+    assert len(lines) >= len(session.commands)
+    if library == "voz":
+        assert lines == session.commands

@@ -30,6 +30,13 @@ LmOption = Annotated[
 ProfileOption = Annotated[
     str | None, typer.Option("--profile", metavar="NAME", help="Who speaks: see `voz calibrate`.")
 ]
+ZeroconfOption = Annotated[
+    bool,
+    typer.Option(
+        "--zeroconf/--no-zeroconf",
+        help="Let Home Assistant find it, if --wyoming names an address that others reach.",
+    ),
+]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Replace results that are there already.")
 ]

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from voz.cli.options import DeviceOption, ProfileOption, RecognizerOptions
+from voz.cli.options import DeviceOption, ProfileOption, RecognizerOptions, ZeroconfOption
 from voz.config import Config
 from voz.errors import ConfigError
 from voz.robot.kinds import ROBOTS
@@ -102,6 +102,7 @@ class RunOptions(RecognizerOptions):
             metavar="URI", help="Obey Home Assistant at tcp://HOST:PORT, by the Wyoming protocol."
         ),
     ] = None
+    zeroconf: ZeroconfOption = True
     profile: ProfileOption = None
     adapt: Annotated[
         bool,

@@ -19,15 +19,23 @@ def check_service(options: RunOptions, settings: Config) -> None:
     """Refuse, before the run, a service that cannot be, or that drives without safety rules."""
     if not options.wyoming:
         return
-    require("wyoming", "wyoming")
+    require("wyoming", "wyoming", "zeroconf")
     if not settings.safety.enabled:
         raise ConfigError("--wyoming drives a robot that nobody watches: leave the safety rules on")
 
 
-def service_of(uri: str, recognizer: Recognizer) -> CommandServiceMaker:
-    """Return what makes the service of a run, at an address."""
+def service_of(options: RunOptions, recognizer: Recognizer) -> CommandServiceMaker | None:
+    """Return what makes the service of a run; None if it has none."""
+    if not options.wyoming:
+        return None
     from voz.apps.wyoming.robot_service import RobotService
     from voz.language.generated.language_files import read_language_info
 
     language = read_language_info(recognizer.files).code
-    return partial(RobotService, uri, lambda: recognizer.commands, language)
+    return partial(
+        RobotService,
+        options.wyoming,
+        lambda: recognizer.commands,
+        language,
+        announce=options.zeroconf,
+    )

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from voz.cli.options import ProfileOption, RecognizerOptions, with_options
-from voz.cli.text_io import info
+from voz.cli.options import ProfileOption, RecognizerOptions, ZeroconfOption, with_options
+from voz.cli.text_io import info, warn
 
 
 @dataclass
@@ -19,6 +19,7 @@ class ServeOptions(RecognizerOptions):
     wyoming: Annotated[
         str, typer.Option(metavar="URI", help="Where it is asked, by the Wyoming protocol.")
     ] = "tcp://127.0.0.1:10300"
+    zeroconf: ZeroconfOption = True
     profile: ProfileOption = None
 
 
@@ -34,7 +35,7 @@ def serve(options: ServeOptions) -> None:
     """
     from voz.extras import require
 
-    require("wyoming", "wyoming")
+    require("wyoming", "wyoming", "zeroconf")
     from voz.apps.wyoming.wyoming_server import serve as serve_wyoming
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile
@@ -44,4 +45,5 @@ def serve(options: ServeOptions) -> None:
     known = load_profile(options.profile) if options.profile else None
     recognizer = Recognizer(language, settings.recognition, known)
     ready = partial(info, f"serving at {options.wyoming}")
-    serve_wyoming(options.wyoming, recognizer, recognizer.commands.examples(), ready)
+    examples = recognizer.commands.examples()
+    serve_wyoming(options.wyoming, recognizer, examples, ready, options.zeroconf, warn)

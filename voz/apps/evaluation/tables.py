@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from voz.apps.evaluation.comparison import AlarmDifference, Difference
+from voz.apps.evaluation.confusions import Confusion
 from voz.apps.evaluation.operating_points import OperatingPoint
 from voz.apps.evaluation.scores import AlarmScores, CommandScores, Group, NearMissScores, Scores
 from voz.apps.evaluation.statistics import AlarmRate, Estimate
 
 TABLE_INDENT = "  "
+
+MAX_CONFUSIONS = 10
+"""Most rows of misheard commands; the others are summed up in the last one."""
+
+MAX_CONFUSED_SPEAKERS = 6
+"""Most speakers with a column of their own; the others share the last one."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +35,15 @@ def main_tables(
     operating_points: Sequence[OperatingPoint] = (),
     alarms: Sequence[AlarmDifference] = (),
 ) -> list[Table]:
-    """Make the tables of sets, conditions, noise, alarms, operating points and comparisons."""
+    """Make the tables of sets, conditions, noise, alarms, operating points and comparisons.
+
+    Beside them, what commands were misheard as.
+    """
     noises = {score.group.noise for score in scores.commands if score.group.noise}
     by = ("all", "condition", "snr", *(["noise"] if len(noises) > 1 else []))
     tables = [
         commands_table([s for s in scores.commands if s.group.by in by]),
+        confusion_table(scores.confusions),
         near_miss_table([s for s in scores.near_misses if s.group.by in by]),
         alarm_table([s for s in scores.alarms if s.group.by in by]),
         operating_point_table(operating_points),
@@ -80,6 +92,29 @@ def near_miss_table(scores: Iterable[NearMissScores]) -> Table:
         }
         for s in scores
     )
+
+
+def confusion_table(confusions: Sequence[Confusion]) -> Table:
+    """Show the most frequent confusions, and the speakers that have most of them."""
+    totals: Counter[str] = Counter()
+    for each in confusions:
+        totals.update(each.speakers)
+    speakers = [speaker for speaker, _ in totals.most_common(MAX_CONFUSED_SPEAKERS)]
+    others = len(totals) > len(speakers)
+
+    def row(name: str, counts: Mapping[str, int]) -> tuple[str, ...]:
+        of = [counts.get(speaker, 0) for speaker in speakers]
+        everyone = sum(counts.values())
+        of += [everyone - sum(of)] if others else []
+        return name, str(everyone), *(str(count or "") for count in of)
+
+    rows = [row(f"{c.said} {c.outcome}", c.speakers) for c in confusions[:MAX_CONFUSIONS]]
+    if rest := confusions[MAX_CONFUSIONS:]:
+        counts: Counter[str] = Counter()
+        for each in rest:
+            counts.update(each.speakers)
+        rows.append(row(f"{len(rest)} more", counts))
+    return Table(("misheard", "clips", *speakers, *(["others"] if others else [])), rows)
 
 
 def alarm_table(scores: Iterable[AlarmScores]) -> Table:

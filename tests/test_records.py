@@ -32,6 +32,7 @@ ENTRIES = Path(voz.__file__).parent
 SENTENCE = {"t": 0.0, "text": "stop", "confidence": 1.0}
 MODEL = {"fitted_on": [], "intercept": 0.0, "weights": {}, "alarms": 1.0, "alarms_fall": 1.0}
 NEEDED: dict[str, dict[str, Any]] = {
+    "Alternative": {"text": "stop", "confidence": 1.0},
     "Call": {"t": 0.0, "function": "arm:wave"},
     "MissRate": {"alarms": 1.0, "missed": 0.1},
     "Ended": {"t": 0.0, "name": "arm:wave"},
@@ -43,6 +44,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "Reply": {"t": 0.0, "text": "hello"},
     "Run": {"t": 0.0, "program": ("true",)},
     "SelectedObject": {"t": 0.0, "value": 1},
+    "SpokenWord": {"word": "stop", "start": 0.0, "end": 0.5},
     "Step": {"drive": 0.1},
     "Twist": {"t": 0.0, "linear": 0.1, "angular": 0.0},
     "Utterance": {**SENTENCE, "accepted": True, "start": 0.0, "end": 0.0, "source": "text"},

@@ -59,7 +59,7 @@ SAMPLES: tuple[Event, ...] = (
 """One event of each type, and an utterance that is refused."""
 
 API = {
-    "To understand": ("load", "Recognizer", "Listener"),
+    "To understand": ("load", "Recognizer", "Listener", "SpokenWord", "Alternative"),
     "Many recordings": ("decode_many", "Decoded", "read_results"),
     "To drive": ("Controller", "Robot", "Client"),
     "To be heard": ("SoundClient", "BuiltinSound"),

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from voz.config import Config, load_config
     from voz.driving import RobotController as Controller
     from voz.events import (
+        Alternative,
         Call,
         Ended,
         Event,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
         Reply,
         Run,
         SelectedObject,
+        SpokenWord,
         Twist,
         Utterance,
     )
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _WHERE = {
+    "Alternative": "voz.events",
     "BuiltinSound": "voz.speech.builtin_sounds",
     "Call": "voz.events",
     "Client": "voz.apps.web.client",
@@ -78,6 +81,7 @@ _WHERE = {
     "Safety": "voz.settings",
     "SelectedObject": "voz.events",
     "SoundClient": "voz.speech.sound_client",
+    "SpokenWord": "voz.events",
     "Twist": "voz.events",
     "Utterance": "voz.events",
     "Notice": "voz.events",
@@ -88,6 +92,7 @@ _WHERE = {
 }
 
 __all__ = [
+    "Alternative",
     "AudioError",
     "BuiltinSound",
     "Call",
@@ -118,6 +123,7 @@ __all__ = [
     "ServiceError",
     "SoundClient",
     "SpeechError",
+    "SpokenWord",
     "Twist",
     "Utterance",
     "VozError",

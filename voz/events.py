@@ -31,6 +31,32 @@ Ignored = Literal[
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
 
+class SpokenWord(CheckedRecord, frozen=True):
+    """A word of an utterance.
+
+    Attributes:
+        word: the word, lower case.
+        start: where it begins in its source, s.
+        end: where it ends in its source, s.
+    """
+
+    word: str
+    start: Finite
+    end: Finite
+
+
+class Alternative(CheckedRecord, frozen=True):
+    """A sentence that may have been said.
+
+    Attributes:
+        text: the sentence.
+        confidence: how sure it is, 0 to 1; those of all alternatives together are 1 at most.
+    """
+
+    text: str
+    confidence: Fraction
+
+
 class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
     """A stretch of speech, or a typed line, and what was understood of it.
 
@@ -56,6 +82,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
             sentence itself, of templates that of the template; None if it is not accepted.
         slots: the values in it by name, words or numbers.
         meant: of typed text that is no command the one that is nearest to it, if any is.
+        words: when each word of `text` was said, if asked for.
+        best: the sentences that fit best, `text` first, as many as were asked for.
     """
 
     t: Finite
@@ -76,6 +104,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     command: str | None = None
     slots: Mapping[str, str | Int64 | Finite] = {}
     meant: str | None = None
+    words: tuple[SpokenWord, ...] = ()
+    best: tuple[Alternative, ...] = ()
 
     def __post_init__(self) -> None:
         """An accepted sentence is its own command unless it has another name."""
@@ -333,6 +363,11 @@ def evidence_in_words(score: float | None, next_best: str | None) -> str:
 
 def shift_time(event: Utterance | Partial, seconds: float) -> Utterance | Partial:
     """Move the times of an event of a stream that began at `seconds`."""
-    times = [name for name in ("t", "start", "end") if hasattr(event, name)]
-    moved = {name: round(getattr(event, name) + seconds, 3) for name in times}
-    return replace(event, **moved)
+    if isinstance(event, Partial):
+        return replace(event, t=round(event.t + seconds, 3))
+    moved = {name: round(getattr(event, name) + seconds, 3) for name in ("t", "start", "end")}
+    words = tuple(
+        SpokenWord(each.word, round(each.start + seconds, 3), round(each.end + seconds, 3))
+        for each in event.words
+    )
+    return replace(event, **moved, words=words)

@@ -35,6 +35,35 @@ def test_decode_shows_a_table(voz: Any) -> None:
     assert row.split()[3:] == ["yes", "go", "back", str(GO_BACK)]
 
 
+def test_words_and_what_fits_best_are_shown_if_asked_for(voz: Any) -> None:
+    (row,) = voz("decode", "--json", "--words", "--best", "3", GO_BACK).json
+    assert [each["word"] for each in row["words"]] == ["go", "back"]
+    assert row["start"] < row["words"][1]["start"] < row["words"][1]["end"] < row["end"] + 0.2
+    assert [each["text"] for each in row["best"]][:2] == ["go back", row["next_best"]]
+    _, _, *best, words = voz("decode", "--words", "--best", "3", GO_BACK).out.splitlines()
+    assert [line.split() for line in best] == [
+        [f"{each['confidence']:.2f}", *each["text"].split()] for each in row["best"]
+    ]
+    assert words.split() == [
+        *("go", "{start:.2f}-{end:.2f},".format(**row["words"][0])),
+        *("back", "{start:.2f}-{end:.2f}".format(**row["words"][1])),
+    ]
+
+
+def test_words_are_kept_for_praat_and_sclite(voz: Any, tmp_path: Path) -> None:
+    out, grids = tmp_path / "heard.ctm", tmp_path / "grids"
+    call = ("decode", GO_BACK, "--out", out, "--textgrids", grids)
+    assert voz(*call).code == 0
+    _, *lines = out.read_text().splitlines()
+    assert [line.split()[4] for line in lines] == ["go", "back"]
+    (grid,) = grids.iterdir()
+    assert f"xmin = {lines[1].split()[2][:-1]}" in grid.read_text()
+    assert f"{grid}: is there already" in voz(*call).complaint
+    assert "has words alone, and is not read back" in voz(*call, "--resume").complaint
+    wrong = voz("decode", GO_BACK, "--out", tmp_path / "heard.TextGrid").complaint
+    assert "each recording has a TextGrid of its own; write them with --textgrids DIR" in wrong
+
+
 def test_what_libraries_say_of_a_damaged_recording_is_not_seen(tmp_path: Path) -> None:
     samples, rate = soundfile.read(GO_BACK)
     path = tmp_path / "bad.mp3"

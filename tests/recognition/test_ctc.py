@@ -8,10 +8,10 @@ from itertools import chain, combinations_with_replacement, groupby, product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from voz.recognition.ctc import Floats, best_matches, lattice
+from voz.recognition.ctc import Floats, align, best_matches, lattice
 
 BLANK = 2
 SYMBOLS = 3
@@ -65,6 +65,42 @@ def test_it_is_the_best_of_all_paths_and_lies_where_it_says(
         assert score == pytest.approx(max(scores.values(), default=-math.inf))
         if scores:
             assert scores[begin, end] == pytest.approx(score)
+
+
+def best_path(
+    heard: tuple[Floats, Floats, Floats], sentence: Sentence
+) -> tuple[int, tuple[int, ...]] | None:
+    """Where the best of all paths of a sentence begins, and the path; None if there is none."""
+    relative, before, behind = heard
+    found = [
+        (sum(row[symbol] for row, symbol in zip(relative[begin:], path, strict=False)), begin, path)
+        for begin in range(len(relative))
+        for length in range(1, len(relative) - begin + 1)
+        for path in paths(sentence, length)
+    ]
+    costs = [before[begin] + behind[begin + len(path) - 1] for _, begin, path in found]
+    scores = [score - cost for (score, *_), cost in zip(found, costs, strict=True)]
+    return found[int(np.argmax(scores))][1:] if found else None
+
+
+@given(st.lists(WAYS, min_size=1, max_size=3), st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_each_word_is_where_the_best_of_all_paths_has_it(
+    sentence: Sentence, moments: int, seed: int
+) -> None:
+    heard = made_up(moments, seed)
+    best = best_path(heard, sentence)
+    assume(best is not None)
+    assert best
+    begin, path = best
+    places = align(*heard, lattice([sentence], BLANK))
+    assert (places[0][0], places[-1][1]) == (begin, begin + len(path) - 1)
+    rest = begin
+    for (first, last), ways in zip(places, sentence, strict=True):
+        said = path[first - begin : last - begin + 1]
+        assert [symbol for symbol, _ in groupby(said) if symbol != BLANK] in ways
+        assert BLANK not in (said[0], said[-1])
+        assert {*path[rest - begin : first - begin]} <= {BLANK}
+        rest = last + 1
 
 
 def found_in(heard: tuple[Floats, Floats, Floats], sentence: Sentence) -> tuple[float, int, int]:

@@ -72,12 +72,13 @@ def _decode_pipe(
     from voz.recognition.recognizer import Recognizer
     from voz.recognition.speaker.profiles import load_profile
 
-    if len(paths) > 1 or options.out:
+    if len(paths) > 1 or options.out or options.textgrids:
         raise ConfigError("-: sound from a pipe is decoded alone, to standard output")
     known = load_profile(options.profile) if options.profile else None
     recognizer = Recognizer(language, settings.recognition, known)
     write = writer(options)
-    outcome = decode_blocks(recognizer, piped_blocks(_stdin(), options.rate), "-", write)
+    blocks = piped_blocks(_stdin(), options.rate)
+    outcome = decode_blocks(recognizer, blocks, "-", options.details, write)
     if isinstance(outcome.rows[0], SilentRow):
         write(outcome.rows[0])
     return outcome.failed
@@ -92,14 +93,25 @@ def _decode_files(
     from voz.cli.decode_output import decode_to_file
 
     inputs = find_inputs(paths, options.glob, _names_on_stdin())
-    if options.drive and not (options.resumes or options.overwrite):
-        from voz.apps.batch.simulated_run import check_no_events
-
-        check_no_events(options.drive, map(shown_name, inputs.names))
+    _prepare_folders(options, [shown_name(name) for name in inputs.names])
     header, decoder = _batch_decoder(options, settings, language)
     if options.out:
         return decode_to_file(options, settings, header, inputs, decoder)
     return _show_all(options, inputs, decoder)
+
+
+def _prepare_folders(options: DecodeOptions, names: Sequence[str]) -> None:
+    """Refuse to replace files that are written for each recording, unless asked."""
+    from voz.apps.batch.file_names import check_none_there
+    from voz.apps.batch.text_grids import TEXT_GRID_ENDING
+    from voz.files import os_errors_as_config_error
+
+    if options.textgrids:
+        with os_errors_as_config_error(options.textgrids):
+            options.textgrids.mkdir(parents=True, exist_ok=True)
+    for folder, ending in ((options.drive, ".jsonl"), (options.textgrids, TEXT_GRID_ENDING)):
+        if folder and not (options.resumes or options.overwrite):
+            check_none_there(folder, names, ending)
 
 
 def _batch_decoder(
@@ -115,11 +127,20 @@ def _batch_decoder(
 
     known = load_profile(options.profile) if options.profile else None
     header = header_for(language, settings.recognition, known)
+    details = options.details
+    header = replace(header, words=details.words, best=details.best)
     memory = options.memory_limit * MEGABYTE
     folder = str(language.folder.resolve())
-    setup = WorkerSetup(folder, settings.recognition, options.profile, memory, header.fingerprint)
+    setup = WorkerSetup(
+        folder,
+        settings.recognition,
+        options.profile,
+        memory,
+        header.fingerprint,
+        details=details,
+    )
     if options.drive:
-        simulation = _simulation_options(options.drive, settings, language, options.listening)
+        simulation = _simulation_options(options.drive, settings, language, options)
         setup = replace(setup, simulation=simulation)
         rules = digest_of([simulation.settings.decode(), str(simulation.listening)])
         header = replace(header, drive=rules)
@@ -128,7 +149,7 @@ def _batch_decoder(
 
 
 def _simulation_options(
-    folder: Path, settings: Config, language: LanguageFiles, listening: bool
+    folder: Path, settings: Config, language: LanguageFiles, options: DecodeOptions
 ) -> SimulationOptions:
     """Return the rules by which recordings drive; refuses a list that drives and cannot stop."""
     from voz.apps.batch.simulated_run import simulation_options
@@ -137,18 +158,21 @@ def _simulation_options(
 
     commands = read_commands(language)
     check_list(commands, settings.table, list_name(language))
-    listening = listening or not begins_listening(commands, settings.table)
-    return simulation_options(folder, settings, listening)
+    listening = options.listening or not begins_listening(commands, settings.table)
+    return simulation_options(folder, settings, listening, options.pictures)
 
 
 def _show_all(options: DecodeOptions, inputs: Inputs, decoder: BatchDecoder) -> bool:
     from voz.apps.batch.inputs import shard_of
     from voz.apps.batch.outcomes import with_manifest
     from voz.apps.batch.output import in_input_order
+    from voz.apps.batch.text_grids import with_text_grids
 
     names = shard_of(inputs.names, options.shard) if options.shard else inputs.names
     write = writer(options)
     finished: Iterator[Finished] = decoder.decode(names, range(len(names)))
+    if options.textgrids:
+        finished = with_text_grids(finished, options.textgrids)
     if not sys.stdout.isatty():  # in between results a bar would be in the way
         finished = with_progress(finished, len(names))
     failed = 0

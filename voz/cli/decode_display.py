@@ -53,6 +53,11 @@ def _show_heard(row: UtteranceRow, detailed: bool) -> None:
         f"{row.start:8.2f} {row.end:8.2f}  {row.confidence:.2f}  {accepted:8}  "
         f"{text:32}  {row.file}"
     )
+    for alternative in row.best:
+        show(f"{'':19}{alternative.confidence:.2f}  {'':8}  {alternative.text}")
+    if row.words:
+        words = ", ".join(f"{each.word} {each.start:.2f}-{each.end:.2f}" for each in row.words)
+        show(f"{'':35}{words}")
     if detailed and (detail := evidence_in_words(row.score, row.next_best)):
         show(f"{'':35}{detail}")
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from voz.cli.options import OverwriteOption, ProfileOption, RecognizerOptions, finite
 from voz.config import Config, overridden
 from voz.errors import ConfigError
+
+if TYPE_CHECKING:
+    from voz.recognition.details import Details
 
 
 @dataclass
@@ -24,7 +27,7 @@ class DecodeOptions(RecognizerOptions):
     out: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE", help="Keep the results: .jsonl, .csv or .parquet; or an address."
+            metavar="FILE", help="Keep the results: .jsonl, .csv, .parquet or .ctm; or an address."
         ),
     ] = None
     resume: Annotated[
@@ -77,18 +80,43 @@ class DecodeOptions(RecognizerOptions):
     ] = None
     drive: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Keep what the robot would have done: its events and its way."
-        ),
+        typer.Option(metavar="DIR", help="Keep what the robot would have done: its events."),
     ] = None
+    pictures: Annotated[
+        bool, typer.Option("--pictures", help="With --drive, draw its way too; takes a second.")
+    ] = False
     listening: Annotated[
         bool, typer.Option("--listening", help='With --drive, obey without "start speech".')
     ] = False
+    words: Annotated[bool, typer.Option("--words", help="Add when each word was said.")] = False
+    best: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            min=0,
+            max=100,
+            help="Add the N commands that fit best.",
+            show_default=False,
+        ),
+    ] = 0
+    textgrids: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep words and commands as Praat's TextGrids."),
+    ] = None
     dask: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="The scheduler of a dask cluster that decodes."),
     ] = None
     profile: ProfileOption = None
+
+    @property
+    def details(self) -> Details:
+        """What results have besides; formats of words need their times."""
+        from voz.apps.batch.formats import CTM_ENDING
+        from voz.recognition.details import Details
+
+        is_of_words = self.textgrids or (self.out and self.out.endswith(CTM_ENDING))
+        return Details(self.words or bool(is_of_words), self.best)
 
     @property
     def resumes(self) -> bool:
@@ -108,11 +136,13 @@ class DecodeOptions(RecognizerOptions):
             for name, given in asked.items():
                 if given:
                     raise ConfigError(f"{name}: continues an output; name it with --out")
-        if self.overwrite and not (self.out or self.drive):
+        if self.overwrite and not (self.out or self.drive or self.textgrids):
             raise ConfigError("--overwrite: replaces an output; name it with --out")
         if self.overwrite and self.resumes:
             raise ConfigError("--overwrite: starts again; leave it out to continue with --resume")
         if self.listening and self.drive is None:
             raise ConfigError("--listening: is about what a robot obeys; add --drive DIR")
+        if self.pictures and self.drive is None:
+            raise ConfigError("--pictures: draws the way of a robot; add --drive DIR")
         if self.out and self.as_json:
             raise ConfigError("--json: is for standard output; end the name of --out with .jsonl")

@@ -69,6 +69,7 @@ def decode_to_file(
     from voz.apps.batch.locations import check_output
     from voz.apps.batch.output import ResumeOptions, decode_to_output
     from voz.apps.batch.remote import shown_name
+    from voz.apps.batch.text_grids import with_text_grids
 
     assert options.out
     output, names = options.out, inputs.names
@@ -83,7 +84,10 @@ def decode_to_file(
     summary = OutputSummary({shown_name(str(clip.path)) for clip in inputs.clips})
 
     def decode(numbers: Sequence[int]) -> Generator[Finished, None, None]:
-        for finished in with_progress(decoder.decode(names, numbers), len(numbers)):
+        decoded: Iterator[Finished] = decoder.decode(names, numbers)
+        if options.textgrids:
+            decoded = with_text_grids(decoded, options.textgrids)
+        for finished in with_progress(decoded, len(numbers)):
             summary.new.add(finished.outcome)
             yield finished
 

@@ -31,7 +31,7 @@ def spellings(dictionary: Mapping[str, Phones]) -> dict[str, list[Phones]]:
     """All pronunciations of each word of a dictionary."""
     found: dict[str, list[Phones]] = {}
     for name, phones in dictionary.items():
-        found.setdefault(_plain(name), []).append(phones)
+        found.setdefault(plain_word(name), []).append(phones)
     return found
 
 
@@ -58,5 +58,6 @@ def _rounded(word: str, phones: Phones) -> Phones:
     return tuple("AO" if phone == "AA" and after != "R" else phone for phone, after in pairs)
 
 
-def _plain(name: str) -> str:
+def plain_word(name: str) -> str:
+    """The word of an entry of a dictionary, which may be a variant, as `the(2)`."""
     return name.partition("(")[0]

@@ -6,7 +6,7 @@ doi:10.1145/1143844.1143891), with a free beginning and end.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -19,12 +19,19 @@ Places = npt.NDArray[np.intp]
 Ways = Sequence[Sequence[int]]
 """All pronunciations of a word, as numbers of symbols."""
 
+NO_WORD = -1
+"""The word of a blank between words."""
+
+NOWHERE = -1
+"""Where a sentence comes from that begins."""
+
 
 class Node(NamedTuple):
-    """A symbol, and the nodes from which it is reached, itself among them."""
+    """A symbol, the nodes from which it is reached, itself among them, and the word's index."""
 
     symbol: int
     sources: Sequence[int]
+    word: int
 
 
 class Lattice(NamedTuple):
@@ -35,6 +42,7 @@ class Lattice(NamedTuple):
     starts: npt.NDArray[np.bool_]  # whether a sentence may begin at each node
     ends: Places  # nodes at which one may end, sentence by sentence
     firsts: Places  # where those of each sentence begin in `ends`
+    words: Places  # of each node: the index of its word in the sentence, or `NO_WORD`
 
 
 class Matches(NamedTuple):
@@ -54,11 +62,11 @@ def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
         before: list[int] = []
         last: list[int] = []
         for place, word in enumerate(words):
-            firsts, last = _append(nodes, word, before, blank)
+            firsts, last = _append(nodes, word, before, blank, place)
             if place == 0:
                 starts += firsts
             if place < len(words) - 1:
-                nodes.append(Node(blank, [*last, len(nodes)]))
+                nodes.append(Node(blank, [*last, len(nodes)], NO_WORD))
                 before = [*last, len(nodes) - 1]
         ends.append(last)
     most = max(len(node.sources) for node in nodes)
@@ -71,11 +79,12 @@ def lattice(sentences: Iterable[Sequence[Ways]], blank: int) -> Lattice:
         is_start,
         np.array([node for last in ends for node in last]),
         np.array([0, *accumulate(map(len, ends[:-1]))]),
+        np.array([node.word for node in nodes]),
     )
 
 
 def _append(
-    nodes: list[Node], word: Ways, before: Sequence[int], blank: int
+    nodes: list[Node], word: Ways, before: Sequence[int], blank: int, number: int
 ) -> tuple[list[int], list[int]]:
     """Add a word after some nodes; returns its first and its last nodes."""
     firsts: list[int] = []
@@ -85,11 +94,11 @@ def _append(
         firsts.append(len(nodes))
         for place, symbol in enumerate(way):
             if place:
-                nodes.append(Node(blank, [len(nodes) - 1, len(nodes)]))
+                nodes.append(Node(blank, [len(nodes) - 1, len(nodes)], number))
                 sources = [len(nodes) - 2, len(nodes) - 1]
             # A symbol that comes twice needs a blank between.
             others = [source for source in sources if nodes[source].symbol != symbol]
-            nodes.append(Node(symbol, [*others, len(nodes)]))
+            nodes.append(Node(symbol, [*others, len(nodes)], number))
         lasts.append(len(nodes) - 1)
     return firsts, lasts
 
@@ -103,19 +112,57 @@ def best_matches(relative: Floats, before: Floats, behind: Floats, sentences: La
         behind: cost of ending at each moment, nats.
         sentences: their lattice.
     """
-    symbols, sources, starts, ends, firsts = sentences
-    nodes, columns = len(symbols), np.arange(len(symbols))
-    scores, begins = np.full(nodes + 1, -np.inf), np.zeros(nodes + 1, np.intp)
+    ends, firsts = sentences.ends, sentences.firsts
+    nodes = len(sentences.symbols)
+    begins = np.zeros(nodes + 1, np.intp)
     found = Matches(np.full(len(firsts), -np.inf), *np.zeros((2, len(firsts)), np.intp))
-    for moment, likely in enumerate(relative):
-        likeliest = sources[scores[sources].argmax(axis=0), columns]
-        reached, begun = scores[likeliest], begins[likeliest]
-        entered = starts & (reached < -before[moment])
-        scores[:nodes] = np.where(entered, -before[moment], reached) + likely[symbols]
-        begins[:nodes] = np.where(entered, moment, begun)
+    for moment, (scores, source, entered) in enumerate(_forward(relative, before, sentences)):
+        begins[:nodes] = np.where(entered, moment, begins[source])
         ended = np.maximum.reduceat(scores[ends], firsts) - behind[moment]
         for number in np.flatnonzero(ended > found.scores):
             last = slice(firsts[number], firsts[number + 1] if number + 1 < len(firsts) else None)
             found.scores[number], found.ends[number] = ended[number], moment
             found.begins[number] = begins[ends[last][scores[ends[last]].argmax()]]
     return found
+
+
+def align(
+    relative: Floats, before: Floats, behind: Floats, sentence: Lattice
+) -> list[tuple[int, int]]:
+    """Find the first and last moment of each word of a sentence where it fits best.
+
+    Args:
+        relative: as for `best_matches`, like the next two; the sentence must fit somewhere.
+        before: cost of beginning at each moment, nats.
+        behind: cost of ending at each moment, nats.
+        sentence: a lattice of one.
+    """
+    best, moment, node = -np.inf, 0, 0
+    came: list[Places] = []
+    for now, (scores, source, entered) in enumerate(_forward(relative, before, sentence)):
+        came.append(np.where(entered, NOWHERE, source))
+        last = sentence.ends[scores[sentence.ends].argmax()]
+        if scores[last] - behind[now] > best:
+            best, moment, node = scores[last] - behind[now], now, int(last)
+    places: dict[int, tuple[int, int]] = {}
+    while node != NOWHERE:
+        word = int(sentence.words[node])
+        places[word] = moment, places.get(word, (moment, moment))[1]
+        node = int(came[moment][node])
+        moment -= 1
+    return [places[word] for word in sorted(places.keys() - {NO_WORD})]
+
+
+def _forward(
+    relative: Floats, before: Floats, sentences: Lattice
+) -> Iterator[tuple[Floats, Places, npt.NDArray[np.bool_]]]:
+    """At each moment each node's best score, the node before it, and whether it begins there."""
+    symbols, sources, starts = sentences.symbols, sentences.sources, sentences.starts
+    nodes, columns = len(symbols), np.arange(len(symbols))
+    scores = np.full(nodes + 1, -np.inf)
+    for cost, likely in zip(before, relative, strict=True):
+        source = sources[scores[sources].argmax(axis=0), columns]
+        reached = scores[source]
+        entered = starts & (reached < -cost)
+        scores[:nodes] = np.where(entered, -cost, reached) + likely[symbols]
+        yield scores, source, entered

@@ -114,18 +114,41 @@ class CommandSearch:
             text: the proposed sentence; empty for the best command.
             start: the first cepstral mean, as `mean_start` gives it.
         """
-        if not self.finds_alone:
-            self._search_for(self._shortlist.similar_to(text))
-        process(self._decoder, samples, start)
-        scores = {command: self._score(end) for command, end in self._graph.ends.items()}
-        found = {command: score for command, score in scores.items() if score is not None}
-        phones = self._path(self._graph.loop)
+        found, phones = self._scores(samples, text, start)
         if not found or not phones.spans:
             return None
         best = text if text in found else max(found, key=found.__getitem__)
         best = self._prefer_never_missed(best, found, phones)
         del found[best]
         return Evidence(best, self._path(self._graph.ends[best]), found, phones)
+
+    def others(
+        self, samples: Samples, text: str, start: str, best: str, count: int
+    ) -> list[Evidence]:
+        """Search again, and collect the evidence for so many commands that come next to the best.
+
+        Args:
+            samples: as for `compare`, like `text` and `start`.
+            text: the proposed sentence.
+            start: the first cepstral mean.
+            best: the command that `compare` found.
+            count: how many others.
+        """
+        scores, phones = self._scores(samples, text, start)
+        scores.pop(best, None)
+        nearest = sorted(scores, key=scores.__getitem__, reverse=True)[:count]
+        return [Evidence(one, self._path(self._graph.ends[one]), {}, phones) for one in nearest]
+
+    def _scores(
+        self, samples: Samples, text: str, start: str
+    ) -> tuple[dict[str, float], Alignment]:
+        """The scores of the commands that fit, nats, and the path of any phones."""
+        if not self.finds_alone:
+            self._search_for(self._shortlist.similar_to(text))
+        process(self._decoder, samples, start)
+        scores = {command: self._score(end) for command, end in self._graph.ends.items()}
+        found = {command: score for command, score in scores.items() if score is not None}
+        return found, self._path(self._graph.loop)
 
     def _prefer_never_missed(
         self, best: str, scores: Mapping[str, float], phones: Alignment

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from voz.audio.endpointing.segment import Segment
-from voz.events import Reason
+from voz.events import Reason, SpokenWord
 from voz.recognition.slot_rivals import Rival
 from voz.recognition.speaker.adaptation import StartVector
 
@@ -18,6 +18,11 @@ Refusal = tuple[Reason, tuple[str, str] | None]
 def no_command() -> Refusal:
     """The refusal of what was compared with no command."""
     return "not_a_command", None
+
+
+def no_others(_: int) -> Sequence[tuple[str, float]]:
+    """The rivals of what was compared with no command."""
+    return ()
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,9 @@ class Hypothesis:
     why_refused: Callable[[], Refusal] = no_command
     rival: Rival | None = None  # the likeliest other meaning, if it has slots
     next_best: str = ""  # the second best command; empty if there is no other
+    words: Callable[[], tuple[SpokenWord, ...]] = tuple  # aligned when it is called
+    # So many other commands, the best first, with their probabilities as that of `text`
+    others: Callable[[int], Sequence[tuple[str, float]]] = no_others
 
 
 class CommandFinder(Protocol):

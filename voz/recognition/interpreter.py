@@ -14,6 +14,7 @@ from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
 from voz.recognition.decision import DecisionRule
 from voz.recognition.decoder import mean_start
+from voz.recognition.details import NO_DETAILS, Details, with_details
 from voz.recognition.hypothesis import CommandFinder, Hypothesis
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
@@ -116,7 +117,12 @@ class Interpreter:
         return parse.command if parse and parse.command != text else None
 
     def utterance(
-        self, heard: Hypothesis, context: Context, decided: float, source: str
+        self,
+        heard: Hypothesis,
+        context: Context,
+        decided: float,
+        source: str,
+        details: Details = NO_DETAILS,
     ) -> Utterance:
         """Decide, and make the event.
 
@@ -125,13 +131,14 @@ class Interpreter:
             context: what is around it.
             decided: time of the decision, s.
             source: name of the stream.
+            details: what is told besides.
         """
         segment, text = heard.segment, heard.text
         decision = self.rule.decide(heard, context)
         reason, between = (None, None) if decision.accepted else heard.why_refused()
         parse = self.commands.parse(text) if decision.accepted else None
         score = heard.values.get(SCORE)
-        return Utterance(
+        utterance = Utterance(
             t=round(decided, 3),
             text=text,
             confidence=round(decision.confidence, 3),
@@ -148,6 +155,10 @@ class Interpreter:
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
         )
+        if details == NO_DETAILS:
+            return utterance
+        with self._lock:  # pocketsphinx may have to search again
+            return with_details(utterance, heard, context, details)
 
 
 def _network(language: Language, file: str | None) -> PhonemeScorer | None:

@@ -12,6 +12,7 @@ from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
+from voz.events import SpokenWord
 from voz.language.sentences.automaton import Automaton
 from voz.recognition.confidence import probability, trust_in_speech
 from voz.recognition.confidence_model import SCORE, Model
@@ -112,7 +113,22 @@ class NetworkFinder:
             why_refused=partial(self._why_refused, segment, sounds, ranking, trust, other),
             rival=other,
             next_best=ranking.next_best,
+            words=partial(self._words, sounds, ranking.text, sound_start),
+            others=partial(self._others, ranking, trust),
         )
+
+    def _words(
+        self, sounds: PhoneLikelihoods, text: str, sound_start: float
+    ) -> tuple[SpokenWord, ...]:
+        places = self._network.align(sounds, text)
+        return tuple(
+            SpokenWord(word, round(sound_start + begin, 3), round(sound_start + end, 3))
+            for word, (begin, end) in zip(text.split(), places, strict=True)
+        )
+
+    def _others(self, ranking: Ranking, trust: float, count: int) -> list[tuple[str, float]]:
+        scores = ranking.others(count)
+        return [(text, trust * probability(self._model, {SCORE: score})) for text, score in scores]
 
     def _rival(self, ranking: Ranking) -> Rival | None:
         """The rival of the best command; commands that must not be missed have none."""

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 
-from voz.audio import SAMPLE_RATE
+from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.open_segment import SEGMENT_MARGIN
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
+from voz.events import SpokenWord
+from voz.recognition.accents import plain_word
 from voz.recognition.confidence import features, probability, trust_in_speech, voices_around
 from voz.recognition.confidence_model import VOICES_AROUND, Model
 from voz.recognition.decoder import Decoder, mean_start
-from voz.recognition.evidence import CommandSearch, Evidence
+from voz.recognition.evidence import CommandSearch, Evidence, Span
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.refusal import refusal_by_pocketsphinx, unusable_sound
@@ -55,25 +57,62 @@ class PocketsphinxFinder:
         if evidence is None:
             why = partial(_why_refused, segment, None, 1.0)
             return Hypothesis(segment, text, spoken_until, why_refused=why)
-        values = features(evidence, self._phones_of, self._usual)
-        values[VOICES_AROUND] = voices_around(segment.above, segment.voices)
+        values = self._features(evidence, segment)
         trust = trust_in_speech(self._voice_in(segment, evidence))
         last = evidence.command.spans[-1]
         return Hypothesis(
             segment,
             evidence.text,
-            spoken_until=segment.start + (last.end + 1) * DECODER_FRAME / SAMPLE_RATE,
+            spoken_until=_end(segment, last),
             values=values,
             trust=trust,
             probability=trust * probability(self._model, values),
             why_refused=partial(_why_refused, segment, evidence, trust),
             next_best=max(evidence.rivals, key=evidence.rivals.__getitem__, default=""),
+            words=partial(_words, segment, evidence),
+            others=partial(self._others, segment, sound, text, start, evidence.text, trust),
         )
+
+    def _features(self, evidence: Evidence, segment: Segment) -> dict[str, float]:
+        values = features(evidence, self._phones_of, self._usual)
+        return values | {VOICES_AROUND: voices_around(segment.above, segment.voices)}
+
+    def _others(
+        self,
+        segment: Segment,
+        sound: Samples,
+        proposed: str,
+        start: str,
+        best: str,
+        trust: float,
+        count: int,
+    ) -> list[tuple[str, float]]:
+        found = self._command_search.others(sound, proposed, start, best, count)
+        return [
+            (each.text, trust * probability(self._model, self._features(each, segment)))
+            for each in found
+        ]
 
     def _voice_in(self, segment: Segment, evidence: Evidence) -> float:
         words = evidence.command.spans
         begin = max(0, words[0].start * DECODER_FRAME - RUN_UP)
         return self._voice.probability(segment.samples[begin : words[-1].end * DECODER_FRAME])
+
+
+def _words(segment: Segment, evidence: Evidence) -> tuple[SpokenWord, ...]:
+    return tuple(
+        SpokenWord(
+            plain_word(span.name),
+            round(segment.start + span.start * DECODER_FRAME / SAMPLE_RATE, 3),
+            round(_end(segment, span), 3),
+        )
+        for span in evidence.command.spans
+    )
+
+
+def _end(segment: Segment, span: Span) -> float:
+    """When a span ends in the stream, s."""
+    return segment.start + (span.end + 1) * DECODER_FRAME / SAMPLE_RATE
 
 
 def _why_refused(segment: Segment, evidence: Evidence | None, trust: float) -> Refusal:

@@ -26,6 +26,7 @@ from voz.notebook import keep_sounds
 from voz.public_names import PublicNames
 from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import Model
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.interpreter import Interpreter
 from voz.recognition.language import load_language
 from voz.recognition.listener import Listener
@@ -135,7 +136,12 @@ class Recognizer(PublicNames):
         return Listener(open_stream(self, ARRAY), rate)
 
     def decode(
-        self, sound: str | PathLike[str] | npt.ArrayLike, rate: float | None = None
+        self,
+        sound: str | PathLike[str] | npt.ArrayLike,
+        rate: float | None = None,
+        *,
+        words: bool = False,
+        best: int = 0,
     ) -> list[Utterance]:
         """Recognize a whole recording.
 
@@ -143,6 +149,8 @@ class Recognizer(PublicNames):
             sound: a file of any format of libsndfile, or an array: samples, or samples x channels,
                 int16 or floats from -1 to 1.
             rate: of an array, Hz; must be given.
+            words: whether utterances have the times of their words.
+            best: how many of the sentences that fit best they have, up to 100.
 
         Returns:
             The utterances by time.
@@ -150,15 +158,17 @@ class Recognizer(PublicNames):
         Raises:
             AudioError: the file cannot be read, the rate is missing, or the array holds something
                 else.
+            ConfigError: `words` or `best` is something else.
         """
+        details = Details(words, best)
         if not isinstance(sound, str | PathLike):
             samples = to_samples(sound, rate)
-            heard = list(self.utterances([samples], ARRAY))
+            heard = list(self.utterances([samples], ARRAY, details))
             keep_sounds(heard, samples)
             return heard
         if rate is not None:
             raise AudioError(f"{sound}: a file has its own rate; leave `rate` out")
-        return list(self.utterances(read_blocks(Path(sound)), str(sound)))
+        return list(self.utterances(read_blocks(Path(sound)), str(sound), details))
 
     def microphone(self, device: str | None = None) -> MicrophoneUtterances:
         """Listen to a microphone: iterate over what it returns.
@@ -203,12 +213,15 @@ class Recognizer(PublicNames):
         """
         return utterances_of(Listener(open_stream(self, ARRAY, spotting=False), rate), blocks)
 
-    def utterances(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance]:
+    def utterances(
+        self, blocks: Iterable[Samples], source: str, details: Details = NO_DETAILS
+    ) -> Iterator[Utterance]:
         """Recognize a recording, independently of others unless it is learning.
 
         Args:
             blocks: samples, 16 kHz, in blocks of any size.
             source: its name, for the utterances.
+            details: what utterances have besides.
 
         Yields:
             Utterances, each as early as it can be decided; times are within the recording.
@@ -216,16 +229,22 @@ class Recognizer(PublicNames):
         Raises:
             AudioError: raised by the blocks; the utterances before it are yielded first.
         """
-        stream = open_stream(self, source, spotting=False)
+        stream = open_stream(self, source, spotting=False, details=details)
         return (e for e in feed_all(stream, blocks) if isinstance(e, Utterance))
 
-    def events(self, blocks: Iterable[Samples], source: str) -> Iterator[Utterance | Partial]:
+    def events(
+        self, blocks: Iterable[Samples], source: str, details: Details = NO_DETAILS
+    ) -> Iterator[Utterance | Partial]:
         """The same as `utterances`, with partial hypotheses."""
-        return feed_all(open_stream(self, source), blocks)
+        return feed_all(open_stream(self, source, details=details), blocks)
 
 
 def open_stream(
-    recognizer: Recognizer, source: str, spotting: bool = True, voices: VoiceFlags | None = None
+    recognizer: Recognizer,
+    source: str,
+    spotting: bool = True,
+    voices: VoiceFlags | None = None,
+    details: Details = NO_DETAILS,
 ) -> Stream:
     """Begin an independent stream.
 
@@ -234,8 +253,9 @@ def open_stream(
         source: its name, for utterances.
         spotting: whether to report a possible `stop` before the sound around it pauses.
         voices: returns in which frames there may be a voice, if that is known already.
+        details: what utterances have besides.
     """
-    return Stream(recognizer._interpreter, source, recognizer._early, spotting, voices)
+    return Stream(recognizer._interpreter, source, recognizer._early, spotting, voices, details)
 
 
 def confidence_model(recognizer: Recognizer) -> Model:

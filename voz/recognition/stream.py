@@ -12,6 +12,7 @@ from voz.events import Partial, Utterance
 from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import SCORE
 from voz.recognition.decision import confidence_in_quiet
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.interpreter import Interpreter
 
@@ -37,11 +38,13 @@ class Stream:
         early: float,
         spotting: bool,
         voices: VoiceFlags | None = None,
+        details: Details = NO_DETAILS,
     ) -> None:
         self._interpreter = interpreter
         self._rule = interpreter.rule
         self._spotting = spotting
         self._source = source
+        self._details = details
         self._segmenter = Segmenter(early, interpreter.longest, voices)
         self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
         self._waiting: Hypothesis | None = None  # hangs on what follows
@@ -124,7 +127,9 @@ class Stream:
             yield from self._report(heard, context, segment.decided)
 
     def _report(self, heard: Hypothesis, context: Context, decided: float) -> Iterator[Utterance]:
-        utterance = self._interpreter.utterance(heard, context, decided, self._source)
+        utterance = self._interpreter.utterance(
+            heard, context, decided, self._source, self._details
+        )
         # What is too long for any command has not been asked about; it is hardly noise.
         is_speech = not heard.values or heard.trust > 0
         if utterance.accepted:

@@ -17,6 +17,7 @@ from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
 from voz.run.beat import BEATS_PER_SECOND, beats_before
 from voz.run.clocks import Item
@@ -65,7 +66,10 @@ def typed_items(
 
 
 def recorded_items(
-    paths: Iterable[Path], recognizer: Recognizer, unreadable: list[str]
+    paths: Iterable[Path],
+    recognizer: Recognizer,
+    unreadable: list[str],
+    details: Details = NO_DETAILS,
 ) -> Iterator[Item]:
     """Yield what is heard in recordings, one after the other as one stream of time.
 
@@ -82,7 +86,8 @@ def recorded_items(
     for path in paths:
         begin = heard / SAMPLE_RATE
         try:
-            for event in recognizer.events(count_samples(read_blocks(path)), shown_path(path)):
+            blocks = count_samples(read_blocks(path))
+            for event in recognizer.events(blocks, shown_path(path), details):
                 yield shift_time(event, begin)
         except AudioError as error:
             unreadable.append(str(error))

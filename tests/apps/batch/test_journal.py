@@ -133,6 +133,18 @@ def test_what_was_begun_otherwise_is_refused(
         pass
 
 
+def test_what_was_begun_with_other_details_is_refused(tmp_path: Path) -> None:
+    output = str(tmp_path / "heard.jsonl")
+    with open_journal(output, HEADER, NAMES, resume=False):
+        pass
+    for other in (replace(HEADER, words=True), replace(HEADER, best=3)):
+        with (
+            pytest.raises(ConfigError, match="was started with another --words or --best"),
+            open_journal(output, other, NAMES, resume=True),
+        ):
+            pass
+
+
 def test_what_is_no_journal_is_refused(tmp_path: Path) -> None:
     output = str(tmp_path / "heard.jsonl")
     journal_path(output).write_text("mine\n")

@@ -16,6 +16,8 @@ from recordings import FIXTURES, Recording
 from voz.apps.batch import long_recordings
 from voz.apps.batch.decoding import decode_recording
 from voz.apps.batch.long_recordings import (
+    DecodedPart,
+    RecordingPart,
     decode_part,
     first_mismatch,
     outcome_of_parts,
@@ -25,21 +27,28 @@ from voz.apps.batch.long_recordings import (
 )
 from voz.apps.batch.outcomes import ErrorRow, Outcome
 from voz.audio import SAMPLE_RATE
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
 
 SHORT = 10.0
 """Parts that are cut so small that a recording of a minute has several, s."""
 
 
-def in_parts(recognizer: Recognizer, path: Path, part: float = SHORT) -> tuple[Outcome, int, int]:
+def in_parts(
+    recognizer: Recognizer, path: Path, details: Details = NO_DETAILS
+) -> tuple[Outcome, int, int]:
     """Decode in parts, as the scheduler does; gives how many there were, and were done anew."""
-    plan = plan_cuts(path, part)
+    plan = plan_cuts(path, SHORT)
     assert plan is not None
-    done = [decode_part(recognizer, path, part, str(path)) for part in parts_of(plan)]
+
+    def decoded(part: RecordingPart) -> DecodedPart:
+        return decode_part(recognizer, path, part, str(path), details)
+
+    done = list(map(decoded, parts_of(plan)))
     again = 0
     while (wrong := first_mismatch(done)) is not None:
         plan = without_cut(plan, wrong)
-        done[wrong : wrong + 2] = [decode_part(recognizer, path, parts_of(plan)[wrong], str(path))]
+        done[wrong : wrong + 2] = [decoded(parts_of(plan)[wrong])]
         again += 1
     return outcome_of_parts(str(path), done), len(done), again
 
@@ -87,11 +96,11 @@ def test_parts_give_what_one_process_gives(
 def test_a_quiet_recording_is_cut_and_nothing_is_done_twice(
     recognizer: Recognizer, tmp_path: Path
 ) -> None:
-    path = tmp_path / "long.flac"
+    path, details = tmp_path / "long.flac", Details(words=True, best=2)
     soundfile.write(path, recording(FIXED[:6], [7.0] * 6, 3.0, 1), SAMPLE_RATE)
-    parts, count, again = in_parts(recognizer, path)
+    parts, count, again = in_parts(recognizer, path, details=details)
     assert (count > 2, again) == (True, 0)
-    assert parts.rows == decode_recording(recognizer, path).rows
+    assert parts.rows == decode_recording(recognizer, path, details=details).rows
     assert len(parts.rows) == 6
 
 

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.formats import OUTPUT_FORMATS, write_output
+from voz.apps.batch.formats import TABLE_FORMATS, write_output
 from voz.apps.batch.merging import merge
 from voz.apps.batch.outcomes import Row, SilentRow
 from voz.errors import ConfigError
@@ -26,7 +26,7 @@ def shard(path: Path, number: int, **others: tuple[str, ...]) -> str:
     return str(path)
 
 
-@pytest.mark.parametrize("ending", OUTPUT_FORMATS)
+@pytest.mark.parametrize("ending", TABLE_FORMATS)
 def test_columns_of_manifests_stay_and_shards_may_be_empty(tmp_path: Path, ending: str) -> None:
     shards = [shard(tmp_path / f"{number}{ending}", number) for number in range(1, 6)]
     assert merge(shards, str(tmp_path / f"merged{ending}")) == 3

@@ -10,7 +10,7 @@ import pytest
 
 import voz
 from voz.apps.batch.fingerprint import Header
-from voz.apps.batch.formats import OUTPUT_FORMATS, write_output
+from voz.apps.batch.formats import TABLE_FORMATS, write_output
 from voz.apps.batch.outcomes import ErrorRow, Row, SilentRow, UtteranceRow
 from voz.settings import Recognition
 
@@ -24,7 +24,7 @@ ROWS: list[Row] = [
 ]
 
 
-@pytest.fixture(params=OUTPUT_FORMATS)
+@pytest.fixture(params=TABLE_FORMATS)
 def output(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     path = tmp_path / f"heard{request.param}"
     write_output(path, HEADER, ROWS)

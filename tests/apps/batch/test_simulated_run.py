@@ -8,9 +8,11 @@ from typing import Any
 
 import pytest
 from calls import in_process
+from hypothesis import given
+from hypothesis import strategies as st
 from recordings import GO_BACK, Recording
 
-from voz.apps.batch.remote import file_name_for
+from voz.apps.batch.file_names import file_name_for
 
 pytestmark = pytest.mark.slow
 
@@ -21,7 +23,8 @@ def events_of(folder: Path, name: object) -> list[dict[str, Any]]:
 
 
 def test_the_events_are_those_of_a_run(session: Recording, tmp_path: Path) -> None:
-    result = in_process("decode", "--json", "--drive", tmp_path / "driven", session.path, GO_BACK)
+    options = ("--json", "--pictures", "--drive", tmp_path / "driven")
+    result = in_process("decode", *options, session.path, GO_BACK)
     assert result.code == 0
     run = in_process(
         *("run", "--wav", session.path, "--robot", "simulator", "--no-sound", "--events", "-")
@@ -45,13 +48,14 @@ def test_nothing_moves_unless_the_robot_listens(tmp_path: Path) -> None:
 
 
 def test_what_a_recording_did_before_is_replaced_only_if_asked(tmp_path: Path) -> None:
-    given = ("decode", "--drive", tmp_path, GO_BACK)
-    assert in_process(*given).code == 0
+    call = ("decode", "--drive", tmp_path, GO_BACK)
+    assert in_process(*call).code == 0
     events = tmp_path / f"{file_name_for(str(GO_BACK))}.jsonl"
+    assert list(tmp_path.iterdir()) == [events]  # a picture is drawn only if asked
     events.write_text("mine")
-    assert f"{events}: is there already; replace it by --overwrite" in in_process(*given).complaint
+    assert f"{events}: is there already; replace it by --overwrite" in in_process(*call).complaint
     assert events.read_text() == "mine"
-    assert in_process(*given, "--overwrite").code == 0
+    assert in_process(*call, "--overwrite").code == 0
     assert events.read_text() != "mine"
 
 
@@ -59,9 +63,11 @@ def test_programs_of_commands_are_not_started(tmp_path: Path) -> None:
     (tmp_path / "voz.toml").write_text(
         f'[commands]\n"go back" = {{ run = ["touch", "{tmp_path}/started"] }}\n'
     )
-    given = ("--config", tmp_path / "voz.toml", "--listening", GO_BACK)
-    assert in_process("decode", "--drive", tmp_path / "driven", *given).code == 0
-    assert {e["type"] for e in events_of(tmp_path / "driven", GO_BACK)} >= {"utterance", "cmd_vel"}
+    options = ("--config", tmp_path / "voz.toml", "--listening", "--words", GO_BACK)
+    assert in_process("decode", "--drive", tmp_path / "driven", *options).code == 0
+    events = events_of(tmp_path / "driven", GO_BACK)
+    assert {e["type"] for e in events} >= {"utterance", "cmd_vel"}
+    assert [word["word"] for e in events for word in e.get("words", [])] == ["go", "back"]
     assert not (tmp_path / "started").exists()
 
 
@@ -74,21 +80,31 @@ def test_a_recording_that_cannot_be_read_is_a_row(tmp_path: Path) -> None:
 def test_a_run_without_it_is_not_gone_on_with(tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     assert in_process("decode", GO_BACK, "--out", out).code == 0
-    given = ("--out", out, "--resume", "--drive", tmp_path / "driven")
-    assert "was started with no --drive" in in_process("decode", GO_BACK, *given).complaint
+    options = ("--out", out, "--resume", "--drive", tmp_path / "driven")
+    assert "was started with no --drive" in in_process("decode", GO_BACK, *options).complaint
 
 
-def test_names_of_files_do_not_lead_out_of_the_folder() -> None:
-    names = [
-        "../a.wav",
-        "/b/../c.wav",
-        "a%2Fb.wav",
-        "a/b.wav",
-        "s3://bucket/x.wav",
-        "..",
-        "y" * 900,
-    ]
-    made = [file_name_for(name) for name in names]
-    assert len(set(made)) == len(names)
-    assert max(map(len, made)) < 250
+def test_pictures_without_a_robot_are_refused() -> None:
+    assert (
+        "--pictures: draws the way of a robot"
+        in in_process("decode", GO_BACK, "--pictures").complaint
+    )
+
+
+def test_names_of_files_are_readable() -> None:
+    assert file_name_for("rooms/Küche 2/go (3).wav") == "rooms+Küche 2+go (3).wav"
+    assert file_name_for("/data/1.wav") == "+data+1.wav"
+    assert file_name_for("../a+b.wav") == "%2E.+a%2Bb.wav"
+    assert file_name_for("s3://bucket/x.wav") == "s3%3A++bucket+x.wav"
+
+
+LETTERS = st.text(st.sampled_from("ab./+%_ ü\n") | st.characters(exclude_categories=["Cs"]))
+
+
+@given(st.lists(st.one_of(LETTERS, LETTERS.map(lambda text: text * 50)), unique=True))
+def test_names_of_files_are_unique_and_do_not_lead_out_of_the_folder(names: list[str]) -> None:
+    made = [file_name_for(f"{name}.wav") for name in ["../x", "..", "y" * 900, *names]]
+    assert len(set(made)) == len({"../x", "..", "y" * 900, *names})
+    assert max(len(name.encode()) for name in made) < 250
     assert all("/" not in name and not name.startswith(".") for name in made)
+    assert all(name.isprintable() for name in made)

@@ -11,27 +11,31 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.files import shown_path
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
 
 
-def decode_recording(recognizer: Recognizer, path: Path, file: str | None = None) -> Outcome:
+def decode_recording(
+    recognizer: Recognizer, path: Path, file: str | None = None, details: Details = NO_DETAILS
+) -> Outcome:
     """Decode one recording as if it were alone; its rows name it by `file`, or else by its path.
 
     The rows are its utterances, then the error if reading it failed; one `SilentRow` if nothing
     was said.
     """
-    return decode_blocks(recognizer, read_blocks(path), file or shown_path(path))
+    return decode_blocks(recognizer, read_blocks(path), file or shown_path(path), details)
 
 
 def decode_blocks(
     recognizer: Recognizer,
     blocks: Iterable[Samples],
     file: str,
+    details: Details = NO_DETAILS,
     on_row: Callable[[Row], None] = lambda _: None,
 ) -> Outcome:
     """Decode one recording, 16 kHz, whose rows name it `file`; the blocks may end in an AudioError.
 
-    `on_row` is called with each row as soon as it is known.
+    `on_row` is called with each row as soon as it is known; `details` are what rows have besides.
     """
     before = time.process_time()
     heard = 0
@@ -49,7 +53,7 @@ def decode_blocks(
         on_row(row)
 
     try:
-        for utterance in recognizer.utterances(counted(), file):
+        for utterance in recognizer.utterances(counted(), file, details):
             add(utterance_row(utterance, file))
     except AudioError as error:
         add(ErrorRow(file, str(error)))

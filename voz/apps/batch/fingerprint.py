@@ -11,6 +11,7 @@ from pathlib import Path
 import msgspec
 
 from voz import __version__
+from voz.apps.batch.outcomes import DETAIL_COLUMNS
 from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.generated.language_files import LanguageFiles
@@ -35,6 +36,13 @@ class Header(msgspec.Struct, frozen=True, omit_defaults=True):
     inputs: str = ""  # of a shard, the digest of all names of the input
     drive: str = ""  # with --drive, the digest of the rules
     columns: tuple[str, ...] = ()  # of manifests, by their names in the output
+    words: bool = False  # whether rows have the times of words
+    best: int = 0  # how many sentences that fit best rows have
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """The columns of details that the output has."""
+        return tuple(name for name in DETAIL_COLUMNS if getattr(self, name))
 
 
 def header_for(language: LanguageFiles, settings: Recognition, profile: Profile | None) -> Header:
@@ -75,7 +83,8 @@ def check_same(
 def difference(one: Header, other: Header) -> str:
     """Say in words in what two headers differ; empty if results are the same."""
     if one.fingerprint == other.fingerprint:
-        return ""
+        same = (one.words, one.best) == (other.words, other.best)
+        return "" if same else "another --words or --best"
     names = {
         "voz": "another version of voz",
         "commands": "another command list",

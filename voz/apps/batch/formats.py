@@ -1,5 +1,7 @@
 """Output formats: JSON lines, CSV and Parquet, with the same columns; the first row has the header.
 
+A CTM has the words alone, and cannot be read back.
+
 Until version 0.1 the header was a line of its own, or metadata; such outputs are still read.
 """
 
@@ -16,17 +18,28 @@ from typing import Any, TypeAlias
 
 import msgspec
 
+from voz.apps.batch.ctm import COMMENT, ctm_lines
 from voz.apps.batch.fingerprint import Header
 from voz.apps.batch.locations import local_copy
-from voz.apps.batch.outcomes import COLUMNS, HEADER_COLUMN, Row, parse_row, row_fields
+from voz.apps.batch.outcomes import (
+    COLUMNS,
+    DETAIL_COLUMNS,
+    HEADER_COLUMN,
+    Row,
+    parse_row,
+    row_fields,
+)
 from voz.apps.batch.remote import shown_name
+from voz.apps.batch.text_grids import TEXT_GRID_ENDING
 from voz.errors import ConfigError
 from voz.extras import require
-from voz.files import atomic_write, os_errors_as_config_error
+from voz.files import atomic_write, os_errors_as_config_error, shown_path
 
 NUMBER_COLUMNS = ("start", "end", "confidence", "score", "seconds")
-JSON_COLUMNS = ("between", "slots", HEADER_COLUMN)
+JSON_COLUMNS = ("between", "slots", *DETAIL_COLUMNS, HEADER_COLUMN)
 """Columns whose cells in tables are JSON."""
+
+CTM_ENDING = ".ctm"
 
 OLD_CSV_HEADER_PREFIX = "# "
 OLD_PARQUET_METADATA = b"voz"
@@ -45,6 +58,7 @@ class OutputFormat:
 
     write: Callable[[Path, tuple[str, ...], Iterator[Record]], None]
     read: Callable[[Path], AbstractContextManager[Iterator[Record]]]
+    of_words: bool = False  # whether it has words and their times alone
 
 
 def format_of(output: str) -> OutputFormat:
@@ -56,6 +70,9 @@ def format_of(output: str) -> OutputFormat:
     ending = PurePath(output).suffix
     if ending == ".parquet":
         require("parquet", "pyarrow")
+    if ending == TEXT_GRID_ENDING:
+        advice = "each recording has a TextGrid of its own; write them with --textgrids DIR"
+        raise ConfigError(f"{shown_name(output)}: {advice}")
     if ending not in OUTPUT_FORMATS:
         raise ConfigError(f"{shown_name(output)}: end it with {', '.join(OUTPUT_FORMATS)}")
     return OUTPUT_FORMATS[ending]
@@ -63,9 +80,12 @@ def format_of(output: str) -> OutputFormat:
 
 def write_output(path: Path, header: Header, rows: Rows) -> None:
     """Write an output into a file; raises ConfigError if it cannot be written."""
-    columns = (*COLUMNS, *header.columns, HEADER_COLUMN)
+    output_format = format_of(str(path))
+    if output_format.of_words and not header.words:
+        raise ConfigError(f"{shown_path(path)}: needs the times of words; decode with --words")
+    columns = (*COLUMNS, *header.details, *header.columns, HEADER_COLUMN)
     with os_errors_as_config_error(path):
-        format_of(str(path)).write(path, columns, _records(columns, header, rows))
+        output_format.write(path, columns, _records(columns, header, rows))
 
 
 @contextmanager
@@ -194,11 +214,29 @@ def _read_parquet(path: Path) -> Iterator[Iterator[Record]]:
         yield _chained([{HEADER_COLUMN: json.loads(old)}] if old else [], records)
 
 
-OUTPUT_FORMATS = {
+def _write_ctm(path: Path, _: tuple[str, ...], records: Iterator[Record]) -> None:
+    with atomic_write(path) as file:
+        for record in records:
+            if header := record[HEADER_COLUMN]:
+                file.write(f"{COMMENT} {json.dumps(header, ensure_ascii=False)}\n")
+            if record["file"] is not None:
+                file.writelines(f"{line}\n" for line in ctm_lines(record))
+
+
+@contextmanager
+def _read_ctm(path: Path) -> Iterator[Iterator[Record]]:
+    advice = "name a .jsonl, .csv or .parquet, or begin again with --overwrite"
+    raise ConfigError(f"{shown_path(path)}: has words alone, and is not read back; {advice}")
+    yield iter(())
+
+
+TABLE_FORMATS = {
     ".jsonl": OutputFormat(_write_json, _read_json),
     ".csv": OutputFormat(_write_csv, _read_csv),
     ".parquet": OutputFormat(_write_parquet, _read_parquet),
 }
+
+OUTPUT_FORMATS = {**TABLE_FORMATS, CTM_ENDING: OutputFormat(_write_ctm, _read_ctm, of_words=True)}
 
 
 def _flat(record: Record) -> Record:

@@ -11,13 +11,8 @@ from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from voz.apps.batch.remote import (
-    file_name_for,
-    is_remote,
-    local_recording,
-    reason_of,
-    remote_info,
-)
+from voz.apps.batch.file_names import file_name_for
+from voz.apps.batch.remote import is_remote, local_recording, reason_of, remote_info
 from voz.errors import AudioError, ConfigError
 from voz.extras import require
 from voz.files import check_new, check_writable, file_exists_error

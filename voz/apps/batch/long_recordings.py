@@ -28,6 +28,7 @@ from voz.audio.endpointing.frame_levels import FRAME
 from voz.audio.endpointing.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
 from voz.errors import AudioError
 from voz.events import Utterance
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer, open_stream
 
 LONG_RECORDING_SECONDS = 600.0
@@ -102,10 +103,16 @@ def parts_of(plan: CutPlan) -> list[RecordingPart]:
     return [_part(plan, one, other) for one, other in zip(plan.cuts, plan.cuts[1:], strict=False)]
 
 
-def decode_part(recognizer: Recognizer, path: Path, part: RecordingPart, file: str) -> DecodedPart:
-    """Decode a part of a recording, which its rows name `file`."""
+def decode_part(
+    recognizer: Recognizer,
+    path: Path,
+    part: RecordingPart,
+    file: str,
+    details: Details = NO_DETAILS,
+) -> DecodedPart:
+    """Decode a part of a recording, which its rows name `file`; they have `details` besides."""
     begun = time.process_time()
-    stream = open_stream(recognizer, file, spotting=False, voices=_known(part.voices))
+    stream = open_stream(recognizer, file, False, _known(part.voices), details)
     rows: list[Row] = []
     heard = 0
     before = b""

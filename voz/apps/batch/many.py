@@ -15,6 +15,7 @@ from voz.apps.batch.output import in_input_order
 from voz.apps.batch.tasks import WorkerSetup
 from voz.events import Utterance
 from voz.loading import open_language
+from voz.recognition.details import Details
 from voz.recognition.speaker.profiles import load_profile
 from voz.records import check_type
 from voz.settings import Recognition
@@ -46,6 +47,8 @@ def decode_many(
     profile: str | None = None,
     *,
     jobs: int | None = None,
+    words: bool = False,
+    best: int = 0,
 ) -> Iterator[Decoded]:
     """Decode recordings on all cores, each as if it were alone.
 
@@ -57,6 +60,8 @@ def decode_many(
         settings: as for `load`.
         profile: as for `load`.
         jobs: processes; None for one on each core, and for one or two short recordings none.
+        words: as for `Recognizer.decode`.
+        best: as for `Recognizer.decode`.
 
     Yields:
         The recordings in the order in which they are named, each as soon as it is decoded.
@@ -64,18 +69,22 @@ def decode_many(
     Raises:
         CommandsError: the list cannot be used.
         LanguageError: the language files cannot be used.
-        ConfigError: as for `load`, or a folder or a manifest holds no recording.
+        ConfigError: as for `load` and `Recognizer.decode`, or a folder or a manifest holds no
+            recording.
     """
     given = [recordings] if isinstance(recordings, str | PathLike) else list(recordings)
     for each in given:
         check_type((str, PathLike), each, "recordings")
     inputs = find_inputs([fspath(each) for each in given], None, ())
     settings = Recognition() if settings is None else settings
+    details = Details(words, best)
     known = load_profile(profile) if profile else None
     with open_language(commands) as language:
         header = header_for(language, settings, known)
         folder = str(language.folder.resolve())
-        setup = WorkerSetup(folder, settings, profile, fingerprint=header.fingerprint)
+        setup = WorkerSetup(
+            folder, settings, profile, fingerprint=header.fingerprint, details=details
+        )
         numbers = range(len(inputs.names))
         with closing(BatchDecoder(setup, jobs).decode(inputs.names, numbers)) as finished:
             yield from map(_decoded, in_input_order(finished))

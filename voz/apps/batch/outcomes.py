@@ -13,7 +13,7 @@ import msgspec
 from msgspec.structs import replace
 
 from voz.apps.batch.stamps import Stamp
-from voz.events import Reason, Utterance, to_json
+from voz.events import Alternative, Reason, SpokenWord, Utterance, to_json
 
 COLUMNS = (
     "file",
@@ -31,7 +31,10 @@ COLUMNS = (
     "seconds",
     "error",
 )
-"""Columns of all outputs: one for each field of all types of rows."""
+"""Columns of all outputs: one for each field of all types of rows, but details."""
+
+DETAIL_COLUMNS = ("words", "best")
+"""Columns that follow these if they are asked for."""
 
 HEADER_COLUMN = "header"
 """The last column: in the first row what the output was made by, in the others nothing."""
@@ -58,6 +61,8 @@ class UtteranceRow(msgspec.Struct, frozen=True, omit_defaults=True):
     next_best: str | None = None
     command: str | None = None
     slots: Mapping[str, str | int | float] = {}
+    words: tuple[SpokenWord, ...] = ()
+    best: tuple[Alternative, ...] = ()
     manifest: ManifestFields = {}
 
 
@@ -118,7 +123,8 @@ def utterance_of(row: UtteranceRow) -> Utterance:
 
 def column_name(name: str) -> str:
     """The column of an output in which a column of a manifest is."""
-    return f"{MANIFEST_PREFIX}{name}" if name in (*COLUMNS, HEADER_COLUMN) else name
+    taken = (*COLUMNS, *DETAIL_COLUMNS, HEADER_COLUMN)
+    return f"{MANIFEST_PREFIX}{name}" if name in taken else name
 
 
 def with_manifest(rows: Iterable[Row], manifest: ManifestFields) -> Iterator[Row]:

@@ -6,10 +6,8 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from voz.errors import AudioError
 from voz.extras import require
@@ -19,9 +17,6 @@ MOST_FETCHED_BYTES = 4_000_000_000
 """A stream may be endless; a day of 16 bits at 16 kHz has 2.8 GB."""
 
 FETCH_CHUNK_BYTES = 1 << 20
-
-LONGEST_FILE_NAME = 200
-"""Characters; file systems take 255, with endings."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +35,6 @@ def is_remote(name: str) -> bool:
 def shown_name(name: str) -> str:
     """A path or an address as results have it."""
     return name if is_remote(name) else shown_path(Path(name))
-
-
-def file_name_for(name: str) -> str:
-    """Make a unique file name of a path or an address."""
-    quoted = quote(name.encode("utf-8", "surrogateescape"), safe=" ,+@=()[]").lstrip(".") or "_"
-    if len(quoted) <= LONGEST_FILE_NAME:
-        return quoted
-    return f"{sha256(quoted.encode()).hexdigest()[:16]}-{quoted[-LONGEST_FILE_NAME // 2 :]}"
 
 
 @contextmanager

@@ -32,7 +32,7 @@ def read_results(output: str | PathLike[str]) -> pd.DataFrame:
     import pandas as pd
 
     with open_records(fspath(output)) as (header, records):
-        columns = [*COLUMNS, *header.columns]
+        columns = [*COLUMNS, *header.details, *header.columns]
         table = pd.DataFrame.from_records(list(records), columns=columns)
     table = table.astype({**dict.fromkeys(NUMBER_COLUMNS, "float64"), "accepted": "boolean"})
     table.attrs["header"] = msgspec.to_builtins(header)

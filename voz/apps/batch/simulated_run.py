@@ -1,4 +1,4 @@
-"""Lets each recording drive the simulated robot; keeps its events and a picture of its way.
+"""Lets each recording drive the simulated robot; keeps its events, and a picture of its way.
 
 No program is started, nothing is published and nothing said.
 """
@@ -6,20 +6,22 @@ No program is started, nothing is published and nothing said.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import msgspec
 from msgspec.structs import replace
 
+from voz.apps.batch.file_names import file_name_for
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
-from voz.apps.batch.remote import LocalRecording, file_name_for
+from voz.apps.batch.remote import LocalRecording
 from voz.apps.batch.tasks import SimulationOptions
 from voz.config import Config
 from voz.errors import ConfigError
 from voz.events import Event, Utterance, to_json
-from voz.files import atomic_write, check_new, os_errors_as_config_error
+from voz.files import atomic_write, os_errors_as_config_error
+from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
@@ -30,7 +32,9 @@ from voz.run.sources import recorded_items
 EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
 
 
-def simulation_options(folder: Path, settings: Config, listening: bool) -> SimulationOptions:
+def simulation_options(
+    folder: Path, settings: Config, listening: bool, pictures: bool
+) -> SimulationOptions:
     """Prepare the folder for the events and pictures.
 
     Raises:
@@ -38,20 +42,19 @@ def simulation_options(folder: Path, settings: Config, listening: bool) -> Simul
     """
     with os_errors_as_config_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    check_picture(folder / f"way{PICTURE_ENDING}")
-    return SimulationOptions(str(folder.resolve()), msgspec.json.encode(settings), listening)
-
-
-def check_no_events(folder: Path, names: Iterable[str]) -> None:
-    """Refuse to replace events of an earlier run; raises ConfigError."""
-    for name in names:
-        check_new(folder / (file_name_for(name) + EVENTS_ENDING), overwrite=False)
+    if pictures:
+        check_picture(folder / f"way{PICTURE_ENDING}")
+    encoded = msgspec.json.encode(settings)
+    return SimulationOptions(str(folder.resolve()), encoded, listening, pictures)
 
 
 def simulate_recording(
-    recognizer: Recognizer, found: LocalRecording, how: SimulationOptions
+    recognizer: Recognizer,
+    found: LocalRecording,
+    how: SimulationOptions,
+    details: Details = NO_DETAILS,
 ) -> Outcome:
-    """Let one recording drive the simulated robot, and keep its events and picture.
+    """Let one recording drive the simulated robot, and keep its events, and a picture if asked.
 
     Raises:
         ConfigError: they cannot be written.
@@ -60,24 +63,25 @@ def simulate_recording(
     events: list[Event] = []
     unreadable: list[str] = []
     times: list[float] = []
-    items = _noted(recorded_items([found.path], recognizer, unreadable), times)
+    items = _noted(recorded_items([found.path], recognizer, unreadable, details), times)
     session = new_session(settings, RecordedClock(items), how.listening)
     robot = SimulatedRobot(settings.simulator, session.controller.emit)
     session.receivers += [robot.receive, lambda event: events.append(_named(event, found.name))]
     session.controller.odometry = robot.place
     session.run()
     robot.come_to_rest()
-    _keep(robot, events, Path(how.folder, file_name_for(found.name)))
+    _keep(robot, events, Path(how.folder, file_name_for(found.name)), how.pictures)
     rows: list[Row] = [utterance_row(e, found.name) for e in events if isinstance(e, Utterance)]
     rows += [ErrorRow(found.name, error) for error in unreadable]
     return make_outcome(found.name, tuple(rows), times[0], time.process_time() - begun)
 
 
-def _keep(robot: SimulatedRobot, events: list[Event], path: Path) -> None:
+def _keep(robot: SimulatedRobot, events: list[Event], path: Path, pictures: bool) -> None:
     written = path.with_name(path.name + EVENTS_ENDING)
     with os_errors_as_config_error(written), atomic_write(written) as file:
         file.writelines(f"{to_json(event)}\n" for event in events)
-    save_picture(robot.trip(), path.with_name(path.name + PICTURE_ENDING))
+    if pictures:
+        save_picture(robot.trip(), path.with_name(path.name + PICTURE_ENDING))
 
 
 def _named(event: Event, name: str) -> Event:

@@ -8,6 +8,7 @@ import msgspec
 
 from voz.apps.batch.long_recordings import CutPlan, DecodedPart, RecordingPart
 from voz.apps.batch.outcomes import Outcome
+from voz.recognition.details import NO_DETAILS, Details
 from voz.settings import Recognition
 
 
@@ -17,6 +18,7 @@ class SimulationOptions(msgspec.Struct, frozen=True):
     folder: str  # for the events and pictures
     settings: bytes  # all of them, as JSON
     listening: bool = False  # whether commands are obeyed before a `start speech`
+    pictures: bool = False  # whether the ways are drawn
 
 
 class WorkerSetup(msgspec.Struct, frozen=True):
@@ -29,6 +31,7 @@ class WorkerSetup(msgspec.Struct, frozen=True):
     fingerprint: str | None = None  # a worker with another one refuses
     base: str = ""  # the folder that paths are relative to, on a cluster
     simulation: SimulationOptions | None = None  # None if recordings drive no robot
+    details: Details = NO_DETAILS  # what rows have besides
 
 
 class DecodeTask(msgspec.Struct, frozen=True):

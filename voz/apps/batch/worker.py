@@ -46,7 +46,7 @@ def work(setup: WorkerSetup, task: BatchTask) -> TaskResult:
             stamp = stamp and with_checksum(stamp, found.path)
             plan = plan_cuts(found.path)
             return plan and replace(plan, stamp=stamp)
-        done = decode_part(recognizer, found.path, task.part, found.name)
+        done = decode_part(recognizer, found.path, task.part, found.name, setup.details)
         return replace(done, rows=_named(done.rows, found))
 
 
@@ -66,10 +66,10 @@ def _decoded(recognizer: Recognizer, name: str, cut: bool, setup: WorkerSetup) -
 
 def _heard(recognizer: Recognizer, found: LocalRecording, setup: WorkerSetup) -> Outcome:
     if setup.simulation is None:
-        return decode_recording(recognizer, found.path, found.name)
+        return decode_recording(recognizer, found.path, found.name, setup.details)
     from voz.apps.batch.simulated_run import simulate_recording
 
-    return simulate_recording(recognizer, found, setup.simulation)
+    return simulate_recording(recognizer, found, setup.simulation, setup.details)
 
 
 @contextmanager

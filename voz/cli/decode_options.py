@@ -83,7 +83,7 @@ class DecodeOptions(RecognizerOptions):
         typer.Option(metavar="DIR", help="Keep what the robot would have done: its events."),
     ] = None
     pictures: Annotated[
-        bool, typer.Option("--pictures", help="With --drive, draw its way too; takes a second.")
+        bool, typer.Option("--pictures", help="With --drive, draw its way too.")
     ] = False
     listening: Annotated[
         bool, typer.Option("--listening", help='With --drive, obey without "start speech".')

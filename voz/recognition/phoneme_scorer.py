@@ -44,9 +44,9 @@ PENALTY_PER_OTHER_PHONE = 2.5
 PROPOSAL_BONUS = 1.0
 """Nats for the command that pocketsphinx found."""
 
-FIRST_PHONE_SECONDS = 0.1
-"""The network reports a phone near its end, so that a word begins this much before its first one:
-the median of 231 words by nine voices of festival, which knows when it says them.
+FIRST_PHONE_SECONDS = 0.12
+"""The network reports a phone near its end: a word begins this much before its first one, unless
+the word before it ends later (`benchmarks/word_times.py`).
 """
 
 MAX_LEAD_BONUS = 6.0

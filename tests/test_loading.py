@@ -51,6 +51,17 @@ def test_what_is_no_list_of_commands_is_one_clear_error(commands: Any, told: str
         voz.load(commands)
 
 
+def test_a_file_is_a_list_with_its_pronunciations(tmp_path: Path) -> None:
+    path = tmp_path / "commands.txt"
+    path.write_text("stop\nzorblax\n")
+    (tmp_path / "pronunciations.txt").write_text("zorblax Z AO R B L AE K S\n")
+    for commands in (path, str(path)):
+        assert [*voz.load(commands).commands] == ["stop", "zorblax"]
+    path.write_text("stop\n3\n")
+    with pytest.raises(voz.CommandsError, match=r"commands\.txt:2"):
+        voz.load(path)
+
+
 def test_a_list_leaves_no_files_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     voz.load(["stop"])

@@ -35,10 +35,12 @@ def test_a_program_decodes_on_all_cores_and_is_begun_once(tmp_path: Path) -> Non
     assert done.stderr == ""
 
 
-def test_utterances_are_those_of_a_recognizer_with_the_same_list() -> None:
+def test_utterances_are_those_of_a_recognizer_with_the_same_list(tmp_path: Path) -> None:
     commands = ["go back", "go [far] forward"]
     (decoded,) = voz.decode_many(GO_BACK, commands)
     (heard,) = decoded.utterances
+    (tmp_path / "list.txt").write_text("\n".join(commands))
+    assert list(voz.decode_many(GO_BACK, tmp_path / "list.txt")) == [decoded]
     (known,) = voz.load(commands).decode(GO_BACK)
     assert heard
     assert (str(heard), heard.confidence, heard.score) == ("go back", known.confidence, known.score)

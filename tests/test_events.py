@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance, to_json
+from voz.events import Attention, Event, Notice, Reply, SelectedObject, Twist, Utterance, to_json
 
 
 @pytest.mark.parametrize(
@@ -17,6 +17,7 @@ from voz.events import Event, Notice, Reply, SelectedObject, Twist, Utterance, t
         ),
         (Twist(0.1, -0.15, 0.0), '{"type":"cmd_vel","t":0.1,"linear":-0.15,"angular":0.0}'),
         (SelectedObject(0.1, 100), '{"type":"selected_object","t":0.1,"value":100}'),
+        (Attention(0.1, awake=True), '{"type":"attention","t":0.1,"awake":true}'),
         (Reply(0.1, "bep bep"), '{"type":"reply","t":0.1,"text":"bep bep"}'),
         (Notice(0.1, "two\nlines"), '{"type":"warning","t":0.1,"text":"two\\nlines"}'),
         (

@@ -33,6 +33,7 @@ SENTENCE = {"t": 0.0, "text": "stop", "confidence": 1.0}
 MODEL = {"fitted_on": [], "intercept": 0.0, "weights": {}, "alarms": 1.0, "alarms_fall": 1.0}
 NEEDED: dict[str, dict[str, Any]] = {
     "Alternative": {"text": "stop", "confidence": 1.0},
+    "Attention": {"t": 0.0, "awake": True},
     "Call": {"t": 0.0, "function": "arm:wave"},
     "MissRate": {"alarms": 1.0, "missed": 0.1},
     "Ended": {"t": 0.0, "name": "arm:wave"},
@@ -40,6 +41,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "Models": {"two_ears": MODEL, "one_ear": MODEL},
     "Partial": SENTENCE,
     "Play": {"t": 0.0, "sound": "beep.wav"},
+    "PossibleCommand": {"text": "go back", "command": "go back"},
     "Publish": {"t": 0.0, "topic": "lamp", "value": 1},
     "Reply": {"t": 0.0, "text": "hello"},
     "Run": {"t": 0.0, "program": ("true",)},

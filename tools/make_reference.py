@@ -18,6 +18,7 @@ import voz
 import voz.events
 from voz.config import Config
 from voz.events import (
+    Attention,
     Call,
     Ended,
     Event,
@@ -48,6 +49,7 @@ SAMPLES: tuple[Event, ...] = (
     Partial(5.55, "stop", 0.53),
     Twist(5.7, 0.1, 0.0),
     SelectedObject(7.2, 1),
+    Attention(7.4, awake=True, answers=("yes", "no")),
     Publish(7.3, "gripper", True),
     Reply(1.8, "bep bep. I am listening you"),
     Play(1.8, "backing-up"),
@@ -128,7 +130,7 @@ def api() -> str:
     """List what `voz` offers, for mkdocstrings, and show the examples."""
     named = [kind.__name__ for kind in get_args(Event)]
     errors = [name for name in voz.__all__ if _is_error(name)]
-    groups = {**API, "Events": tuple(named), "Errors": tuple(errors)}
+    groups = {**API, "Events": (*named, "PossibleCommand"), "Errors": tuple(errors)}
     parts = ["# API\n\n" + (inspect.getdoc(voz) or "")]
     for title, names in groups.items():
         parts.append("\n\n".join([f"## {title}", *(f"::: voz.{name}" for name in names)]))

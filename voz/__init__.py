@@ -35,12 +35,14 @@ if TYPE_CHECKING:
     from voz.driving import RobotController as Controller
     from voz.events import (
         Alternative,
+        Attention,
         Call,
         Ended,
         Event,
         Notice,
         Partial,
         Play,
+        PossibleCommand,
         Publish,
         Reply,
         Run,
@@ -61,6 +63,7 @@ __version__ = "0.1.0"
 
 _WHERE = {
     "Alternative": "voz.events",
+    "Attention": "voz.events",
     "BuiltinSound": "voz.speech.builtin_sounds",
     "Call": "voz.events",
     "Client": "voz.apps.web.client",
@@ -72,6 +75,7 @@ _WHERE = {
     "Listener": "voz.recognition.listener",
     "Partial": "voz.events",
     "Play": "voz.events",
+    "PossibleCommand": "voz.events",
     "Publish": "voz.events",
     "Recognition": "voz.settings",
     "Recognizer": "voz.recognition.recognizer",
@@ -93,6 +97,7 @@ _WHERE = {
 
 __all__ = [
     "Alternative",
+    "Attention",
     "AudioError",
     "BuiltinSound",
     "Call",
@@ -109,6 +114,7 @@ __all__ = [
     "Notice",
     "Partial",
     "Play",
+    "PossibleCommand",
     "Publish",
     "Recognition",
     "Recognizer",

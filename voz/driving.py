@@ -26,7 +26,7 @@ from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
 from voz.run.controller import Controller
-from voz.run.session import Session
+from voz.run.session import Session, answer_receiver
 from voz.settings import Safety
 
 _log = logging.getLogger("voz")
@@ -182,7 +182,10 @@ class RobotController(PublicNames):
     def _hearing(self, heard: MicrophoneUtterances, inbox: Inbox, clock: WallClock) -> Hearing:
         heard.close()  # it is opened again after each loss
         recognizer = heard.recognizer
-        table = self._controller.table
+        controller = self._controller
+        controller.name, controller.ask = recognizer.name, recognizer.ask
+        controller.receivers.append(answer_receiver(recognizer))
+        table = controller.table
         check_list(recognizer.commands, table, "the list")
         if not self.listening and not begins_listening(recognizer.commands, table):
             raise ConfigError(

@@ -15,6 +15,9 @@ from msgspec.structs import replace
 
 from voz.records import CheckedRecord, Finite, Fraction, Int16, Int64
 
+YES, NO = "yes", "no"
+"""What may be said to a question."""
+
 Reason = Literal[
     "not_a_command",
     "part_of_a_command",
@@ -26,7 +29,7 @@ Reason = Literal[
 """Why an utterance is not accepted; `unsure_between` comes with two commands."""
 
 Ignored = Literal[
-    "not_listening", "robot_speaking", "too_late", "not_now", "nothing_asked", "rehearsal"
+    "not_listening", "asleep", "robot_speaking", "too_late", "not_now", "nothing_asked", "rehearsal"
 ]
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
@@ -57,6 +60,14 @@ class Alternative(CheckedRecord, frozen=True):
     confidence: Fraction
 
 
+class PossibleCommand(CheckedRecord, frozen=True, omit_defaults=True):
+    """A command that may have been said: its sentence, its name, and its slots."""
+
+    text: str
+    command: str
+    slots: Mapping[str, str | Int64 | Finite] = {}
+
+
 class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", omit_defaults=True):
     """A stretch of speech, or a typed line, and what was understood of it.
 
@@ -84,6 +95,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         meant: of typed text that is no command the one that is nearest to it, if any is.
         words: when each word of `text` was said, if asked for.
         best: the sentences that fit best, `text` first, as many as were asked for.
+        named: whether the robot's name was said before it, or is all that was said.
+        perhaps: where the robot asks back, the one or two commands that it may nearly surely be.
     """
 
     t: Finite
@@ -106,6 +119,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     meant: str | None = None
     words: tuple[SpokenWord, ...] = ()
     best: tuple[Alternative, ...] = ()
+    named: bool = False
+    perhaps: tuple[PossibleCommand, ...] = ()
 
     def __post_init__(self) -> None:
         """An accepted sentence is its own command unless it has another name."""
@@ -141,6 +156,11 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     def name(self) -> str:
         """The name of the command, also of one that is not accepted."""
         return self.command or self.text
+
+    @property
+    def spoken(self) -> bool:
+        """Whether it was heard; else it comes as text."""
+        return self.above is not None
 
 
 class Partial(CheckedRecord, frozen=True, tag_field="type", tag="partial", omit_defaults=True):
@@ -201,6 +221,20 @@ class Reply(CheckedRecord, frozen=True, tag_field="type", tag="reply"):
 
     t: Finite
     text: str
+
+
+class Attention(CheckedRecord, frozen=True, tag_field="type", tag="attention", omit_defaults=True):
+    """Whether the robot is awake: it has no name, or that was said; and what may be answered.
+
+    Attributes:
+        t: when that has changed, s.
+        awake: whether spoken commands count, besides those that stop.
+        answers: what may be said to a question; empty if nothing was asked.
+    """
+
+    t: Finite
+    awake: bool
+    answers: tuple[str, ...] = ()
 
 
 class Publish(CheckedRecord, frozen=True, tag_field="type", tag="publish"):
@@ -296,6 +330,7 @@ Event: TypeAlias = (
     | Partial
     | Twist
     | SelectedObject
+    | Attention
     | Publish
     | Reply
     | Play
@@ -329,6 +364,7 @@ def to_json(event: msgspec.Struct) -> str:
 
 IGNORED_IN_WORDS: Mapping[Ignored, str] = {
     "not_listening": 'say "start speech" first',
+    "asleep": "the robot's name was not said",
     "robot_speaking": "the robot was speaking",
     "too_late": "it came too late",
     "not_now": "it has no meaning now",

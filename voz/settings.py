@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Literal
 
 import msgspec
 
+from voz.errors import ConfigError
 from voz.records import CheckedRecord, Fraction
 
 Search = Literal["grammar", "lm"]
+Ask = Literal["never", "standing", "always"]
 NotNegative = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 AtLeastOne = Annotated[float, msgspec.Meta(ge=1, le=1e6)]
+NAME = re.compile(r"[a-z']{1,40}( [a-z']{1,40}){0,4}", re.ASCII)
 Pause = Annotated[float, msgspec.Meta(ge=0.03, le=1)]
 Alarms = Annotated[float, msgspec.Meta(gt=0, le=1e4)]
 Gigabytes = Annotated[float, msgspec.Meta(ge=0.001, le=1e5)]
@@ -29,6 +33,10 @@ class Recognition(Section, frozen=True, kw_only=True):
     """How speech becomes text.
 
     Attributes:
+        name: what the robot is called, such as "hey robot": then a spoken command counts if it is
+            said within 8 s of the name, or right after it. One that stops always does.
+        ask: whether the robot asks about a command of which it is nearly sure: "never", "standing"
+            for what does not move it, or "always"; but never about what stops it.
         search: "grammar" hears whole commands only; "lm" is the trigram model of the original.
         false_alarms_per_hour: how many commands may be heard in an hour of people's talk near the
             robot; fewer cost more commands that have to be said again. None is 0.5, and 20 where
@@ -47,6 +55,8 @@ class Recognition(Section, frozen=True, kw_only=True):
             the one that comes with voz.
     """
 
+    name: str = ""
+    ask: Ask = "never"
     search: Search = "grammar"
     false_alarms_per_hour: Alarms | None = None
     never_missed: tuple[str, ...] = ("stop",)
@@ -56,6 +66,14 @@ class Recognition(Section, frozen=True, kw_only=True):
     second_ear: bool = True
     network: str | None = None
     confidence: str | None = None
+
+    def __post_init__(self) -> None:
+        """Write the name as it is spoken; raises ConfigError for one that cannot be said."""
+        super().__post_init__()
+        said = " ".join(self.name.lower().split())
+        if said and not NAME.fullmatch(said):
+            raise ConfigError(f'`name` is "{self.name}"; write one to five words of letters a to z')
+        msgspec.structs.force_setattr(self, "name", said)
 
 
 class SpokenLanguage(Section, frozen=True, kw_only=True):
@@ -123,6 +141,7 @@ class Ros1(Section, frozen=True, kw_only=True):
         cmd_vel: the topic of the velocity.
         selected_object: the topic of what the arm points at.
         recognizer_output: the topic of the commands that were understood.
+        awake: the topic of whether a robot with a name is awake.
         odom: the topic of the base's odometry: how far it came.
         cancel: the actions whose goals end wherever the robot is stopped: what drives beside voz.
     """
@@ -131,6 +150,7 @@ class Ros1(Section, frozen=True, kw_only=True):
     cmd_vel: RosName = "cmd_vel"
     selected_object: RosName = "selected_object"
     recognizer_output: RosName = "recognizer/output"
+    awake: RosName = "recognizer/awake"
     odom: RosName = "odom"
     cancel: tuple[RosName, ...] = ("move_base",)
 
@@ -146,6 +166,7 @@ class Ros2(Section, frozen=True, kw_only=True):
         frame_id: the coordinate frame of the base, in a TwistStamped and a simulated `/tf`.
         selected_object: topic of the objects for the arm.
         output: topic of the commands that were heard.
+        awake: topic of whether a robot with a name is awake.
         odom: topic of the base's odometry: how far it came.
         diagnostics: topic of what `rqt_robot_monitor` shows.
         wait: how long the start waits for somebody to listen, s.
@@ -160,6 +181,7 @@ class Ros2(Section, frozen=True, kw_only=True):
     frame_id: str = "base_link"
     selected_object: TopicName = "selected_object"
     output: TopicName = "recognizer/output"
+    awake: TopicName = "recognizer/awake"
     odom: TopicName = "odom"
     diagnostics: TopicName = "/diagnostics"
     wait: NotNegative = 5.0

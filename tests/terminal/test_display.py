@@ -26,9 +26,11 @@ def a_display(
     speaking: bool = False,
     note: str = "",
     typing: str = "",
+    name: str = "",
 ) -> Display:
     sound = SimpleNamespace(peak=peak, background=-52.3, deaf=speaking, device="USB Audio")
-    return Display(sound, lambda: listening, lambda: typing, lambda: note)
+    ear = SimpleNamespace(listening=listening, name=name, awake=not name)
+    return Display(sound, ear, lambda: typing, lambda: note)
 
 
 def heard(text: str, **others: object) -> Utterance:
@@ -145,6 +147,7 @@ def test_the_bar_turns_red_before_the_microphone_clips() -> None:
 def test_it_says_whether_it_listens_to_which_microphone_and_what_stops_the_robot() -> None:
     assert "listening" in shown(a_display()).splitlines()[0]
     assert "speaking" in shown(a_display(speaking=True)).splitlines()[0]
+    assert 'asleep: say "hey robot"' in shown(a_display(name="hey robot")).splitlines()[0]
     text = shown(a_display(listening=False, note="everything is recorded"))
     assert 'say "start speech"' in text.splitlines()[0]
     for part in ("USB Audio", "everything is recorded", "space or Esc stops"):

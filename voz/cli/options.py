@@ -124,6 +124,10 @@ def _network_status(settings: Config, language: LanguageFiles) -> str:
 class RecognizerOptions(CommonOptions):
     """The options of all subcommands that recognize speech."""
 
+    name: Annotated[
+        str | None,
+        typer.Option(metavar="TEXT", help='The robot\'s name, such as "hey robot".'),
+    ] = None
     search: Annotated[
         str | None,
         typer.Option(metavar="grammar|lm", help="Whole commands only, or the trigram model."),
@@ -143,6 +147,7 @@ class RecognizerOptions(CommonOptions):
     def settings(self, **others: Any) -> Config:
         """As for all, with how speech is recognized."""
         recognition = {
+            "name": self.name,
             "search": self.search,
             "false_alarms_per_hour": self.false_alarms,
             "threshold": self.threshold,

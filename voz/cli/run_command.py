@@ -73,8 +73,8 @@ def run(options: RunOptions) -> None:
         if options.live:
             _run_live(options, settings, plan, recognizer_at, parts)
             return
-        source = _source(options, commands, recognizer_at, parts, unreadable)
-        _run_by_files(options, settings, plan, source)
+        source, receivers = _source(options, commands, recognizer_at, parts, unreadable)
+        _run_by_files(options, settings, plan, source, receivers)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
 
@@ -203,7 +203,13 @@ def _settings_file(options: RunOptions) -> SettingsFile | None:
     return SettingsFile(path, options.settings) if path else None
 
 
-def _run_by_files(options: RunOptions, settings: Config, plan: RobotPlan, source: Source) -> None:
+def _run_by_files(
+    options: RunOptions,
+    settings: Config,
+    plan: RobotPlan,
+    source: Source,
+    receivers: list[Receiver],
+) -> None:
     from voz.run.offline import run_paced, run_unpaced
 
     run_source = run_paced if plan.clocked else run_unpaced
@@ -211,7 +217,7 @@ def _run_by_files(options: RunOptions, settings: Config, plan: RobotPlan, source
         source,
         settings,
         options.listening,
-        lambda put: _receivers(options, settings, plan, put),
+        lambda put: _receivers(options, settings, plan, put, receivers),
     )
 
 
@@ -221,27 +227,39 @@ def _source(
     recognizer_at: RecognizerAt,
     parts: ExitStack,
     unreadable: list[str],
-) -> Source:
-    """Open what drives the robot; `unreadable` gets a line for each unreadable file."""
+) -> tuple[Source, list[Receiver]]:
+    """Open what drives the robot, and what of it gets the events.
+
+    `unreadable` gets a line for each unreadable file.
+    """
     from voz.run import sources
+    from voz.run.session import answer_receiver
 
     if options.text:
         lines = open_text(options.text, parts)
-        return lambda now: sources.typed_items(lines, commands, now)
+        return lambda now: sources.typed_items(lines, commands, now), []
     if options.replay:
         from voz.apps.recordings.bags import read_sayings
 
         bag, content = options.replay, read_sayings(options.replay)
-        return lambda _: sources.bag_items(bag, content, commands)
+        return lambda _: sources.bag_items(bag, content, commands), []
     recognizer = parts.enter_context(recognizer_at("recordings"))
-    return lambda _: sources.recorded_items(options.recordings, recognizer, unreadable)
+    recorded = sources.recorded_items
+    return (
+        lambda _: recorded(options.recordings, recognizer, unreadable),
+        [answer_receiver(recognizer)],
+    )
 
 
 @contextmanager
 def _receivers(
-    options: RunOptions, settings: Config, plan: RobotPlan, put: Callable[[Any], None]
+    options: RunOptions,
+    settings: Config,
+    plan: RobotPlan,
+    put: Callable[[Any], None],
+    more: Sequence[Receiver] = (),
 ) -> Iterator[OpenRobots]:
-    """Open the robots, and what else gets the events; with a clock, each has a queue."""
+    """Open the robots, and `more` that gets the events; with a clock, each has a queue."""
     from voz.cli.event_log import event_log
     from voz.run.queued import QueuedReceiver
 
@@ -252,7 +270,7 @@ def _receivers(
         log = [open_file(options.events, event_log(options.events))] if options.events else []
         robots = parts.enter_context(open_robots(plan, settings, put))
         bag = [open_file(str(options.bag), _bag(options.bag))] if options.bag else []
-        yield replace(robots, receivers=[*robots.receivers, *log, *bag])
+        yield replace(robots, receivers=[*robots.receivers, *more, *log, *bag])
 
 
 def _bag(path: Path) -> AbstractContextManager[Receiver]:
@@ -301,7 +319,9 @@ def _recognizer(
 
     known = load_profile(options.profile) if options.profile else None
     if not options.adapt:
-        yield Recognizer(language, settings.recognition, known)
+        recognizer = Recognizer(language, settings.recognition, known)
+        warn(recognizer.name_advice)
+        yield recognizer
         return
     # For each acoustic model, by its digest; English has none.
     where = f"{place} {read_language_info(language).model}".strip()

@@ -96,7 +96,10 @@ def _of_sentences(
     parsed: CommandList, folder: Path | None = None, language: OtherLanguage | None = None
 ) -> CommandSource:
     known, places = plain_commands(parsed.sentences), parsed.places()
-    entries, spoken = _pronounced(folder, places, language), (language.spoken if language else None)
+    entries, spoken = (
+        pronounce_words(folder, places, language),
+        (language.spoken if language else None),
+    )
     return CommandSource(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
@@ -109,7 +112,10 @@ def _of_templates(
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
-    entries, spoken = _pronounced(folder, places, language), (language.spoken if language else None)
+    entries, spoken = (
+        pronounce_words(folder, places, language),
+        (language.spoken if language else None),
+    )
     return CommandSource(
         source.name,
         compiled.commands,
@@ -144,9 +150,19 @@ def draw_similarity(source: CommandSource, picture: Path) -> None:
     draw_matrix(source.commands.listed, _phones(source.entries), picture, distances)
 
 
-def _pronounced(
-    folder: Path | None, places: Mapping[str, str], language: OtherLanguage | None
+def pronounce_words(
+    folder: Path | None, places: Mapping[str, str], language: OtherLanguage | None = None
 ) -> dict[str, LexiconEntry]:
+    """Find out how words are pronounced.
+
+    Args:
+        folder: where a `pronunciations.txt` may be; None if there is none.
+        places: the words, and where each stands, for messages.
+        language: what is spoken; None is English.
+
+    Raises:
+        CommandsError: nobody knows how to say one of them.
+    """
     own = folder / PRONUNCIATIONS_FILE if folder else None
     phones = language.spoken.phones if language else None
     user = (

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from voz.language.sentences.command_set import Commands
-from voz.recognition.confidence import Context, discount_for_context
+from voz.recognition.confidence import Context, discount_for_context, multiply_odds
 from voz.recognition.confidence_model import Model
 from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.robot_name import NAME_THRESHOLD
 from voz.recognition.slot_rivals import highest_confidence
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
+
+NEARLY_SURE = 8.0
+"""The robot asks back where the odds are lower than they need to be by this factor at most."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +27,20 @@ class Decision:
 
 
 class DecisionRule:
-    """Compares confidences with thresholds, which any thread may change."""
+    """Compares confidences with thresholds, which any thread may change.
+
+    Attributes:
+        answers: what else may be said just now.
+    """
 
     def __init__(self, commands: Commands, model: Model, settings: Recognition) -> None:
         """Compute the thresholds of commands by a model and settings."""
         self._commands = commands
         self._model = model
         self._never_missed = frozenset(settings.never_missed)
+        self._name = settings.name
+        self._asks = settings.ask != "never"
+        self.answers: tuple[str, ...] = ()
         self.accept_by(settings)
 
     def accept_by(self, settings: Recognition) -> None:
@@ -37,7 +48,11 @@ class DecisionRule:
         self._thresholds = thresholds_of(self._model, settings)
 
     def threshold(self, text: str) -> float | None:
-        """The confidence that a command needs, 0 to 1; None if the text is no command."""
+        """The confidence that a text needs, 0 to 1; None if it cannot be said."""
+        if self._name and text == self._name:
+            return NAME_THRESHOLD
+        if text in self.answers:
+            return self._thresholds.usual
         parse = self._commands.parse(text)
         if parse is None:
             return None
@@ -47,6 +62,8 @@ class DecisionRule:
     def decide(self, heard: Hypothesis, context: Context) -> Decision:
         """Decide whether a hypothesis is obeyed; `QUIET` if nothing follows it so far."""
         sure = confidence_in_quiet(heard)
+        if self._name and heard.text == self._name:  # which fits or not, whatever is around it
+            return Decision(sure, accepted=sure >= NAME_THRESHOLD)
         confidence = discount_for_context(sure, context)
         threshold = self.threshold(heard.text)
         if threshold is None or confidence < threshold:
@@ -55,6 +72,13 @@ class DecisionRule:
             return Decision(confidence, accepted=True)
         so_far = discount_for_context(sure, Context.UNKNOWN_AFTER)
         return Decision(confidence, accepted=True, waits=so_far < threshold)
+
+    def is_nearly_sure(self, heard: Hypothesis, decision: Decision) -> bool:
+        """Whether the robot may ask about a hypothesis that is not accepted."""
+        threshold = self.threshold(heard.text)
+        if not self._asks or threshold is None or heard.text in self.answers:
+            return False
+        return decision.confidence >= multiply_odds(threshold, 1 / NEARLY_SURE)
 
 
 def confidence_in_quiet(heard: Hypothesis) -> float:

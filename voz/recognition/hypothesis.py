@@ -38,6 +38,7 @@ class Hypothesis:
     probability: float = 0.0  # that it was said, without other speech around it and without a rival
     why_refused: Callable[[], Refusal] = no_command
     rival: Rival | None = None  # the likeliest other meaning, if it has slots
+    named: bool = False  # whether it begins with the robot's name, or is the name
     next_best: str = ""  # the second best command; empty if there is no other
     words: Callable[[], tuple[SpokenWord, ...]] = tuple  # aligned when it is called
     # So many other commands, the best first, with their probabilities as that of `text`
@@ -47,5 +48,7 @@ class Hypothesis:
 class CommandFinder(Protocol):
     """Finds the command in a segment."""
 
-    def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
-        """Find the command of a segment, with the probability that it was said."""
+    def understand(
+        self, segment: Segment, learned: StartVector, answers: Sequence[str] = ()
+    ) -> Hypothesis:
+        """Find the command, or the answer, of a segment, with the probability that it was said."""

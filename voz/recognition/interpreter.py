@@ -7,12 +7,13 @@ from collections.abc import Collection
 from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS, Segment
-from voz.events import Utterance
+from voz.errors import ConfigError
+from voz.events import PossibleCommand, Utterance
 from voz.language.sentences.command_set import Commands
 from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.confidence import Context
 from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
-from voz.recognition.decision import DecisionRule
+from voz.recognition.decision import Decision, DecisionRule
 from voz.recognition.decoder import mean_start
 from voz.recognition.details import NO_DETAILS, Details, with_details
 from voz.recognition.hypothesis import CommandFinder, Hypothesis
@@ -21,6 +22,7 @@ from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
+from voz.recognition.robot_name import advice_on_name
 from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
@@ -37,6 +39,7 @@ class Interpreter:
     Attributes:
         learned: of the microphone and the speaker; it changes only while learning.
         longest: duration of the longest command, s.
+        name_advice: what would make the robot's name better; empty if it is good.
         rule: decides what is obeyed.
     """
 
@@ -52,6 +55,8 @@ class Interpreter:
         self.learned = profile.start
         self.commands = language.commands
         network = _network(language, settings.network) if settings.second_ear else None
+        if settings.name and not network:
+            raise ConfigError("a robot's name needs the phoneme network; leave second_ear on")
         models = load_models(settings.confidence)
         model = models.two_ears if network else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
@@ -63,7 +68,12 @@ class Interpreter:
         # The network needs none of what pocketsphinx learns of a microphone.
         self._aligner = Aligner(language) if learning and not network else None
         self._spotter = _spotter(network, self.commands, settings.never_missed)
-        self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * self.commands.longest
+        self._name = settings.name
+        self.name_advice = ""
+        if network and settings.name:
+            self.name_advice = advice_on_name(settings.name, network.count_phones(settings.name))
+        words = self.commands.longest + len(settings.name.split())
+        self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * words
         self.rule = DecisionRule(self.commands, self.model, settings)
         self._lock = NonReentrantLock()  # pocketsphinx decodes one utterance at a time
 
@@ -76,7 +86,7 @@ class Interpreter:
         if segment.end - segment.start > self.longest:
             # No command, and it would take long to find that out.
             return Hypothesis(segment, "", segment.end)
-        return self._finder.understand(segment, learned)
+        return self._finder.understand(segment, learned, self.rule.answers)
 
     def spot(self, so_far: Samples) -> SpottedCommand | None:
         """Find a command that must not be missed in the latest sound, 16 kHz."""
@@ -108,8 +118,8 @@ class Interpreter:
         return teaches(heard.values, heard.trust)
 
     def has_continuation(self, text: str) -> bool:
-        """Whether a longer command begins with this one."""
-        return bool(text) and self.commands.has_continuation(text)
+        """Whether a longer command begins with this one, or a command follows: it is the name."""
+        return bool(text) and (text == self._name or self.commands.has_continuation(text))
 
     def command_name(self, text: str) -> str | None:
         """The name of a sentence's command, if it is not the sentence itself."""
@@ -154,11 +164,22 @@ class Interpreter:
             next_best=heard.next_best or None,
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
+            named=heard.named,
+            perhaps=self._perhaps(heard, decision, between),
         )
         if details == NO_DETAILS:
             return utterance
         with self._lock:  # pocketsphinx may have to search again
             return with_details(utterance, heard, context, details)
+
+    def _perhaps(
+        self, heard: Hypothesis, decision: Decision, between: tuple[str, str] | None
+    ) -> tuple[PossibleCommand, ...]:
+        """The one or two commands that a hypothesis may nearly surely be."""
+        if decision.accepted or not self.rule.is_nearly_sure(heard, decision):
+            return ()
+        parsed = [self.commands.parse(text) for text in between or (heard.text,)]
+        return tuple(PossibleCommand(p.text, p.command, p.slots) for p in parsed if p)
 
 
 def _network(language: Language, file: str | None) -> PhonemeScorer | None:

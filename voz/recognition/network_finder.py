@@ -6,6 +6,7 @@ Of a list with more sentences than can be compared, the network searches all of 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 
 from voz.audio import SAMPLE_RATE
@@ -21,6 +22,7 @@ from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.refusal import refusal_by_network, unusable_sound
+from voz.recognition.robot_name import NameFinder, NameMatch, after
 from voz.recognition.sentence_search import SentenceSearch
 from voz.recognition.shortlist import Shortlist
 from voz.recognition.slot_rivals import Rival, find_rival, is_too_close
@@ -39,6 +41,9 @@ With more, the search for the best command begins with what pocketsphinx propose
 VOICE_MARGIN = 0.1
 """Voice is looked for this much (s) around a command: a whispered `stop` has little between its
 first and last phone."""
+
+MIN_SCORE_AFTER_NAME = 0.0
+"""Nats of a command that was said after the name; with less nothing was."""
 
 MAX_REFINEMENTS = 3
 """How often a long list is searched again around a better command."""
@@ -75,6 +80,8 @@ class NetworkFinder:
         self._network = network
         self._search = self._sentence_search(language.commands.automaton)
         self._model = model
+        self._name = settings.name
+        self._name_finder = NameFinder(network, settings.name) if settings.name else None
         self._voice_detector = shared_voice_detector()
 
     def _sentence_search(self, automaton: Automaton) -> SentenceSearch | None:
@@ -84,36 +91,42 @@ class NetworkFinder:
             return None
         return self._network.sentence_search(automaton)
 
-    def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
+    def understand(
+        self, segment: Segment, learned: StartVector, answers: Sequence[str] = ()
+    ) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
         sound = denoise_if_noisy(segment.samples)
         proposed = self._decoder.decode(sound, learned.moved(mean_start(sound)))
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
-        ranking = self._ranking(sounds, proposed)
+        name = self._name_finder and self._name_finder.find(sounds)
+        said = after(sounds, name) if name else sounds
+        ranking = self._ranking(said, proposed, answers)
+        if name and (ranking is None or not ranking.score >= MIN_SCORE_AFTER_NAME):
+            return self._name_alone(segment, name)
         if ranking is None:
             return Hypothesis(segment, "", segment.end)
         match = ranking.matches[ranking.text]
         if match.score == -math.inf:  # more phones than moments
             return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
-        sound_start = segment.start - len(segment.before) / SAMPLE_RATE
+        offset = name.end if name else 0.0
         values = {SCORE: ranking.score}
         likely = probability(self._model, values)
-        voice = self._voice_probability(segment, match.begin, match.end)
-        trust = trust_in_speech(voice, likely)
+        trust = self._trust(segment, offset + match.begin, offset + match.end, likely)
         other = self._rival(ranking)
         return Hypothesis(
             segment,
             ranking.text,
-            spoken_until=min(sound_start + match.end, segment.decided),  # a moment may end later
+            spoken_until=_in_stream(segment, offset + match.end),
             values=values,
             trust=trust,
             probability=likely * trust,
-            why_refused=partial(self._why_refused, segment, sounds, ranking, trust, other),
+            why_refused=partial(self._why_refused, segment, said, ranking, trust, other),
             rival=other,
+            named=name is not None,
             next_best=ranking.next_best,
-            words=partial(self._words, sounds, ranking.text, sound_start),
+            words=partial(self._words, said, ranking.text, _sound_start(segment) + offset),
             others=partial(self._others, ranking, trust),
         )
 
@@ -130,18 +143,35 @@ class NetworkFinder:
         scores = ranking.others(count)
         return [(text, trust * probability(self._model, {SCORE: score})) for text, score in scores]
 
+    def _name_alone(self, segment: Segment, name: NameMatch) -> Hypothesis:
+        trust = self._trust(segment, name.begin, name.end, name.confidence)
+        return Hypothesis(
+            segment,
+            self._name,
+            spoken_until=_in_stream(segment, name.end),
+            values={SCORE: name.score},
+            trust=trust,
+            probability=name.confidence * trust,
+            named=True,
+        )
+
     def _rival(self, ranking: Ranking) -> Rival | None:
         """The rival of the best command; commands that must not be missed have none."""
         said = self._commands.parse(ranking.text)
         never_missed = said is not None and said.is_one_of(self._never_missed)
         return None if never_missed else find_rival(ranking, self._commands.parse)
 
-    def _ranking(self, sounds: PhoneLikelihoods, proposed: str) -> Ranking | None:
-        """Score all commands; of a long list, those that sound like the best. None if none fits."""
+    def _ranking(
+        self, sounds: PhoneLikelihoods, proposed: str, answers: Sequence[str]
+    ) -> Ranking | None:
+        """Score all commands, of a long list those that sound like the best, and the answers.
+
+        None if there is nothing to score.
+        """
         center = (self._search and self._search.best(*sounds)) or proposed
         ranking = None
         for _ in range(1 + MAX_REFINEMENTS):
-            candidates = self._shortlist.similar_to(center)
+            candidates = [*self._shortlist.similar_to(center), *answers]
             if not candidates:
                 return None
             ranking = self._network.rank(sounds, candidates, proposed)
@@ -150,11 +180,12 @@ class NetworkFinder:
             center = ranking.text
         return ranking
 
-    def _voice_probability(self, segment: Segment, begin: float, end: float) -> float:
+    def _trust(self, segment: Segment, begin: float, end: float, likely: float) -> float:
+        """How surely a part of a sound is speech, 0 to 1, given the probability of its words."""
         first = max(0, math.floor((begin - VOICE_MARGIN) * SAMPLE_RATE) - RUN_UP)
-        return self._voice_detector.probability(
-            segment.with_surroundings[first : math.ceil((end + VOICE_MARGIN) * SAMPLE_RATE)]
-        )
+        last = math.ceil((end + VOICE_MARGIN) * SAMPLE_RATE)
+        voice = self._voice_detector.probability(segment.with_surroundings[first:last])
+        return trust_in_speech(voice, likely)
 
     def _why_refused(
         self,
@@ -174,3 +205,13 @@ class NetworkFinder:
             word: alone.matches[word].score / self._network.count_phones(word) for word in words
         }
         return refusal_by_network(ranking, self._network.count_phones(ranking.text), fits.values())
+
+
+def _sound_start(segment: Segment) -> float:
+    """Where a segment with its surroundings begins in the stream, s."""
+    return segment.start - len(segment.before) / SAMPLE_RATE
+
+
+def _in_stream(segment: Segment, seconds: float) -> float:
+    """The time in the stream of a time in a segment with its surroundings, s."""
+    return min(_sound_start(segment) + seconds, segment.decided)  # a moment may end later

@@ -191,6 +191,10 @@ class PhonemeScorer:
         """Prepare to search all sentences of an automaton."""
         return SentenceSearch(automaton, self._pronunciations, self._blank, REWARD_PER_PHONE)
 
+    def lattice_of(self, text: str) -> Lattice:
+        """The lattice of one sentence."""
+        return lattice([[self._pronunciations[word] for word in text.split()]], self._blank)
+
     def count_phones(self, text: str) -> int:
         """Count the phones of a sentence by the first pronunciation of each word."""
         return sum(len(self._pronunciations[word][0]) for word in text.split())

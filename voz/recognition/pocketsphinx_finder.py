@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -45,7 +46,9 @@ class PocketsphinxFinder:
         self._model = model
         self._voice = shared_voice_detector()
 
-    def understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
+    def understand(
+        self, segment: Segment, learned: StartVector, answers: Sequence[str] = ()
+    ) -> Hypothesis:
         """Find the command, with the probability that it was said; see `CommandFinder`."""
         spoken_until = segment.end - SEGMENT_MARGIN / SAMPLE_RATE
         sound = denoise_if_noisy(segment.samples)

@@ -36,11 +36,12 @@ from voz.recognition.live_utterances import (
     in_background,
     utterances_of,
 )
+from voz.recognition.robot_name import with_more_words
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
 from voz.recognition.stream import Stream
 from voz.records import check_type
-from voz.settings import Recognition
+from voz.settings import Ask, Recognition
 
 MICROPHONE = "microphone"
 
@@ -99,7 +100,7 @@ class Recognizer(PublicNames):
 
     def _load(self) -> Interpreter:
         with lock_folder(self.files.folder, LOCK_SH):  # all of one `voz build-lm`
-            language = load_language(self.files)
+            language = with_more_words(load_language(self.files), self._settings)
             return Interpreter(language, self._settings, self._profile, self._learning)
 
     def reload(self, check: Callable[[Commands], None] = lambda _: None) -> None:
@@ -121,6 +122,25 @@ class Recognizer(PublicNames):
         """Set the false alarms in an hour of talk, on any thread; ConfigError if out of range."""
         self._settings = replace(self._settings, false_alarms_per_hour=alarms)
         self._interpreter.rule.accept_by(self._settings)
+
+    def expect(self, answers: tuple[str, ...]) -> None:
+        """Understand these answers too from now on, on any thread; none: only commands."""
+        self._interpreter.rule.answers = answers
+
+    @property
+    def name(self) -> str:
+        """What the robot is called; empty if it has no name."""
+        return self._settings.name
+
+    @property
+    def name_advice(self) -> str:
+        """What would make the robot's name better; empty if it is good."""
+        return self._interpreter.name_advice
+
+    @property
+    def ask(self) -> Ask:
+        """What the robot may ask back."""
+        return self._settings.ask
 
     @property
     def commands(self) -> Commands:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TextIO
 
 from voz.events import (
+    Attention,
     Call,
     Ended,
     Event,
@@ -59,6 +60,10 @@ def in_words(event: Event) -> str:
         return f"         robot {motion_in_words(event.linear, event.angular)}"
     if isinstance(event, SelectedObject):
         return f"         robot selects object {event.value}"
+    if isinstance(event, Attention):
+        answers = " or ".join(event.answers)
+        state = "awake" if event.awake else "asleep"
+        return f"         robot is {state}{f', and waits for {answers}' if answers else ''}"
     if isinstance(event, Reply):
         return f'         robot says "{event.text}"'
     if isinstance(event, Notice):

@@ -10,7 +10,7 @@ from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals, zero_at_the_end
 from voz.control.table import CommandTable
-from voz.events import Event, Publish, SelectedObject, Twist, Utterance
+from voz.events import Attention, Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.robot_process import RobotSpec
 from voz.ros1.node import Ros1Node
@@ -22,7 +22,8 @@ class Ros1Robot(Robot):
     """Publishes the events on topics.
 
     `geometry_msgs/Twist` on `cmd_vel`, `std_msgs/Int16` on `selected_object`, and what is obeyed
-    as `std_msgs/String` in lower case on `recognizer/output`; the place of a simulated robot as
+    as `std_msgs/String` in lower case on `recognizer/output`; whether a robot with a name is awake,
+    as `std_msgs/Bool` on `recognizer/awake`; the place of a simulated robot as
     `odom` and `tf`. A stop cancels the goals of other programs by an empty `actionlib_msgs/GoalID`.
     """
 
@@ -55,6 +56,7 @@ class Ros1Robot(Robot):
         self._velocity: Any = None
         self._selected: Any = None
         self._heard: Any = None
+        self._awake: Any = None
         self._odometry: Ros1OdometryPublisher | None = None
         self._base: Ros1OdometryListener | None = None
         self._goals: list[Any] = []
@@ -92,6 +94,8 @@ class Ros1Robot(Robot):
                 self._odometry.publish(self.where(event.t))
         elif isinstance(event, SelectedObject):
             self._selected.publish(event.value)
+        elif isinstance(event, Attention):
+            self._publish_awake(event.awake)
         elif isinstance(event, Publish):
             self._others[event.topic].publish(event.value)
         elif ends_goals(event, self._table.halts):
@@ -124,6 +128,15 @@ class Ros1Robot(Robot):
     def _cancel_goals(self) -> None:
         for goals in self._goals:
             goals.publish()  # no goal's name means all
+
+    def _publish_awake(self, awake: bool) -> None:
+        """Publish whether a robot with a name is awake; others have no such topic."""
+        from rospy import Publisher
+        from std_msgs.msg import Bool
+
+        if self._awake is None:
+            self._awake = Publisher(self._settings.awake, Bool, queue_size=10, latch=True)
+        self._awake.publish(awake)
 
     def _publish_velocity(self, linear: float, angular: float) -> None:
         self._velocity.publish(velocity(linear, angular))

@@ -5,11 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy
+
 from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
-from voz.events import Event, Notice, Publish, SelectedObject, Twist, Utterance
+from voz.events import Attention, Event, Notice, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.ros2 import message_types as msg
 from voz.ros2.diagnosis import Diagnosis
@@ -52,6 +55,7 @@ class Ros2Robot(Robot):
         self._diagnosed = -DIAGNOSTICS_INTERVAL
         self._odometry: Ros2OdometryPublisher | None = None
         self._base: Ros2OdometryListener | None = None
+        self._awake: DataWriter[msg.Bool] | None = None
 
     def open(self) -> None:
         """Join the domain and wait for a base, for a time.
@@ -99,6 +103,8 @@ class Ros2Robot(Robot):
                 self._look_around(event.t)
         elif isinstance(event, SelectedObject):
             write(self._selected_object, msg.Int16(event.value))
+        elif isinstance(event, Attention):
+            self._write_awake(event.awake)
         elif isinstance(event, Publish):
             write(self._others[event.topic], msg.MESSAGE_TYPES[type(event.value)](event.value))
         elif ends_goals(event, self._table.halts):
@@ -128,8 +134,15 @@ class Ros2Robot(Robot):
         self._goals.wait()
         del self._goals, self._velocities, self._selected_object, self._output, self._diagnostics
         del self._others
-        self._odometry = self._base = None
+        self._odometry = self._base = self._awake = None
         del self._listeners, self._node
+
+    def _write_awake(self, awake: bool) -> None:
+        """Publish whether a robot with a name is awake; others have no such topic."""
+        if self._awake is None:
+            late = Policy.Durability.TransientLocal  # who subscribes later gets it too
+            self._awake = self._node.writer(self._settings.awake, msg.Bool, late)
+        write(self._awake, msg.Bool(awake))
 
     def _look_around(self, now: float) -> None:
         """Report subscribers that came and went; without any, find out why."""

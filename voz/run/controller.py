@@ -5,18 +5,39 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from voz.config import default_commands
+from voz.control.attention import (
+    NOTHING,
+    AttentionState,
+    answer,
+    forget_old_question,
+    forget_question,
+    is_asleep,
+    put_question,
+    question_about,
+    wake,
+)
 from voz.control.bounded_motion import Place
 from voz.control.safety import UNWATCHED_MOTION_LIMIT, motion_has_expired
 from voz.control.state_machine import GivenCommand, State, Transition, at_rest, let_time_pass, obey
 from voz.control.table import DEFAULT_STATE, CommandTable, can_move
 from voz.errors import ConfigError
-from voz.events import Event, Ignored, Notice, Partial, Receiver, Reply, Twist, Utterance
+from voz.events import (
+    Attention,
+    Event,
+    Ignored,
+    Notice,
+    Partial,
+    Receiver,
+    Reply,
+    Twist,
+    Utterance,
+)
 from voz.inbox import Renewal
 from voz.records import check_type, is_number
-from voz.settings import Safety
+from voz.settings import Ask, Safety
 
 
 class Controller:
@@ -30,6 +51,8 @@ class Controller:
         rehearsing: whether only commands that stop the robot are obeyed.
         unwatched_sources: the sources of commands whose givers do not watch the robot: what these
             set in motion has an end of its own, or ends after `UNWATCHED_MOTION_LIMIT`.
+        name: what the robot is called; spoken commands count after it. Empty if all count.
+        ask: what is asked back.
     """
 
     def __init__(
@@ -69,6 +92,10 @@ class Controller:
         self._renewing = False  # the commands; meanwhile nothing moves
         self.unwatched_sources: set[str] = set()
         self._unwatched_until = math.inf  # when a motion ends that nobody watches, s
+        self.name = ""
+        self.ask: Ask = "never"
+        self._attention = AttentionState()
+        self._told = Attention(0.0, awake=True)  # what receivers know
 
     @property
     def velocities(self) -> tuple[float, float]:
@@ -85,6 +112,11 @@ class Controller:
         """Whether commands are obeyed."""
         return self._state.listening
 
+    @property
+    def awake(self) -> bool:
+        """Whether spoken commands count, besides those that stop."""
+        return self._told.awake
+
     def hear(self, event: Utterance | Partial, late: bool = False) -> None:
         """Obey an utterance if it is accepted; halt at what may be a command that stops.
 
@@ -99,19 +131,24 @@ class Controller:
                 self.halt()
         elif not event.accepted:
             self.emit(replace(event, obeyed=False))
+            if event.named:  # surely, though the command is not
+                self._attention = wake(self._attention, event)
+                self._tell_attention(event.t)
+            self._ask_back(event)
         else:
             late = late or self._is_overtaken(event) or event.source in self._late_sources
             late = late or self._renewing
             why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
-            self._obey(replace(event, ignored=why) if why else event)
+            self._attend(replace(event, ignored=why) if why else event)
 
     def mark_late(self, source: str, behind: bool) -> None:
         """Note whether a source is behind; late commands move nothing."""
         (self._late_sources.add if behind else self._late_sources.discard)(source)
 
     def halt(self) -> None:
-        """Ask the robot to stand still from now on."""
+        """Ask the robot to stand still from now on; what was asked is forgotten."""
         self._state = at_rest(self._state)
+        self._attention = forget_question(self._attention)
 
     def stop(self, now: float, why: str, good: bool = False) -> None:
         """End the motion until a new command, and say why.
@@ -127,6 +164,7 @@ class Controller:
         self.halt()
         _check_time(now)
         self.stopped_at = now
+        self._attention = AttentionState()
         # Good news stops nothing: the robot has stood still since the loss.
         self.emit(Notice(now, why, good, stops=not good))
 
@@ -189,6 +227,8 @@ class Controller:
             self.halt()
             told = f"moved for {UNWATCHED_MOTION_LIMIT:g} s with nobody there: the robot stops"
             self.emit(Notice(now, told, stops=True))
+        self._attention = forget_old_question(self._attention, now)
+        self._tell_attention(now)
         self.emit(Twist(now, *self.velocities))
 
     def zero(self, now: float) -> None:
@@ -212,6 +252,57 @@ class Controller:
         slots = event.slots if isinstance(event, Utterance) else {}
         command = GivenCommand(event.name, slots, event.t)
         return obey(self._state, command, self.table, self._safety, self._place(event.t))
+
+    def _attend(self, utterance: Utterance) -> None:
+        """Obey what was said to the robot: after its name, or in answer to it."""
+        attention, self._attention = self._attention, forget_question(self._attention)
+        if not utterance.spoken:
+            self._obey(utterance)
+            return
+        if utterance.named and not utterance.ignored:
+            self._attention = wake(self._attention, utterance)
+        meant = answer(attention, utterance)
+        is_name = utterance.named and utterance.text == self.name
+        if self._is_asleep(utterance.start):
+            self._obey_asleep(utterance)
+        elif is_name or meant is NOTHING:
+            self.emit(replace(utterance, obeyed=not utterance.ignored))
+        elif meant:
+            self._obey(replace(utterance, **asdict(meant)))
+        else:
+            self._obey(utterance)
+        self._tell_attention(utterance.t)
+
+    def _obey_asleep(self, utterance: Utterance) -> None:
+        """Only what stops has an effect."""
+        if utterance.name in self.table.halts:
+            self.halt()
+        if utterance.name in self.table.stops:
+            self._obey(utterance)
+        else:
+            self.emit(replace(utterance, obeyed=False, ignored="asleep"))
+
+    def _ask_back(self, event: Utterance) -> None:
+        """Ask about an utterance that is not sure enough, once."""
+        listens = self.listening and not (self.rehearsing or self._renewing)
+        busy = self._state.pending or self._attention.question
+        if not event.spoken or not listens or busy or self._is_asleep(event.start):
+            return
+        if question := question_about(event, self.ask, self.table):
+            self._attention = put_question(self._attention, question)
+            self.emit(Reply(event.t, question.text))
+            self._tell_attention(event.t)
+
+    def _is_asleep(self, t: float) -> bool:
+        return bool(self.name) and is_asleep(self._attention, t)
+
+    def _tell_attention(self, now: float) -> None:
+        asked = self._attention.question
+        answers = tuple(asked.answers) if asked else ()
+        awake = not self._is_asleep(now)
+        if (awake, answers) != (self._told.awake, self._told.answers):
+            self._told = Attention(now, awake, answers)
+            self.emit(self._told)
 
     def _obey(self, utterance: Utterance) -> None:
         transition = self._preview(utterance)

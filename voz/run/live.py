@@ -21,6 +21,7 @@ from voz.run.session import (
     OpenRobots,
     Session,
     SpeechInput,
+    answer_receiver,
     new_session,
     open_programs,
     open_speaker,
@@ -176,6 +177,7 @@ def run_live(
         if page:
             session.controller.unwatched_sources.add(page.unwatched_source)
             session.receivers.append(page.receive)
+        session.receivers.append(answer_receiver(recognizer))
         if options.service:
             service = options.service(inbox, clock, lambda: bool(page and page.driven))
             session.controller.unwatched_sources.add(service.source)
@@ -215,7 +217,7 @@ def _display(shown: RunParts, line: TypedLine, view: RoomView | None) -> Display
     recorder = shown.recorder
     return Display(
         shown.hearing,
-        lambda: shown.controller.listening,
+        shown.controller,
         lambda: line.text,
         lambda: recorder.note if recorder else "",
         view,

@@ -19,9 +19,10 @@ from voz.config import Config
 from voz.control.bounded_motion import Place
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
-from voz.events import Ended, Event, Notice, Play, Receiver, Reply
+from voz.events import Attention, Ended, Event, Notice, Play, Receiver, Reply
 from voz.inbox import End, Inbox
 from voz.process.signals import defer_signals
+from voz.recognition.recognizer import Recognizer
 from voz.run.beat import beat
 from voz.run.clocks import Clock
 from voz.run.controller import Controller
@@ -142,7 +143,19 @@ class Session:
 
 def new_session(settings: Config, clock: Clock, listening: bool = False) -> Session:
     """Begin with the robot at rest; `listening` obeys commands before a `start speech`."""
-    return Session(clock, Controller([], settings.safety, listening, settings.table))
+    controller = Controller([], settings.safety, listening, settings.table)
+    controller.name, controller.ask = settings.recognition.name, settings.recognition.ask
+    return Session(clock, controller)
+
+
+def answer_receiver(recognizer: Recognizer) -> Receiver:
+    """Return a receiver that lets a recognizer understand answers to what the robot asks."""
+
+    def receive(event: Event) -> None:
+        if isinstance(event, Attention):
+            recognizer.expect(event.answers)
+
+    return receive
 
 
 @contextmanager

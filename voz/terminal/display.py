@@ -56,13 +56,28 @@ class HeardSound(Protocol):
     device: str
 
 
+class Ear(Protocol):
+    """What is shown of a controller."""
+
+    @property
+    def listening(self) -> bool:
+        """Whether commands are obeyed."""
+
+    @property
+    def awake(self) -> bool:
+        """Whether spoken commands count: it has no name, or that was said."""
+
+    name: str
+    """What the robot is called; empty if it has no name."""
+
+
 class Display:
     """Collects events, and draws them when rich asks for it."""
 
     def __init__(
         self,
         sound: HeardSound,
-        listening: Callable[[], bool],
+        ear: Ear,
         typing: Callable[[], str],
         note: Callable[[], str] = lambda: "",
         extra: RenderableType | None = None,
@@ -71,14 +86,14 @@ class Display:
 
         Args:
             sound: the microphone.
-            listening: whether commands are obeyed.
+            ear: whether it listens, and to whom.
             typing: returns the line that is being typed.
             note: returns a text that is always shown.
             extra: drawn beside the panel, or below it in a narrow terminal.
         """
         self._sound = sound
         self._device = sound.device
-        self._listening = listening
+        self._ear = ear
         self._typing = typing
         self._note = note
         self._extra = extra
@@ -128,7 +143,9 @@ class Display:
     def _title(self) -> Text:
         if self._sound.deaf:
             return Text(" speaking ", "black on yellow")
-        if self._listening():
+        if not self._ear.awake:
+            return Text(f' asleep: say "{self._ear.name}" ')
+        if self._ear.listening:
             return Text(" listening ", "black on green")
         return Text(' say "start speech" ')
 

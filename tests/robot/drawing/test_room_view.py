@@ -66,7 +66,9 @@ def test_looking_changes_nothing_of_the_run() -> None:
 def test_in_a_wide_terminal_it_is_beside_the_display_else_below(width: int, beside: bool) -> None:
     room = RoomView(SimulatedRobot(Simulator()), Simulator())
     sound = SimpleNamespace(peak=0.1, background=-60.0, deaf=False, device="USB Audio")
-    display = Display(sound, lambda: True, lambda: "", extra=room)
+    display = Display(
+        sound, SimpleNamespace(listening=True, name="", awake=True), lambda: "", extra=room
+    )
     lines = shown(display, width, 40)
     assert any(re.search("USB Audio.*[\u2801-\u28ff]", line) for line in lines) == beside
     assert any(re.search("[\u2801-\u28ff]", line) for line in lines)

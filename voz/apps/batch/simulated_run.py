@@ -26,7 +26,7 @@ from voz.recognition.recognizer import Recognizer
 from voz.robot.drawing import check_picture, save_picture
 from voz.robot.simulator import SimulatedRobot
 from voz.run.clocks import Item, RecordedClock
-from voz.run.session import new_session
+from voz.run.session import answer_receiver, new_session
 from voz.run.sources import recorded_items
 
 EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
@@ -66,7 +66,8 @@ def simulate_recording(
     items = _noted(recorded_items([found.path], recognizer, unreadable, details), times)
     session = new_session(settings, RecordedClock(items), how.listening)
     robot = SimulatedRobot(settings.simulator, session.controller.emit)
-    session.receivers += [robot.receive, lambda event: events.append(_named(event, found.name))]
+    session.receivers += [robot.receive, answer_receiver(recognizer)]
+    session.receivers.append(lambda event: events.append(_named(event, found.name)))
     session.controller.odometry = robot.place
     session.run()
     robot.come_to_rest()

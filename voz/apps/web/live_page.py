@@ -172,6 +172,7 @@ class LivePage:
         return {
             "t": self._clock.now(),
             "listening": parts.controller.listening,
+            "asleep": "" if parts.controller.awake else parts.controller.name,
             "rehearsing": parts.controller.rehearsing,
             # A reply that the page plays is known: whoever speaks meanwhile is heard.
             "speaking": busy_until > time.monotonic() and self._playback.replies() is None,

@@ -39,7 +39,8 @@ export function ear(state, { mine, browserListens, microphoneOn, wake }) {
   if (browserListens && !mine) return state.driver ? ["off", "watching", ""] : ["off", "microphone off", ""];
   if (state.speaking) return ["waiting", "robot speaks", "hears only stop"];
   if (browserListens && !microphoneOn) return ["off", "microphone off", ""];
-  if (!state.listening) return ["waiting", "asleep", (state.talking ? "hears you: " : "") + `say “${wake}”`];
+  const words = [state.asleep, state.listening ? "" : wake].filter(Boolean).join(", ");
+  if (words) return ["waiting", "asleep", (state.talking ? "hears you: " : "") + `say “${words}”`];
   if (!browserListens) return ["hearing", "listening", "robot's microphone"];
   return state.talking ? ["hearing", "hearing you", ""] : ["ready", "hold to talk", ""];
 }
@@ -63,7 +64,7 @@ const IGNORED = {
 // An utterance: [kind, what, why it was not obeyed].
 export function utterance(event) {
   if (event.obeyed) return ["obeyed", event.text, ""];
-  if (event.ignored === "not_listening") return ["asleep", event.text, "it is asleep"];
+  if (["not_listening", "asleep"].includes(event.ignored)) return ["asleep", event.text, "it is asleep"];
   if (event.accepted) return ["ignored", event.text, IGNORED[event.ignored] ?? event.why ?? ""];
   if (!isSpoken(event)) return ["nothing", event.text, event.why ?? ""];
   if (event.between) return ["unsure", event.between.join(" or "), "not sure which"];

@@ -1,0 +1,166 @@
+"""How often a robot misses its name, and hears it where nobody said it.
+
+Run `python benchmarks/names.py NAMES TALK... [--also NAME]`. NAMES lists recordings of names by
+people; each is said every 4 s in a quiet room, in a kitchen, beside motors, and amid the talk of
+six people, 10 dB louder than these. TALK lists talk, the sentences of which are heard one by one,
+and noise. Prints what voz misses and what wakes it, and the misses by the threshold at which each
+name is heard in an hour of talk so many times. Published for six names, at one false alarm in ten
+hours and 10 dB (Picovoice/wake-word-benchmark): Porcupine misses .027, Snowboy .32, pocketsphinx
+.52.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from machine import machine
+from mix_rooms import EVERY, FLOOR, Sound, background, mixed, read
+from rich.console import Console
+from rich.progress import track
+
+from voz.apps.evaluation.statistics import alarm_rate
+from voz.apps.evaluation.tables import alarm_rate_text
+from voz.apps.recordings.manifest import Clip, read_manifest
+from voz.audio import SAMPLE_RATE
+from voz.audio.capture.arrays import to_samples
+from voz.language.generated.language_files import find_language
+from voz.recognition.language import load_language
+from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
+from voz.recognition.recognizer import Recognizer
+from voz.recognition.robot_name import NameFinder, with_more_words
+from voz.settings import Recognition
+
+ROOMS = (("quiet", None), ("kitchen", 10), ("motors", 10), ("babble", 10))
+
+RATES = (0.0, 0.2, 0.5, 1.0)
+"""False alarms in an hour of talk."""
+
+PIECE = 20 * SAMPLE_RATE
+"""Samples of a stream that are heard at once for the scores."""
+
+PAUSE = np.zeros(SAMPLE_RATE // 2, np.float32)
+SEED = 1
+
+
+def read_names(path: Path) -> list[Clip]:
+    """Read a list of recordings; its columns are `path` and `text`, and perhaps others."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    return [
+        Clip(path.stem, r["path"], path.parent / r["path"], r["text"], r["path"], "command", "")
+        for r in rows
+    ]
+
+
+def finder(name: str) -> tuple[PhonemeScorer, NameFinder, int]:
+    """What finds a name, and how many phones it has."""
+    language = with_more_words(load_language(find_language(None)), Recognition(name=name))
+    network = scorer_for(language)
+    return network, NameFinder(network, name), network.count_phones(name)
+
+
+def in_room(
+    clips: Sequence[Clip], room: str, ratio: int | None, others: Sequence[Clip]
+) -> tuple[Sound, list[tuple[float, float]]]:
+    """A stream of names in a room, and when each is said, s."""
+    rng = np.random.default_rng(SEED)
+    sound = None if ratio is None else background(room, EVERY * (len(clips) + 1), others, rng)
+    stream, said = mixed(clips, sound, ratio, rng)
+    return stream, [(begin, end) for begin, end, _, _ in said]
+
+
+def hear_names(
+    job: tuple[str, str, int | None], clips: Sequence[Clip], others: Sequence[Clip]
+) -> tuple[list[bool], list[float]]:
+    """Whether voz hears each recording of a name in a room, and how well it fits, nats."""
+    name, room, ratio = job
+    stream, said = in_room([c for c in clips if c.text == name], room, ratio, others)
+    recognizer = Recognizer(find_language(None), Recognition(name=name))
+    woken = [h for h in recognizer.decode(stream, SAMPLE_RATE) if h.named]
+    network, names, _ = finder(name)
+    scores = []
+    for begin, end in said:
+        part = stream[max(0, int((begin - 0.5) * SAMPLE_RATE)) : int((end + 0.5) * SAMPLE_RATE)]
+        scores.append(names.best(network.phone_likelihoods(to_samples(part, SAMPLE_RATE))).score)
+    heard = [any(h.start < end and h.end > begin for h in woken) for begin, end in said]
+    return heard, scores
+
+
+def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> tuple[float, list[list[float]]]:
+    """The hours of some talk, and how well each name fits in each sentence, nats."""
+    found = [finder(name) for name in names]
+    network = found[0][0]
+    rng, samples = np.random.default_rng(SEED), 0
+    scores: list[list[float]] = [[] for _ in names]
+    for clip in clips:
+        sound = np.concatenate([read(clip), PAUSE])
+        sound += (FLOOR * rng.standard_normal(len(sound))).astype(np.float32)
+        samples += len(sound)
+        for at in range(0, len(sound), PIECE):
+            sounds = network.phone_likelihoods(to_samples(sound[at : at + PIECE], SAMPLE_RATE))
+            for (_, finds, _), values in zip(found, scores, strict=True):
+                values.append(finds.best(sounds).score)
+    return samples / SAMPLE_RATE / 3600, scores
+
+
+def in_parts(clips: Sequence[Clip], parts: int) -> Iterator[Sequence[Clip]]:
+    """Split talk for several processes."""
+    yield from (clips[part::parts] for part in range(parts))
+
+
+def threshold_at(scores: Sequence[float], hours: float, rate: float) -> float:
+    """The score that is surpassed so many times in an hour, nats."""
+    return sorted(scores, reverse=True)[int(rate * hours)]
+
+
+def main(
+    names: Annotated[Path, typer.Argument(help="Lists names that are said.")],
+    manifests: Annotated[list[Path], typer.Argument(help="List talk and noise.")],
+    also: Annotated[list[str] | None, typer.Option(help="A name for false alarms alone.")] = None,
+    share: Annotated[int, typer.Option(min=1, help="Hear one of so many sentences.")] = 1,
+) -> None:
+    """Print misses of names, and false alarms.
+
+    Example: python benchmarks/names.py names/manifest.tsv people/manifest.tsv --also jarvis
+    """
+    clips = read_names(names)
+    others = [clip for path in manifests for clip in read_manifest(path)]
+    talk = [clip for clip in others if clip.kind == "talk"][::share]
+    said = sorted({clip.text for clip in clips})
+    every = [*said, *(also or ())]
+    jobs = [(name, *room) for name in said for room in ROOMS]
+    console = Console(stderr=True)
+    with ProcessPoolExecutor() as pool:
+        parts = pool.map(partial(hear_talk, names=every), in_parts(talk, 16))
+        heard = pool.map(partial(hear_names, clips=clips, others=others), jobs)
+        of_talk = list(track(parts, "talk", 16, console=console, transient=True))
+        in_rooms = dict(
+            zip(
+                jobs, track(heard, "names", len(jobs), console=console, transient=True), strict=True
+            )
+        )
+    hours = sum(part for part, _ in of_talk)
+    scores = {name: [s for _, part in of_talk for s in part[at]] for at, name in enumerate(every)}
+    print(f"{machine()}\n")
+    print("| name | room | said | missed |", *(f" {rate:g} an hour |" for rate in RATES), sep="")
+    print(f"|{' --- |' * (4 + len(RATES))}")
+    for (name, room, ratio), (woken, fits) in in_rooms.items():
+        title = room if ratio is None else f"{room} {ratio} dB"
+        cells = [1 - np.mean(woken)]
+        cells += [np.mean(np.array(fits) <= threshold_at(scores[name], hours, r)) for r in RATES]
+        print(f"| {name} | {title} | {len(woken)} |", *(f" {cell:.3f} |" for cell in cells), sep="")
+    print("\n| name | phones | false alarms in talk |\n| --- | --- | --- |")
+    for name in every:
+        alarms = alarm_rate(sum(score >= 0 for score in scores[name]), hours)
+        print(f"| {name} | {finder(name)[2]} | {alarm_rate_text(alarms)} |")
+
+
+if __name__ == "__main__":
+    typer.run(main)

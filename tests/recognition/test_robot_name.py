@@ -1,0 +1,97 @@
+"""A robot's name, said by festival, and answers to what it asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import voz
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.sound_files import read_blocks
+from voz.events import Utterance
+from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
+from voz.recognition.recognizer import Recognizer
+from voz.speech.speech_cache import cached_speech
+
+NAME = "hey robot"
+PAUSE = np.zeros(SAMPLE_RATE, np.int16)
+
+Say = Callable[[str], list[Utterance]]
+
+
+@pytest.fixture(scope="module")
+def named() -> Recognizer:
+    settings = voz.Recognition(name=" Hey  Robot", ask="always")
+    return Recognizer(LanguageFiles(PACKAGED_FOLDER), settings)
+
+
+def said(text: str) -> Samples:
+    speech = np.concatenate(list(read_blocks(cached_speech(text, "kal_diphone"))))
+    return np.concatenate([PAUSE, speech, PAUSE])
+
+
+def heard(recognizer: Recognizer, *texts: str) -> list[tuple[str, bool]]:
+    sound = np.concatenate([said(text) for text in texts])
+    return [(u.text, u.named) for u in recognizer.decode(sound, SAMPLE_RATE) if u.accepted]
+
+
+def test_the_name_is_heard_alone_and_before_a_command(named: Recognizer) -> None:
+    assert named.name == NAME
+    assert heard(named, NAME) == [(NAME, True)]
+    assert heard(named, f"{NAME}, go forward") == [("go forward", True)]
+    assert heard(named, f"{NAME}, stop") == [("stop", True)]
+    assert heard(named, NAME, "turn left") == [(NAME, True), ("turn left", False)]
+
+
+def test_what_is_said_without_the_name_has_none(named: Recognizer) -> None:
+    assert heard(named, "go forward") == [("go forward", False)]
+    others = ("the robot is here", "hello there, go forward", "hey", "go forward robot")
+    assert not any(name for text in others for _, name in heard(named, text))
+
+
+def test_answers_are_understood_while_they_are_expected(named: Recognizer) -> None:
+    assert heard(named, "yes") == []
+    named.expect(("yes", "no"))
+    assert heard(named, "yes", "no", "go back") == [
+        ("yes", False),
+        ("no", False),
+        ("go back", False),
+    ]
+    named.expect(("forward", "back", "no"))
+    assert heard(named, "back", "forward") == [("back", False), ("forward", False)]
+    named.expect(())
+    assert heard(named, "back") == []
+
+
+def test_what_it_may_be_is_told_only_where_the_robot_asks(
+    named: Recognizer, recognizer: Recognizer
+) -> None:
+    for asking in (named, recognizer):
+        (unsure,) = asking.decode(said("fold aunt"), SAMPLE_RATE)
+        assert not unsure.accepted
+        expected = (voz.PossibleCommand("fold arm", "fold arm"),) if asking is named else ()
+        assert unsure.perhaps == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("go forward", 'a command is or begins with "go forward"'),
+        ("turn", 'a command is or begins with "turn"'),
+        ("r2d2", "write one to five words of letters a to z"),
+        ("a b c d e f", "write one to five words of letters a to z"),
+    ],
+)
+def test_a_name_that_cannot_be_used_is_one_line(name: str, why: str) -> None:
+    with pytest.raises(voz.ConfigError, match="name") as told:
+        Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(name=name))
+    assert why in str(told.value)
+
+
+def test_a_name_needs_the_network(tmp_path: Path) -> None:
+    settings = voz.Recognition(name=NAME, second_ear=False)
+    with pytest.raises(voz.ConfigError, match="needs the phoneme network"):
+        Recognizer(LanguageFiles(PACKAGED_FOLDER), settings)

@@ -1,0 +1,132 @@
+"""The robot's name: how it is said, and where in a sound."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from voz.audio import SAMPLE_RATE
+from voz.errors import CommandsError, ConfigError
+from voz.events import NO, YES
+from voz.language.generated.language_files import list_sources
+from voz.recognition.accents import spellings, with_accents
+from voz.recognition.confidence import sigmoid
+from voz.recognition.ctc import best_matches
+from voz.recognition.language import Language
+from voz.recognition.phoneme_network import MOMENT
+from voz.recognition.phoneme_scorer import (
+    PENALTY_PER_OTHER_PHONE,
+    PhoneLikelihoods,
+    PhonemeScorer,
+)
+from voz.settings import Recognition
+
+SETTING = "[recognition] name"
+
+NAME_THRESHOLD = 0.5
+"""The confidence that a name needs, 0 to 1."""
+
+NATS_PER_PHONE, FREE_PHONES = 3.5, 3.9
+"""A name may fit worse than the likeliest phones by so many nats for each phone beyond these.
+
+Of 23 names, that much is reached once in ten hours of sentences by those of seven phones and more.
+"""
+
+GOOD_NAME_PHONES = 7
+
+JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
+PENALTY_JUST_BEFORE = 3.0
+"""Nats against a name for each phone in the moments before it: nobody speaks on with it."""
+
+
+def with_more_words(language: Language, settings: Recognition) -> Language:
+    """Add the words of the robot's name, and of answers to what it asks, to a language.
+
+    Raises:
+        ConfigError: the language is not English, nobody knows how to say the name, or a command is
+            the same or begins so.
+    """
+    name = settings.name
+    if not name and settings.ask == "never":
+        return language
+    if not language.spoken.is_english:
+        raise ConfigError(
+            f"`name` and `ask` of [recognition] work in English alone, not {language.spoken.name}"
+        )
+    if name and (name in language.commands or language.commands.has_continuation(name)):
+        raise ConfigError(f'{SETTING}: a command is or begins with "{name}"; give another name')
+    from voz.language.command_source import pronounce_words  # builds lists, which most runs do not
+
+    known = spellings(language.dictionary)
+    places = {word: SETTING for word in (*name.split(), YES, NO) if word not in known}
+    sources = list_sources(language.files)
+    try:
+        entries = pronounce_words(sources[0].parent if sources else None, places)
+    except CommandsError as error:
+        raise ConfigError(str(error)) from None
+    more = {
+        word if number == 1 else f"{word}({number})": tuple(phones.split())
+        for word, entry in entries.items()
+        for number, phones in enumerate(entry.phones, start=1)
+    }
+    return replace(language, pronunciations={**language.pronunciations, **with_accents(more)})
+
+
+def advice_on_name(name: str, phones: int) -> str:
+    """Say what would make a name better; empty if it is good."""
+    if not name or phones >= GOOD_NAME_PHONES:
+        return ""
+    longer = f"{name} robot" if name.startswith("hey ") else f"hey {name}"
+    return (
+        f'the name "{name}" has {phones} phones, as many words have: it is missed, and heard '
+        f'where nobody said it, more than one of {GOOD_NAME_PHONES}; better is "{longer}"'
+    )
+
+
+class NameMatch(NamedTuple):
+    """Where a name fits best in a sound, s, and how much better than it must, nats."""
+
+    score: float
+    begin: float
+    end: float
+
+    @property
+    def confidence(self) -> float:
+        """How sure it is, 0 to 1."""
+        return sigmoid(self.score / NATS_PER_PHONE)
+
+
+class NameFinder:
+    """Finds the robot's name in a sound, whatever is said before and after it."""
+
+    def __init__(self, network: PhonemeScorer, name: str) -> None:
+        """Prepare to find a name, the words of which have pronunciations."""
+        self._name = network.lattice_of(name)
+        self._allowance = NATS_PER_PHONE * (network.count_phones(name) - FREE_PHONES)
+
+    def find(self, sounds: PhoneLikelihoods) -> NameMatch | None:
+        """Find the name where it fits best; None if it does not fit well enough."""
+        match = self.best(sounds)
+        return match if match.score >= 0 else None
+
+    def best(self, sounds: PhoneLikelihoods) -> NameMatch:
+        """Find where the name fits best."""
+        counted = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
+        earlier = np.concatenate([np.zeros(JUST_BEFORE), counted])[: len(counted)]
+        penalties = PENALTY_JUST_BEFORE * (counted - earlier)
+        found = best_matches(sounds.relative, penalties, np.zeros(len(counted)), self._name)
+        seconds = MOMENT / SAMPLE_RATE
+        begin, end = int(found.begins[0]) * seconds, (int(found.ends[0]) + 1) * seconds
+        return NameMatch(float(found.scores[0]) + self._allowance, begin, end)
+
+
+def after(sounds: PhoneLikelihoods, name: NameMatch) -> PhoneLikelihoods:
+    """The phones after a name."""
+    end = round(name.end * SAMPLE_RATE / MOMENT)
+    return PhoneLikelihoods(
+        sounds.relative[end:],
+        sounds.begin_penalties[end:] - sounds.begin_penalties[end : end + 1],
+        sounds.end_penalties[end:],
+    )

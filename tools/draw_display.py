@@ -35,8 +35,9 @@ def main() -> None:
     recognizer = Recognizer(find_language(None), Recognition())
     terminal = Console(record=True, width=78, force_terminal=True, file=StringIO())
     sound = SimpleNamespace(peak=0.12, background=-64.0, deaf=False, device="USB Audio Device")
-    display = Display(sound, lambda: controller.listening, lambda: "")
-    controller = Controller([display.receive], Safety())
+    controller = Controller([], Safety())
+    display = Display(sound, controller, lambda: "")
+    controller.receivers.append(display.receive)
     now = 0.0
     for name in RECORDINGS:
         blocks = list(read_blocks(ROOT / "audio_fixtures" / name))

@@ -61,7 +61,13 @@ class Alternative(CheckedRecord, frozen=True):
 
 
 class PossibleCommand(CheckedRecord, frozen=True, omit_defaults=True):
-    """A command that may have been said: its sentence, its name, and its slots."""
+    """A command that may have been said.
+
+    Attributes:
+        text: the sentence.
+        command: its name, by which a robot knows what to do.
+        slots: the values in it by name, words or numbers.
+    """
 
     text: str
     command: str

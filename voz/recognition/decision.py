@@ -13,7 +13,7 @@ from voz.recognition.slot_rivals import highest_confidence
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
-NEARLY_SURE = 8.0
+NEARLY_SURE = 4.0
 """The robot asks back where the odds are lower than they need to be by this factor at most."""
 
 

@@ -67,6 +67,7 @@ class Result(NamedTuple):
         accepted: as the benchmark counts.
         wrong: another order was obeyed, or one with a slot too many.
         right: it was heard right, obeyed or not.
+        asked: nothing was obeyed, and a robot that asks back would ask whether it was this order.
         seconds: how much sound there was.
         cpu: what it took, s.
         heard: what was heard, for people.
@@ -75,6 +76,7 @@ class Result(NamedTuple):
     accepted: bool
     wrong: bool
     right: bool
+    asked: bool
     seconds: float
     cpu: float
     heard: str
@@ -142,6 +144,7 @@ def judge(clip: Clip, lm: str, settings: Recognition, run_in: float) -> Result:
         bool(obeyed) and has_label(obeyed[0], clip),
         any(not is_order(u.command, u.slots, clip) for u in obeyed),
         any(p is not None and is_order(p.command, p.slots, clip) for p in parses),
+        not obeyed and any(is_order(p.command, p.slots, clip) for u in heard for p in u.perhaps),
         len(sound) / SAMPLE_RATE,
         cpu,
         " / ".join(f"{u.text} ({u.reason or 'obeyed'} {u.confidence:.2f})" for u in heard),
@@ -162,20 +165,23 @@ def is_order(command: str | None, slots: Mapping[str, Any], clip: Clip) -> bool:
 
 def table(every: Sequence[Clip], results: Sequence[Result]) -> Iterator[str]:
     """A line for each noise and level."""
-    yield "| noise | dB | accepted | Rhino | Watson | obeyed and wrong | heard right | real time |"
-    yield "|---|---|---|---|---|---|---|---|"
+    yield (
+        "| noise | dB | accepted | Rhino | Watson | obeyed and wrong | heard right | asked right "
+        "| real time |"
+    )
+    yield "|---|---|---|---|---|---|---|---|---|"
     of: dict[tuple[Path | None, int], list[Result]] = {}
     for clip, result in zip(every, results, strict=True):
         of.setdefault((clip.noise, clip.level), []).append(result)
     for (noise, level), found in of.items():
         known = [f"{figures[level]:.2f}" if noise and level in figures else "-"
                  for figures in PUBLISHED.values()]  # fmt: skip
-        share = [sum(each) / len(found) for each in zip(*(r[:3] for r in found), strict=True)]
+        share = [sum(each) / len(found) for each in zip(*(r[:4] for r in found), strict=True)]
         speed = sum(r.cpu for r in found) / sum(r.seconds for r in found)
         name, decibels = (noise.stem, str(level)) if noise else ("none", "-")
         yield (
             f"| {name} | {decibels} | {share[0]:.3f} | {' | '.join(known)} | {share[1]:.3f} "
-            f"| {share[2]:.3f} | {speed:.2f} |"
+            f"| {share[2]:.3f} | {share[3]:.3f} | {speed:.2f} |"
         )
 
 
@@ -194,7 +200,7 @@ def main(
     names = noise or ["none", *sorted(path.stem for path in (data / "noise").glob("*.wav"))]
     noises = [None if name == "none" else data / "noise" / f"{name}.wav" for name in names]
     chosen = clips(data, noises, level or LEVELS)
-    settings = Recognition(false_alarms_per_hour=alarms)
+    settings = Recognition(false_alarms_per_hour=alarms, ask="always")
     with tempfile.TemporaryDirectory(prefix="voz-") as lm:
         built = build(listed, Path(lm))
         print(f"{machine()}; {built.sentences:,} sentences, {len(chosen)} clips")

@@ -70,7 +70,7 @@ def test_what_it_may_be_is_told_only_where_the_robot_asks(
     named: Recognizer, recognizer: Recognizer
 ) -> None:
     for asking in (named, recognizer):
-        (unsure,) = asking.decode(said("fold aunt"), SAMPLE_RATE)
+        (unsure,) = asking.decode(said("bold ham"), SAMPLE_RATE)
         assert not unsure.accepted
         expected = (voz.PossibleCommand("fold arm", "fold arm"),) if asking is named else ()
         assert unsure.perhaps == expected

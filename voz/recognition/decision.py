@@ -13,6 +13,9 @@ from voz.recognition.slot_rivals import highest_confidence
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition
 
+EXPECTED = 4.0
+"""An answer that is waited for may have lower odds than a command by this factor."""
+
 NEARLY_SURE = 4.0
 """The robot asks back where the odds are lower than they need to be by this factor at most."""
 
@@ -52,7 +55,7 @@ class DecisionRule:
         if self._name and text == self._name:
             return NAME_THRESHOLD
         if text in self.answers:
-            return self._thresholds.usual
+            return multiply_odds(self._thresholds.usual, 1 / EXPECTED)
         parse = self._commands.parse(text)
         if parse is None:
             return None

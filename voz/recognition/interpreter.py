@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
+from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS, Segment
 from voz.errors import ConfigError
 from voz.events import PossibleCommand, Utterance
@@ -22,7 +23,7 @@ from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
-from voz.recognition.robot_name import advice_on_name
+from voz.recognition.robot_name import NAME_SAMPLES_BEFORE, advice_on_name
 from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
@@ -39,6 +40,7 @@ class Interpreter:
     Attributes:
         learned: of the microphone and the speaker; it changes only while learning.
         longest: duration of the longest command, s.
+        samples_before: samples that it needs from before each segment.
         name_advice: what would make the robot's name better; empty if it is good.
         rule: decides what is obeyed.
     """
@@ -69,6 +71,7 @@ class Interpreter:
         self._aligner = Aligner(language) if learning and not network else None
         self._spotter = _spotter(network, self.commands, settings.never_missed)
         self._name = settings.name
+        self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
         self.name_advice = ""
         if network and settings.name:
             self.name_advice = advice_on_name(settings.name, network.count_phones(settings.name))

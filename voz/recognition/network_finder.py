@@ -11,6 +11,7 @@ from functools import partial
 
 from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import denoise_if_noisy
+from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
 from voz.audio.endpointing.segment import Segment
 from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 from voz.events import SpokenWord
@@ -22,7 +23,7 @@ from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.refusal import refusal_by_network, unusable_sound
-from voz.recognition.robot_name import NameFinder, NameMatch, after
+from voz.recognition.robot_name import NameFinder, NameMatch, from_time
 from voz.recognition.sentence_search import SentenceSearch
 from voz.recognition.shortlist import Shortlist
 from voz.recognition.slot_rivals import Rival, find_rival, is_too_close
@@ -100,8 +101,10 @@ class NetworkFinder:
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
-        name = self._name_finder and self._name_finder.find(sounds)
-        said = after(sounds, name) if name else sounds
+        earlier = len(segment.before) / SAMPLE_RATE
+        name = self._name_finder and self._name_finder.find(sounds, earlier)
+        offset = name.end if name else max(0.0, earlier - CONTEXT_SAMPLES / SAMPLE_RATE)
+        said = from_time(sounds, offset)
         ranking = self._ranking(said, proposed, answers)
         if name and (ranking is None or not ranking.score >= MIN_SCORE_AFTER_NAME):
             return self._name_alone(segment, name)
@@ -110,7 +113,6 @@ class NetworkFinder:
         match = ranking.matches[ranking.text]
         if match.score == -math.inf:  # more phones than moments
             return Hypothesis(segment, "", segment.end, why_refused=lambda: ("too_short", None))
-        offset = name.end if name else 0.0
         values = {SCORE: ranking.score}
         likely = probability(self._model, values)
         trust = self._trust(segment, offset + match.begin, offset + match.end, likely)

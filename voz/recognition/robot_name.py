@@ -28,11 +28,18 @@ SETTING = "[recognition] name"
 NAME_THRESHOLD = 0.5
 """The confidence that a name needs, 0 to 1."""
 
-NATS_PER_PHONE, FREE_PHONES = 3.5, 3.9
-"""A name may fit worse than the likeliest phones by so many nats for each phone beyond these.
+ALLOWANCE = 0.225
+"""A name may fit worse than the likeliest phones by so many nats times its phones squared.
 
-Of 23 names, that much is reached once in ten hours of sentences by those of seven phones and more.
+In 50 h of sentences (5 h, ten names of seven to ten phones) that much was reached seven times,
+where nobody said the name.
 """
+
+CONFIDENCE_SCALE = 3.5
+"""Nats by which the odds of a name change by a factor of e."""
+
+NAME_SAMPLES_BEFORE = SAMPLE_RATE
+"""A name may begin so long before a segment: a speaker may pause between two words of it."""
 
 GOOD_NAME_PHONES = 7
 
@@ -95,7 +102,7 @@ class NameMatch(NamedTuple):
     @property
     def confidence(self) -> float:
         """How sure it is, 0 to 1."""
-        return sigmoid(self.score / NATS_PER_PHONE)
+        return sigmoid(self.score / CONFIDENCE_SCALE)
 
 
 class NameFinder:
@@ -104,29 +111,34 @@ class NameFinder:
     def __init__(self, network: PhonemeScorer, name: str) -> None:
         """Prepare to find a name, the words of which have pronunciations."""
         self._name = network.lattice_of(name)
-        self._allowance = NATS_PER_PHONE * (network.count_phones(name) - FREE_PHONES)
+        self._allowance = ALLOWANCE * network.count_phones(name) ** 2
 
-    def find(self, sounds: PhoneLikelihoods) -> NameMatch | None:
-        """Find the name where it fits best; None if it does not fit well enough."""
-        match = self.best(sounds)
+    def find(self, sounds: PhoneLikelihoods, earliest_end: float) -> NameMatch | None:
+        """Find the name where it fits best, from a time on, s; None if it does not fit."""
+        match = self.best(sounds, earliest_end)
         return match if match.score >= 0 else None
 
-    def best(self, sounds: PhoneLikelihoods) -> NameMatch:
-        """Find where the name fits best."""
+    def best(self, sounds: PhoneLikelihoods, earliest_end: float = 0.0) -> NameMatch:
+        """Find where the name fits best and ends after a time, s."""
         counted = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
         earlier = np.concatenate([np.zeros(JUST_BEFORE), counted])[: len(counted)]
         penalties = PENALTY_JUST_BEFORE * (counted - earlier)
-        found = best_matches(sounds.relative, penalties, np.zeros(len(counted)), self._name)
+        never = np.where(np.arange(len(counted)) < _moments(earliest_end), np.inf, 0.0)
+        found = best_matches(sounds.relative, penalties, never, self._name)
         seconds = MOMENT / SAMPLE_RATE
         begin, end = int(found.begins[0]) * seconds, (int(found.ends[0]) + 1) * seconds
         return NameMatch(float(found.scores[0]) + self._allowance, begin, end)
 
 
-def after(sounds: PhoneLikelihoods, name: NameMatch) -> PhoneLikelihoods:
-    """The phones after a name."""
-    end = round(name.end * SAMPLE_RATE / MOMENT)
+def from_time(sounds: PhoneLikelihoods, seconds: float) -> PhoneLikelihoods:
+    """The phones from a time on."""
+    end = _moments(seconds)
     return PhoneLikelihoods(
         sounds.relative[end:],
         sounds.begin_penalties[end:] - sounds.begin_penalties[end : end + 1],
         sounds.end_penalties[end:],
     )
+
+
+def _moments(seconds: float) -> int:
+    return round(seconds * SAMPLE_RATE / MOMENT)

@@ -45,7 +45,7 @@ class Stream:
         self._spotting = spotting
         self._source = source
         self._details = details
-        self._segmenter = Segmenter(early, interpreter.longest, voices)
+        self._segmenter = Segmenter(early, interpreter.longest, voices, interpreter.samples_before)
         self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
         self._waiting: Hypothesis | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command

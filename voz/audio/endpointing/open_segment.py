@@ -115,7 +115,9 @@ class OpenSegment:
                 silent=silent,
             )
 
-    def segment(self, end: int, heard: int, kept: Samples, kept_from: int) -> Segment:
+    def segment(
+        self, end: int, heard: int, kept: Samples, kept_from: int, before: int = CONTEXT_SAMPLES
+    ) -> Segment:
         """Make the segment from `start` to `end`; all positions are samples of the stream.
 
         Args:
@@ -123,6 +125,7 @@ class OpenSegment:
             heard: the position of now.
             kept: the last samples of the stream.
             kept_from: where these begin.
+            before: how many samples before it to keep with it.
         """
         first, last = self.start - kept_from, end - kept_from
         never_quiet = self.voices > 1 - MIN_SILENT_SHARE
@@ -134,6 +137,6 @@ class OpenSegment:
             above=self.loudest - self.least + CONTINUE_ABOVE,
             voices=self.voices,
             amid=never_quiet and self.loudest < self.before + TALK_LEVEL_RANGE,
-            before=kept[max(0, first - CONTEXT_SAMPLES) : first].copy(),
+            before=kept[max(0, first - before) : first].copy(),
             after=kept[last : min(last + CONTEXT_SAMPLES, heard - kept_from)].copy(),
         )

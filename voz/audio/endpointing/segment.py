@@ -34,7 +34,7 @@ class Segment(NamedTuple):
         above: how far its loudest frame is above the background, dB.
         voices: share of the time before it that a voice may be in.
         amid: whether it stands within talk that is as loud.
-        before: sound before the samples, up to 0.25 s.
+        before: sound before the samples, up to 0.25 s; longer where the robot has a name.
         after: sound after them, up to 0.25 s, as far as it is known.
     """
 

@@ -90,6 +90,7 @@ class Segmenter:
         early: float | None = None,
         longest: float = MAX_SEGMENT_SECONDS,
         voices: VoiceFlags | None = None,
+        before: int = CONTEXT_SAMPLES,
     ) -> None:
         """Start a stream.
 
@@ -98,7 +99,10 @@ class Segmenter:
                 and `Ongoing` meanwhile; None yields whole ones only.
             longest: longer segments are split, s.
             voices: detects voices; None is WebRTC's detector.
+            before: samples before a segment that are kept with it.
         """
+        self._before = before
+        self._least_kept = max(MIN_KEPT_SAMPLES, before + ONSET_SAMPLES)
         self._longest = int(longest * SAMPLE_RATE)
         self._is_voice = voices or webrtc_detector()
         self._loudness = LevelMeter()
@@ -146,7 +150,7 @@ class Segmenter:
             return None
         stood = bytes([*self._stood, self._standing])
         followed = self._loudness.state() + self._background.state()
-        return stood + followed + self._kept[-MIN_KEPT_SAMPLES:].tobytes()
+        return stood + followed + self._kept[-self._least_kept :].tobytes()
 
     def finish(self) -> Iterator[Sound]:
         """End the stream; yields the open segment, if any, and the quiet after it."""
@@ -282,13 +286,12 @@ class Segmenter:
         self._quiet_reported = False
 
     def _segment(self, now: OpenSegment, end: int) -> Segment:
-        return now.segment(end, self._heard, self._kept, self._kept_from)
+        return now.segment(end, self._heard, self._kept, self._kept_from, self._before)
 
     def _forget(self) -> None:
-        needed = (
-            self._open.start - CONTEXT_SAMPLES if self._open else self._heard - MIN_KEPT_SAMPLES
-        )
-        surplus = min(needed, self._heard - MIN_KEPT_SAMPLES) - self._kept_from
+        recent = self._heard - self._least_kept
+        needed = min(recent, self._open.start - self._before) if self._open else recent
+        surplus = needed - self._kept_from
         if surplus > 0:
             self._kept = self._kept[surplus:]
             self._kept_from += surplus

@@ -1,0 +1,58 @@
+"""A live robot with a name that asks back: only what is said to it moves it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from live_robot import LiveRobot, live_robot, moves, rests, speak
+from recordings import FIXTURES
+
+from voz.speech.speech_cache import cached_speech
+
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
+
+SETTINGS = '[recognition]\nname = "hey robot"\nask = "always"\n'
+
+
+def by_festival(text: str) -> Path:
+    return cached_speech(text, "kal_diphone")
+
+
+def clip(text: str) -> Path:
+    return FIXTURES / "commands" / f"festival_slt__{text.replace(' ', '_')}.flac"
+
+
+def heard(robot: LiveRobot, pulse: dict[str, str], recording: Path) -> dict[str, object]:
+    """Speak a recording; gives what was heard of it."""
+    since = len(robot.arrived)
+    speak(pulse, recording)
+    return robot.wait_for(lambda event: event["type"] == "utterance", since).event
+
+
+def test_nothing_moves_before_the_name_and_an_answer_by_voice_does_what_was_asked(
+    pulse: dict[str, str], tmp_path: Path
+) -> None:
+    settings = tmp_path / "voz.toml"
+    settings.write_text(SETTINGS)
+    with live_robot(pulse, "--config", str(settings), "--listening") as robot:
+        assert heard(robot, pulse, clip("go forward"))["ignored"] == "asleep"
+        assert heard(robot, pulse, by_festival("hey robot"))["named"]
+        assert robot.of("attention")[-1]["awake"]
+        assert not any(map(moves, robot.of("cmd_vel")))
+        assert heard(robot, pulse, clip("go forward"))["obeyed"]
+        robot.wait_for(moves)
+
+        since = len(robot.arrived)
+        robot.wait_for(lambda e: e["type"] == "attention" and not e["awake"], since)
+        assert heard(robot, pulse, clip("stop"))["obeyed"]
+        robot.wait_for(rests, since)
+
+        heard(robot, pulse, by_festival("hey robot"))
+        assert not heard(robot, pulse, by_festival("bold ham"))["accepted"]
+        assert robot.of("reply")[-1]["text"] == "did you say fold arm?"
+        assert robot.of("selected_object") == []
+        answered = heard(robot, pulse, by_festival("yes"))
+        assert (answered["text"], answered["obeyed"]) == ("fold arm", True)
+        selected = robot.wait_for(lambda event: event["type"] == "selected_object").event
+        assert selected["value"] == 100

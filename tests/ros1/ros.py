@@ -150,8 +150,8 @@ class Client(Program):
         self.publish(topic, data={"data": text}, **STRING)
 
 
-def eventually(happens: Callable[[], Any]) -> None:
-    deadline = time.monotonic() + PATIENCE
+def eventually(happens: Callable[[], Any], patience: float = PATIENCE) -> None:
+    deadline = time.monotonic() + patience
     while not happens():
         assert time.monotonic() < deadline, "it did not happen"
         time.sleep(0.02)

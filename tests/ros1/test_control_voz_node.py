@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from programs import PATIENCE
 from ros1.ros import Client, Program, Ros, eventually
 
 COMMANDS = {
@@ -23,6 +24,10 @@ COMMANDS = {
     "stop": (0.0, 0.0),
 }
 """In this order; the velocities are those of the table in docs/commands.md."""
+
+
+ROSPY_CONNECT_TIMEOUT = 60.0
+"""What rospy gives a connection before it tries again, s."""
 
 
 def driving(ros: Ros, *arguments: str, topics: tuple[str, ...] = ()) -> tuple[Program, Client]:
@@ -43,7 +48,7 @@ def connect(client: Client, node: Program, topic: str = "/recognizer/output") ->
         time.sleep(0.1)
         return hello in node.text
 
-    eventually(is_heard)
+    eventually(is_heard, ROSPY_CONNECT_TIMEOUT + PATIENCE)
 
 
 @pytest.mark.slow

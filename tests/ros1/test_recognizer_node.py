@@ -119,6 +119,16 @@ def test_a_microphone_that_is_not_there_is_one_line(ros: Ros) -> None:
 
 
 @pytest.mark.slow
+def test_a_name_needs_the_control_in_the_same_node(ros: Ros, tmp_path: Path) -> None:
+    settings = tmp_path / "voz.toml"
+    settings.write_text('[recognition]\nname = "hey robot"\n')
+    done = ros.call(str(ROOT / "ros" / "scripts" / "recognizer"), f"_config:={settings}")
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "need recognizer and control in one node; start the node `voz`" in line
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("value", ["nan", "inf", "-1", "1.5"])
 def test_a_parameter_out_of_range_is_one_line(ros: Ros, value: str) -> None:
     done = ros.call(str(ROOT / "ros" / "scripts" / "recognizer"), f"_threshold:={value}")

@@ -38,6 +38,7 @@ events = {
     "count": Publish(0, "count", -70000),
     "way": Publish(0, "way", 0.5),
     "bring": Publish(0, "bring", "knife"),
+    "asleep": Attention(0, False),
     "stop": Utterance(0, "stop", 0.9, True, 0, 1, "text", obeyed=True),
     "lost": Notice(0, "the microphone is gone: the robot stops", stops=True),
     "refused": Utterance(0, "go home", 0.2, False, 0, 1, "text"),
@@ -167,20 +168,20 @@ def test_voz_run_without_a_master_says_so_in_one_line(ros: Ros) -> None:
 
 @pytest.mark.slow
 def test_it_publishes_values_of_the_users_own_topics(ros: Ros) -> None:
-    topics = ("/lamp", "/count", "/way", "/bring")
+    topics = ("/lamp", "/count", "/way", "/bring", "/recognizer/awake")
     client = ros.client(*topics)
     driven = robot(ros)
 
     def arrives() -> bool:
         for topic in topics:
-            driven.type(topic.removeprefix("/"))
+            driven.type("asleep" if topic.endswith("awake") else topic.removeprefix("/"))
         return all(client.of(topic) for topic in topics)
 
     eventually(arrives)
     driven.process.stdin.close()
     assert driven.wait() == 0
     found = [client.of(topic)[0] for topic in topics]
-    assert [each["data"] for each in found] == [True, -70000, 0.5, "knife"]
+    assert [each["data"] for each in found] == [True, -70000, 0.5, "knife", False]
 
 
 @pytest.mark.slow

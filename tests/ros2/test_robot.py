@@ -16,7 +16,7 @@ from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
 from voz.errors import ConfigError
-from voz.events import Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
+from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.extras import how_to_install
 from voz.ros2 import ROS2_SOURCE, Ros2Robot
 from voz.ros2 import message_types as msg
@@ -86,6 +86,14 @@ def test_the_arm_gets_its_objects() -> None:
         for value in (1, 2, 100):
             robot.receive(SelectedObject(0.0, value))
     assert [message.data for message in heard(arm)] == [1, 2, 100]
+
+
+def test_whether_it_is_awake_is_known_to_who_subscribes_later() -> None:
+    late = Policy.Durability.TransientLocal
+    with opened() as (robot, _):
+        for awake in (False, True):
+            robot.receive(Attention(0.0, awake))
+        assert heard(reader("recognizer/awake", msg.Bool, late))[-1] == msg.Bool(True)
 
 
 def test_where_a_simulated_robot_is_is_published_with_each_velocity() -> None:

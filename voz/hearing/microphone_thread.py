@@ -169,6 +169,10 @@ class Hearing:
         """The list of commands."""
         return self._recognizer.commands
 
+    def expect(self, answers: tuple[str, ...]) -> None:
+        """Understand these answers too from now on; none: only commands."""
+        self._recognizer.expect(answers)
+
     def trouble(self, moving: bool) -> str | None:
         """Return why nothing is heard now; a muted microphone counts while the robot moves."""
         microphone, now = self._microphone, time.monotonic()

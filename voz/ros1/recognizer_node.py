@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, NoReturn
 
-from voz.errors import VozError
+from voz.errors import ConfigError, VozError
 from voz.events import Event, Notice, Receiver, Utterance, to_json
 from voz.hearing.microphone_thread import Hearing
 from voz.inbox import End, Halt, Inbox, Rehearsal, Renewal
@@ -39,7 +39,13 @@ class _SwitchedHearing:
 
     def start(self) -> None:
         """Read the parameters and listen; again, if it listens already."""
-        hearing = make_hearing(read_settings(), self._inbox, self._clock)
+        settings = read_settings()
+        if settings.recognition.name or settings.recognition.ask != "never":
+            raise ConfigError(
+                "`name` and `ask` of [recognition] need recognizer and control in one node",
+                "start the node `voz` instead, or `control_voz.launch` with one_process:=true",
+            )
+        hearing = make_hearing(settings, self._inbox, self._clock)
         with self._lock:  # all the while: of two at once, both would hear
             self._end()
             self._parts.enter_context(hearing)

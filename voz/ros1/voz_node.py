@@ -13,7 +13,7 @@ from voz.ros1.node_replies import replies
 from voz.ros1.parameters import read_settings
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
-from voz.run.session import warner
+from voz.run.session import answer_receiver, warner
 
 
 def run_voz(node: Ros1Node) -> None:
@@ -31,7 +31,7 @@ def run_voz(node: Ros1Node) -> None:
             node,
             settings,
             hearing,
-            speech.receivers,
+            [*speech.receivers, answer_receiver(hearing)],
             inbox=inbox,
             clock=clock,
             listening=not begins_listening(hearing.commands, table),

@@ -22,7 +22,6 @@ from voz.control.table import CommandTable
 from voz.events import Attention, Ended, Event, Notice, Play, Receiver, Reply
 from voz.inbox import End, Inbox
 from voz.process.signals import defer_signals
-from voz.recognition.recognizer import Recognizer
 from voz.run.beat import beat
 from voz.run.clocks import Clock
 from voz.run.controller import Controller
@@ -148,7 +147,14 @@ def new_session(settings: Config, clock: Clock, listening: bool = False) -> Sess
     return Session(clock, controller)
 
 
-def answer_receiver(recognizer: Recognizer) -> Receiver:
+class Answerable(Protocol):
+    """A recognizer, or what has one."""
+
+    def expect(self, answers: tuple[str, ...]) -> None:
+        """Understand these answers too from now on; none: only commands."""
+
+
+def answer_receiver(recognizer: Answerable) -> Receiver:
     """Return a receiver that lets a recognizer understand answers to what the robot asks."""
 
     def receive(event: Event) -> None:

@@ -1,43 +1,60 @@
-"""Whether `stop` is heard while the robot speaks, and nothing else is; and what a page hears then.
+"""Whether `stop` is heard while the robot speaks, and nothing else is; and commands that interrupt.
 
-Run `python benchmarks/echo.py MANIFEST... [--most N]`. Each `stop` of the manifests is put
-somewhere into a reply of the robot's that is heard in a room, 10 dB louder than the speaker, a
-little distorted as by a small loudspeaker, and 60 ms late. Then other commands are said from the
-beginning of a reply until some time after it, which a page plays 0.3 s late, so loud as it says.
+Run `python benchmarks/echo.py MANIFEST... [--most N] [--hours H]`. Each `stop` of the manifests is
+put somewhere into a reply, as loud as the speaker and 10 dB louder, by several loudspeakers, voices
+and delays; the speakers are those by whom nothing was chosen. Then H hours of replies alone are
+listened to. `--interrupt` does the same with other commands and `barge_in`; `--page` with a page
+that replies.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+from collections import defaultdict
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
-import numpy.typing as npt
+from loudspeakers import PATHS, ROOM_NOISE, EchoPath, Floats, Played, loud_power, reply, speech
 from machine import machine
+from mix_rooms import is_held_back
 
-from voz.apps.evaluation.noise import room_response
+from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.apps.web.page_playback import PLAYBACK_DELAY
 from voz.audio import SAMPLE_RATE
-from voz.audio.capture.sound_files import read_blocks
 from voz.config import default_commands
 from voz.events import Partial, Utterance
 from voz.hearing.half_duplex import HalfDuplex
 from voz.language.generated.language_files import find_language
-from voz.recognition.recognizer import Recognizer, open_stream
+from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
-from voz.speech.speech_cache import cached_speech
 
-LOUDER = 10.0
+LEVELS = (0.0, 10.0)
 """The reply over the speaker, dB."""
 
-LATE = 0.06
-"""The sound system's delay, s."""
+REPLIES = (
+    ("bep bep. I am listening you", "kal_diphone"),
+    ("bep bep. I stop listening", "kal_diphone"),
+    ("the battery is at 47 percent, and it is 10 past 8", "cmu_us_slt_arctic_hts"),
+    ("I am going forward, then I turn left, and I go back", "kal_diphone"),
+    ("somebody put the red box on top of the second table", "espeak-ng:en-us"),
+    ("start speech. speed up. slow down. point beer. fold arm", "ked_diphone"),
+    ("please step aside, I pass the shop and the post office", "espeak-ng:en-gb+f3"),
+)
+"""Texts and voices."""
 
-PAGE_LATE = 0.3
-"""A page's delay: it begins to play when the robot has answered, on a wireless loudspeaker, s."""
+SPEECH_POWER = 2000.0**2
+"""Of a speaker, where there is none."""
+
+PAUSE = 3 * SAMPLE_RATE // 2
+"""Before and after a reply."""
+
+PAGE_PATH = EchoPath("page", PATHS[1].loudspeaker, late=0.3)
+"""A page begins to play when the robot has answered, on a wireless loudspeaker."""
 
 PAGE_LOUDER = (None, -10.0, 0.0, 10.0)
 """The reply of a page over the speaker, dB; None for headphones."""
@@ -45,61 +62,19 @@ PAGE_LOUDER = (None, -10.0, 0.0, 10.0)
 OFFSETS = np.arange(0.0, 3.1, 0.5)
 """Command after the beginning of the reply, s."""
 
-DISTORTION = 0.15
 BLOCK = 480
-
-Floats = npt.NDArray[np.float64]
-
-
-class Played:
-    """A loudspeaker whose time is that of the samples."""
-
-    def __init__(self, samples: Floats, end: float, text: str | None = None) -> None:
-        self._samples = samples.astype(np.float32)
-        self._end = end
-        self._text = text
-        self.now = 0.0
-
-    def busy_until(self) -> float:
-        """The end of the reply."""
-        return self._end
-
-    def replies(self) -> str | None:
-        """The words of the reply, if commands count that have none of them."""
-        return self._text
-
-    def recent(self, seconds: float) -> tuple[npt.NDArray[np.float32], float]:
-        """The samples before now."""
-        at = round(self.now * SAMPLE_RATE)
-        length = round(seconds * SAMPLE_RATE)
-        padded = np.pad(self._samples, (length, 0))
-        return padded[at : at + length], self.now
-
-
-def speech(path: Path) -> Floats:
-    """The samples of a recording."""
-    return np.concatenate(list(read_blocks(path))).astype(float)
-
-
-def power(samples: Floats) -> float:
-    loud = samples[np.abs(samples) > 0.1 * np.abs(samples).max()]
-    return float(np.mean(loud**2))
 
 
 def heard(recognizer: Recognizer, sound: Floats, played: Played | None) -> list[str]:
     """What is halted for or obeyed: with the half duplex, or by the plain recognizer."""
     samples = np.clip(np.rint(sound), -32768, 32767).astype(np.int16)
+    duplex = HalfDuplex(recognizer, played, ("stop",))
     texts = []
-    duplex = HalfDuplex(recognizer, played, ("stop",)) if played else None
-    stream = open_stream(recognizer, "")
     for at in range(0, len(samples) - BLOCK, BLOCK):
-        block = samples[at : at + BLOCK]
-        if duplex and played:
-            played.now = (at + BLOCK) / SAMPLE_RATE
-            events = duplex.feed(block, played.now)
-        else:
-            events = stream.feed(block)
-        texts += [e.text for e in events if counts(e)]
+        now = (at + BLOCK) / SAMPLE_RATE
+        if played:
+            played.now = now
+        texts += [e.text for e in duplex.feed(samples[at : at + BLOCK], now) if counts(e)]
     return texts
 
 
@@ -107,18 +82,104 @@ def counts(event: Utterance | Partial) -> bool:
     return isinstance(event, Partial) or (event.accepted and not event.ignored)
 
 
-def echo_of(played: Floats, late: float, power_of_echo: float, rng: np.random.Generator) -> Floats:
-    """What a microphone hears of a reply by a small loudspeaker in a room."""
-    echo = np.convolve(played, room_response(rng))[: len(played)]
-    echo = np.concatenate([np.zeros(round(late * SAMPLE_RATE)), echo])[: len(played)]
-    echo *= np.sqrt(power_of_echo / power(echo))
-    top = np.abs(echo).max() / DISTORTION / 3
-    return np.asarray(np.tanh(echo / top) * top)
+def noise(length: int, rng: np.random.Generator) -> Floats:
+    return np.asarray(rng.normal(0, ROOM_NOISE, length))
+
+
+def add_at(place: int, said: Floats, sound: Floats) -> Floats:
+    """A copy of the sound with what was said from a place on."""
+    said = said[: len(sound) - place]
+    mixed = sound.copy()
+    mixed[place : place + len(said)] += said
+    whole: Floats = mixed
+    return whole
+
+
+class Tally:
+    """What share of the commands is heard, by loudspeaker and level, and by reply."""
+
+    def __init__(self) -> None:
+        self.found: dict[tuple[str, float], list[bool]] = defaultdict(list)
+
+    def count(self, rows: Sequence[str], level: float, is_heard: bool) -> None:
+        """Count a command in some rows."""
+        for row in rows:
+            self.found[row, level].append(is_heard)
+
+    def print(self, what: str) -> None:
+        """Print the table."""
+        print(f"\n| {what} | " + " | ".join(f"{level:+g} dB" for level in LEVELS) + " |")
+        print("|---" * (len(LEVELS) + 1) + "|")
+        for row in dict.fromkeys(row for row, _ in self.found):
+            shares = [np.mean(self.found[row, level]) for level in LEVELS]
+            print(f"| {row} | " + " | ".join(f"{share:.3f}" for share in shares) + " |", flush=True)
+
+
+def print_said(
+    recognizer: Recognizer, clips: Sequence[Clip], rng: np.random.Generator, interrupt: bool
+) -> None:
+    """Print which commands are heard that are said into a reply."""
+    tally = Tally()
+    for path in PATHS:
+        for number, clip in enumerate(clips):
+            text, voice = REPLIES[number % len(REPLIES)]
+            if interrupt and set(text.split()) & set(clip.text.split()):
+                continue
+            sound = reply(text, voice)
+            before = [sound, np.zeros(PAUSE)] if path.spoken_before else []
+            played = np.concatenate([np.zeros(PAUSE), *before, sound, np.zeros(PAUSE)])
+            said = speech(clip.path)
+            begin = len(played) - PAUSE - len(sound)
+            at = begin + int(rng.uniform(0, 1) * max(1, len(sound) - len(said)))
+            echo = path.echo(played, loud_power(said), rng)
+            for level in LEVELS:
+                both = add_at(at, said, echo * 10 ** (level / 20) + noise(len(echo), rng))
+                end = (begin + len(sound)) / SAMPLE_RATE + path.late
+                robot = Played(played, end, text if interrupt else None)
+                is_heard = clip.text in heard(recognizer, both, robot)
+                rows = ["all", path.name, f"`{text}` ({voice})"]
+                rows += ["speakers held back"] if is_held_back(clip.speaker) else []
+                tally.count(rows, level, is_heard)
+    tally.print("heard of those said into a reply")
+    alone = []
+    for clip in clips:
+        said = np.pad(speech(clip.path), PAUSE)
+        alone.append(clip.text in heard(recognizer, said + noise(len(said), rng), None))
+    print(f"\nWithout a reply: {np.mean(alone):.3f}")
+
+
+def print_alone(
+    recognizer: Recognizer, hours: float, rng: np.random.Generator, interrupt: bool
+) -> None:
+    """Print what replies raise where nobody says anything."""
+    listened: dict[str, float] = defaultdict(float)
+    raised: dict[str, list[str]] = defaultdict(list)
+    number = 0
+    while listened["all"] < hours:
+        text, voice = REPLIES[number % len(REPLIES)]
+        path = PATHS[number // len(REPLIES) % len(PATHS)]
+        sound = reply(text, voice)
+        played = np.pad(sound, PAUSE)
+        level = LEVELS[number % len(LEVELS)]
+        echo = path.echo(played, SPEECH_POWER * 10 ** (level / 10), rng) + noise(len(played), rng)
+        end = (PAUSE + len(sound)) / SAMPLE_RATE + path.late
+        robot = Played(played, end, text if interrupt else None)
+        found = heard(recognizer, echo, robot)
+        for row in ("all", path.name, f"`{text}` ({voice})"):
+            listened[row] += len(sound) / SAMPLE_RATE / 3600
+            raised[row] += found
+        number += 1
+    print("\n| replies alone | hours | raised | an hour | what |")
+    print("|---|---|---|---|---|")
+    for row, so_long in listened.items():
+        rate = alarm_rate(len(raised[row]), so_long)
+        each, what = rate.per_hour, ", ".join(sorted(set(raised[row])))
+        interval = f"{each.value:.2f} ({each.low:.2f} to {each.high:.2f})"
+        print(f"| {row} | {so_long:.2f} | {rate.alarms} | {interval} | {what} |")
 
 
 def print_page(recognizer: Recognizer, clips: list[Clip], rng: np.random.Generator) -> None:
     """Print which commands are heard while a page replies, and what replies alone raise."""
-    begin = SAMPLE_RATE * 3 // 2
     print("\nA command that begins so long after the reply of a page, heard by its microphone:")
     print("| reply over the speaker | known | " + " | ".join(f"{o:g} s" for o in OFFSETS), end="")
     print(" | replies alone obeyed |")
@@ -128,20 +189,19 @@ def print_page(recognizer: Recognizer, clips: list[Clip], rng: np.random.Generat
         raised = {False: 0, True: 0}
         for number, clip in enumerate(clips):
             text = default_commands().replies[number % 2]
-            reply = speech(cached_speech(text, "kal_diphone"))
-            played = np.pad(reply, (begin, 5 * SAMPLE_RATE))
+            sound = reply(text, "kal_diphone")
+            played = np.pad(sound, (PAUSE, 5 * SAMPLE_RATE))
             said = speech(clip.path)
-            echo = rng.normal(0, 8, len(played))
+            echo = noise(len(played), rng)
             if louder is not None:
-                loudness = power(said) * 10 ** (louder / 10)
-                echo += echo_of(played, PAGE_LATE, loudness, rng)
-            end = (begin + len(reply)) / SAMPLE_RATE + PLAYBACK_DELAY
-            at = begin + round(OFFSETS[number % len(OFFSETS)] * SAMPLE_RATE)
-            both = echo + np.pad(said, (at, max(0, len(echo) - at - len(said))))[: len(echo)]
+                echo += PAGE_PATH.echo(played, loud_power(said) * 10 ** (louder / 10), rng)
+            end = (PAUSE + len(sound)) / SAMPLE_RATE + PLAYBACK_DELAY
+            at = PAUSE + round(OFFSETS[number % len(OFFSETS)] * SAMPLE_RATE)
+            both = add_at(at, said, echo)
             for known in (False, True):
-                loudspeaker = partial(Played, played / 32768, end, text if known else None)
-                found[known].append(clip.text in heard(recognizer, both, loudspeaker()))
-                raised[known] += bool(heard(recognizer, echo, loudspeaker()))
+                page = partial(Played, played, end, text if known else None)
+                found[known].append(clip.text in heard(recognizer, both, page()))
+                raised[known] += bool(heard(recognizer, echo, page()))
         for known, values in found.items():
             shares = [np.mean(values[n :: len(OFFSETS)]) for n in range(len(OFFSETS))]
             cells = " | ".join(f"{share:.2f}" for share in shares)
@@ -150,52 +210,36 @@ def print_page(recognizer: Recognizer, clips: list[Clip], rng: np.random.Generat
             print(f"{raised[known]} of {len(clips)} |", flush=True)
 
 
+def is_scored(speaker: str) -> bool:
+    """Whether a speaker is of the half by whom nothing was chosen."""
+    return crc32(speaker.encode()) % 2 == 0
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("manifests", nargs="+", type=Path)
-    parser.add_argument("--most", type=int, default=60)
+    parser.add_argument("--most", type=int, default=60, help="recordings")
+    parser.add_argument("--hours", type=float, default=0.1, help="of replies alone")
+    parser.add_argument("--seed", type=int, default=0, help="of rooms, noise and places")
+    parser.add_argument("--interrupt", action="store_true", help="other commands, with barge_in")
+    parser.add_argument("--page", action="store_true", help="a page that replies")
     arguments = parser.parse_args()
     every = [c for c in read_manifests(arguments.manifests) if c.kind == "command"]
-    every = [c for c in every if c.condition != "robotic"]
-    clips = [c for c in every if c.text == "stop"]
+    every = [c for c in every if c.condition != "robotic" and is_scored(c.speaker)]
+    if arguments.interrupt or arguments.page:
+        clips = [c for c in every if "stop" not in c.text and c.text != "start speech"]
+    else:
+        clips = [c for c in every if c.text == "stop"]
     clips = random.Random(0).sample(clips, min(len(clips), arguments.most))
     recognizer = Recognizer(find_language(None), Recognition())
-    rng = np.random.default_rng(0)
-    print(f"{machine()}; {len(clips)} clips\n")
-    if clips:
-        print_stops(recognizer, clips, rng)
-    others = [c for c in every if "stop" not in c.text and c.text != "start speech"]
-    others = random.Random(0).sample(others, min(len(others), arguments.most))
-    print_page(recognizer, others, rng)
-
-
-def print_stops(recognizer: Recognizer, clips: list[Clip], rng: np.random.Generator) -> None:
-    """Print whether `stop` is heard while the robot's own loudspeaker replies."""
-    found: dict[str, list[bool]] = {}
-    for number, clip in enumerate(clips):
-        reply = speech(cached_speech(default_commands().replies[number % 2], "kal_diphone"))
-        played = np.concatenate([np.zeros(24000), reply, np.zeros(24000)])
-        said = speech(clip.path)
-        echo = echo_of(played, LATE, power(said) * 10 ** (LOUDER / 10), rng)
-        echo += rng.normal(0, 8, len(echo))
-        at = 24000 + int(rng.uniform(0, 1) * max(1, len(reply) - len(said)))
-        both = echo.copy()
-        said = said[: len(both) - at]
-        both[at : at + len(said)] += said
-
-        def loudspeaker(played: Floats = played, end: int = 24000 + len(reply)) -> Played:
-            return Played(played / 32768, end / SAMPLE_RATE + LATE)
-
-        for name, texts in (
-            ("stop alone", heard(recognizer, both - echo + rng.normal(0, 8, len(echo)), None)),
-            ("stop in the reply, as it is", heard(recognizer, both, None)),
-            ("stop in the reply, subtracted", heard(recognizer, both, loudspeaker())),
-            ("the reply alone, as it is", heard(recognizer, echo, None)),
-            ("the reply alone, subtracted", heard(recognizer, echo, loudspeaker())),
-        ):
-            found.setdefault(name, []).append("stop" in texts)
-    for name, values in found.items():
-        print(f"{name:32} stop heard in {np.mean(values):.3f}")
+    rng = np.random.default_rng(arguments.seed)
+    print(f"{machine()}; {len(clips)} clips")
+    if arguments.page:
+        print_page(recognizer, clips, rng)
+    else:
+        if clips:
+            print_said(recognizer, clips, rng, arguments.interrupt)
+        print_alone(recognizer, arguments.hours, rng, arguments.interrupt)
 
 
 if __name__ == "__main__":

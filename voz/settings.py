@@ -116,11 +116,14 @@ class Speech(Section, frozen=True, kw_only=True):
         voice: one of `voz say --list-voices`, or of espeak-ng, as `espeak-ng:es`.
         half_duplex: while the robot speaks, only the commands of `never_missed` are heard; False
             is for a headset, as `--no-half-duplex` is.
+        barge_in: whether commands are obeyed while the robot speaks, which then falls silent; but
+            not those that have a word in common with what it says.
     """
 
     enabled: bool = True
     voice: str = "kal_diphone"
     half_duplex: bool = True
+    barge_in: bool = False
 
 
 class Recording(Section, frozen=True, kw_only=True):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import soxr
 from recordings import Recording
 
 from voz.apps.evaluation.noise import room_response
 from voz.audio import SAMPLE_RATE
-from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
+from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, EchoCanceller
 
 LENGTH = 3 * SAMPLE_RATE // 2
 
@@ -36,7 +37,7 @@ def echo_of(played: np.ndarray, delay: float) -> np.ndarray:
 @pytest.mark.parametrize("delay", [0.0, 0.03, 0.15, 0.3])
 def test_an_echo_is_taken_out_however_late_it_is(played: np.ndarray, delay: float) -> None:
     heard = echo_of(played, delay).astype(np.int16)
-    rest = cancel_echo(heard, (played / 32768).astype(np.float32))
+    rest = EchoCanceller().clean(heard, (played / 32768).astype(np.float32)).samples
     assert len(rest) == len(heard)
     assert decibels(heard, rest) > 12
 
@@ -46,14 +47,50 @@ def test_what_was_said_stays(played: np.ndarray, recordings: list[Recording]) ->
     said = np.zeros(LENGTH)
     said[2000 : 2000 + len(clip.samples())] = clip.samples()[: LENGTH - 2000]
     heard = (echo_of(played, 0.05) + 0.5 * said).astype(np.int16)
-    rest = cancel_echo(heard, (played / 32768).astype(np.float32))
+    rest = EchoCanceller().clean(heard, (played / 32768).astype(np.float32)).samples
     likeness = np.corrcoef(rest[ECHO_EDGE:-ECHO_EDGE], said[ECHO_EDGE:-ECHO_EDGE])[0, 1]
     assert (
         likeness > np.corrcoef(heard[ECHO_EDGE:-ECHO_EDGE], said[ECHO_EDGE:-ECHO_EDGE])[0, 1] + 0.2
     )
 
 
+def test_what_a_small_loudspeaker_adds_is_taken_out(played: np.ndarray) -> None:
+    driven = 2 * played / np.abs(played).max()
+    heard = echo_of(3000 * np.tanh(driven + 0.3 * driven**2), 0.05).astype(np.int16)
+    rest = EchoCanceller().clean(heard, (played / 32768).astype(np.float32)).samples
+    assert decibels(heard, rest) > 17
+
+
+def test_an_echo_of_a_slow_clock_is_taken_out_when_the_clock_is_known(session: Recording) -> None:
+    played = session.samples().astype(np.float32)
+    slow = soxr.resample(played, 1.0, 1.001)
+    heard = np.concatenate([np.zeros(800), slow]).astype(np.int16)
+    canceller = EchoCanceller()
+    for begin in range(SAMPLE_RATE, 7 * SAMPLE_RATE, SAMPLE_RATE // 2):
+        end = begin + MAX_ECHO_DELAY + LENGTH
+        part = heard[end - LENGTH : end]
+        rest = canceller.clean(part, played[begin:end] / 32768).samples
+    assert decibels(part, rest) > 12
+
+
+def test_what_was_said_stands_out_of_what_is_left_of_the_echo(
+    played: np.ndarray, recordings: list[Recording]
+) -> None:
+    clip = next(r for r in recordings if r.text == "stop" and r.voice == "flite_slt").samples()
+    echo = echo_of(played, 0.05)
+    said = echo.copy()
+    said[: len(clip)] += clip[:LENGTH]
+    wave = (played / 32768).astype(np.float32)
+    without = EchoCanceller().clean(echo.astype(np.int16), wave)
+    cleaned = EchoCanceller().clean(said.astype(np.int16), wave)
+    loud = np.flatnonzero(np.abs(clip) > 0.1 * np.abs(clip).max())
+    begin, end = loud[[0, -1]] / SAMPLE_RATE
+    assert cleaned.level_above_residue(begin, end) > 5
+    assert without.level_above_residue(begin, end) < 2
+
+
 def test_where_nothing_was_played_nothing_changes(session: Recording) -> None:
     heard = session.samples()[:LENGTH]
-    rest = cancel_echo(heard, np.zeros(MAX_ECHO_DELAY + LENGTH, np.float32))
+    played = np.zeros(MAX_ECHO_DELAY + LENGTH, np.float32)
+    rest = EchoCanceller().clean(heard, played).samples
     assert np.abs(rest - heard.astype(int))[ECHO_EDGE:-ECHO_EDGE].max() <= 1

@@ -104,11 +104,12 @@ def test_stop_is_heard_while_the_robot_speaks(
 
 
 def test_a_command_said_into_a_reply_that_is_known_is_heard_at_once(
-    recognizer: Recognizer, recordings: list[Recording], session: Recording
+    recognizer: Recognizer, recordings: list[Recording]
 ) -> None:
     samples = spoken(recordings, "go forward", "turn left")
-    reply = np.resize(session.samples()[SAMPLE_RATE:] / 32768, len(samples))
-    mixed = (samples + 0.05 * 32768 * reply).astype(np.int16)
+    reply = np.roll(spoken(recordings, "fold arm", "point beer") / 32768, 3000)
+    reply = np.resize(reply, len(samples))
+    mixed = (samples + 0.3 * 32768 * reply).astype(np.int16)
     ignored: list[str] = []
     found = heard(recognizer, mixed, Loudspeaker(reply, "turn around"), ignored)
     assert [text for _, text in found] == ["go forward"]
@@ -135,6 +136,26 @@ def test_a_known_reply_that_says_commands_moves_nothing_even_if_it_comes_too_lat
         echo = np.roll(reply, round(late * SAMPLE_RATE))
         loudspeaker = Loudspeaker(reply, "go forward, turn left")
         assert heard(recognizer, (echo * 32768).astype(np.int16), loudspeaker) == []
+
+
+def test_a_reply_that_sounds_like_commands_moves_nothing_whatever_its_words_are(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    said = spoken(recordings, "go forward", "turn left")
+    reply = np.concatenate([said, np.zeros(4 * SAMPLE_RATE)]) / 32768
+    echo = np.roll(reply, SAMPLE_RATE * 3 // 2)  # too late to be removed
+    loudspeaker = Loudspeaker(reply, "4 words, tern lefft")
+    ignored: list[str] = []
+    assert heard(recognizer, (echo * 32768).astype(np.int16), loudspeaker, ignored) == []
+    assert "go forward" in ignored
+
+
+def test_a_stop_in_the_reply_is_none(recognizer: Recognizer, recordings: list[Recording]) -> None:
+    reply = np.tile(spoken(recordings, "stop")[SAMPLE_RATE // 2 : -SAMPLE_RATE // 2], 3) / 32768
+    driven = 2 * reply / np.abs(reply).max()
+    echo = 6000 * np.tanh(driven + 0.3 * driven**2)
+    assert heard(recognizer, echo.astype(np.int16), None)
+    assert heard(recognizer, echo.astype(np.int16), Loudspeaker(reply)) == []
 
 
 def test_the_robot_does_not_obey_itself(recognizer: Recognizer, session: Recording) -> None:

@@ -86,6 +86,18 @@ def test_say_does_not_wait_for_the_sound(gate: Gate) -> None:
     assert gate.said == ["one"]
 
 
+def test_what_is_queued_is_forgotten_when_it_is_interrupted(gate: Gate) -> None:
+    speaker = ReplySpeaker(KAL)
+    for text in ("one", "two", "three"):
+        speaker.say(text)
+    speaker.interrupt()
+    speaker.say("four")
+    gate.opened.set()
+    speaker.close()
+    assert gate.said[-1] == "four"
+    assert gate.said[:-1] in ([], ["one"])  # which may have begun
+
+
 def test_replies_that_are_prepared_are_rendered_before_they_are_said() -> None:
     warned: list[str] = []
     speaker = ReplySpeaker(KAL, REPLIES, warned.append)

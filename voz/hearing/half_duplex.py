@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterator
 from typing import Protocol
@@ -11,10 +12,21 @@ import numpy.typing as npt
 from msgspec.structs import replace
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, cancel_echo
+from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, NOTHING_CLEANED, Cleaned, EchoCanceller
 from voz.events import Partial, Utterance, shift_time
 from voz.language.sentences.spelling import normalize
-from voz.recognition.recognizer import MICROPHONE, Recognizer, open_stream
+from voz.recognition.playback_spotter import (
+    COMMAND_LIMITS,
+    PLAYBACK_WINDOW,
+    STOP_LIMITS,
+    Limits,
+)
+from voz.recognition.recognizer import (
+    MICROPHONE,
+    Recognizer,
+    open_playback_spotter,
+    open_stream,
+)
 from voz.recognition.stream import Stream
 
 REVERBERATION_SECONDS = 0.2
@@ -29,8 +41,17 @@ MAX_REPLY_DELAY = int(1.1 * SAMPLE_RATE)
 MAX_ANSWER_SECONDS = 3.0
 """What is being said when a reply is over is heard to its end, but no longer than this."""
 
+MAX_RECOGNIZED_DELAY = 2.0
+"""So much before a command, s, the reply may have said what is heard as one."""
+
+MAX_RECORD_SAMPLES = 10 * SAMPLE_RATE
+"""Of cleaned sound that is kept, to look again at what seems to be a command."""
+
 CLEANED_SAMPLES = int(0.24 * SAMPLE_RATE)
 """Cleaned at a time, which costs 30 ms of CPU."""
+
+CLEANED_END = ECHO_FIT_SAMPLES - ECHO_EDGE
+"""Up to here the samples of a window are complete."""
 
 
 class Playback(Protocol):
@@ -79,9 +100,14 @@ class HalfDuplex:
         self._never_missed = never_missed
         self._usual = open_stream(recognizer, source)
         self._fed = 0  # samples of the stream
+        self._canceller = EchoCanceller()
+        self._spotter = open_playback_spotter(recognizer, source)
+        self._stopped_until = -math.inf  # when the last that is never missed ended, s
         self._window: Samples = np.zeros(ECHO_FIT_SAMPLES, np.int16)  # the last that were heard
         self._pending = 0  # of them that are not cleaned yet
         self._guard: Stream | None = None  # listens while the loudspeaker sounds
+        self._guard_fed = 0  # samples
+        self._record = NOTHING_CLEANED  # the last of what it was fed
         self._guarded_since = 0.0  # in the stream, s
         self._reply_words: set[str] | None = None  # of all that was played since; None: not known
 
@@ -132,8 +158,10 @@ class HalfDuplex:
         self, loudspeaker: Playback, samples: int, arrived: float
     ) -> Iterator[Utterance | Partial]:
         if self._guard is None:
-            self._guard = open_stream(self._recognizer, self._source)
-            self._pending = 0
+            self._guard = open_stream(self._recognizer, self._source, spotting=False)
+            self._spotter = open_playback_spotter(self._recognizer, self._source)
+            self._pending = self._guard_fed = 0
+            self._record = NOTHING_CLEANED
             self._reply_words = set()
             self._guarded_since = (self._fed - samples - ECHO_EDGE) / SAMPLE_RATE
         replies = loudspeaker.replies()
@@ -143,10 +171,21 @@ class HalfDuplex:
             self._reply_words.update(_words(replies))
         self._pending += samples
         if self._pending >= CLEANED_SAMPLES:
-            cleaned = cancel_echo(self._window, self._played(loudspeaker, arrived))
-            end = ECHO_FIT_SAMPLES - ECHO_EDGE
-            yield from self._filter_events(self._guard.feed(cleaned[end - self._pending : end]))
+            cleaned = self._canceller.clean(self._window, self._played(loudspeaker, arrived))
+            new = cleaned.cut(slice(CLEANED_END - self._pending, CLEANED_END))
+            self._record = self._record.followed_by(new, MAX_RECORD_SAMPLES)
+            self._guard_fed += self._pending
             self._pending = 0
+            yield from self._filter_events(self._guard.feed(new.samples))
+            yield from self._look(cleaned)
+
+    def _look(self, cleaned: Cleaned) -> Iterator[Utterance]:
+        """Report a command that is never missed, if it is in this window and the ones before."""
+        part = cleaned.cut(slice(CLEANED_END - PLAYBACK_WINDOW, CLEANED_END))
+        said = self._spotter.look(part, (self._fed - ECHO_EDGE) / SAMPLE_RATE)
+        if said and said.start > self._stopped_until:
+            self._stopped_until = said.end
+            yield said
 
     def _played(self, loudspeaker: Playback, until: float) -> npt.NDArray[np.float32]:
         """Return what was played during the window, and from the longest delay before it."""
@@ -162,16 +201,33 @@ class HalfDuplex:
     ) -> Iterator[Utterance | Partial]:
         """Pass on commands that count, and mark others as ignored; drop the rest."""
         for event in events:
-            counts = (
-                event.text in self._never_missed
-                or event.name in self._never_missed
-                or (self._reply_words is not None and not self._reply_words & _words(event.text))
-            )
-            if isinstance(event, Utterance) and event.accepted:
-                event = event if counts else replace(event, ignored="robot_speaking")
+            never_missed = bool({event.text, event.name} & {*self._never_missed})
+            if isinstance(event, Partial):
+                if never_missed and not self._spotter.works:
+                    yield shift_time(event, self._guarded_since)
+            elif event.accepted and never_missed:
+                start = event.start + self._guarded_since
+                if start >= self._stopped_until and self._is_said(event, STOP_LIMITS):
+                    self._stopped_until = event.end + self._guarded_since
+                    yield shift_time(event, self._guarded_since)
+            elif event.accepted:
+                event = event if self._counts(event) else replace(event, ignored="robot_speaking")
                 yield shift_time(event, self._guarded_since)
-            elif isinstance(event, Partial) and counts:
-                yield shift_time(event, self._guarded_since)
+
+    def _counts(self, event: Utterance) -> bool:
+        """Whether a command cannot be the robot's own words, by their text and by their sound."""
+        if self._loudspeaker is None or self._reply_words is None:
+            return False
+        if self._reply_words & _words(event.text) or not self._is_said(event, COMMAND_LIMITS):
+            return False
+        since = self._fed / SAMPLE_RATE - self._guarded_since - event.start
+        played, _ = self._loudspeaker.recent(since + MAX_RECOGNIZED_DELAY)
+        return not self._spotter.may_be_echo(event.text, played)
+
+    def _is_said(self, event: Utterance, limits: Limits) -> bool:
+        begin = (self._guard_fed - len(self._record.samples)) / SAMPLE_RATE
+        start, end = event.start - begin, event.end - begin
+        return self._spotter.is_said(event.text, self._record, start, end, limits)
 
 
 def _words(text: str) -> set[str]:

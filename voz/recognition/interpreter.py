@@ -12,7 +12,7 @@ from voz.errors import ConfigError
 from voz.events import PossibleCommand, Utterance
 from voz.language.sentences.command_set import Commands
 from voz.recognition.call_lock import NonReentrantLock
-from voz.recognition.confidence import Context
+from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import SCORE, load_models, with_log_odds
 from voz.recognition.decision import Decision, DecisionRule
 from voz.recognition.decoder import mean_start
@@ -97,6 +97,43 @@ class Interpreter:
             return None
         with self._lock:
             return self._spotter.spot(so_far)
+
+    @property
+    def spots(self) -> bool:
+        """Whether it can find commands amid other sound."""
+        return self._spotter is not None
+
+    def look(
+        self, cleaned: Samples, playback: Samples, sought: str | None = None
+    ) -> SpottedCommand | None:
+        """Find a command, or the likeliest that must not be missed; see `KeywordSpotter.look`."""
+        if self._spotter is None:
+            return None
+        with self._lock:
+            return self._spotter.look(cleaned, playback, sought)
+
+    def is_within(self, samples: Samples, text: str) -> bool:
+        """Whether a command may be among the words of a sound, 16 kHz; False if not known."""
+        if self._spotter is None:
+            return False
+        with self._lock:
+            return self._spotter.is_within(samples, text)
+
+    def spotted(self, said: SpottedCommand, decided: float, source: str) -> Utterance:
+        """Make the event of a command that was found amid other sound."""
+        sure = probability(self.model, {SCORE: said.score})
+        return Utterance(
+            t=round(decided, 3),
+            text=said.text,
+            confidence=round(max(sure, self.rule.threshold(said.text) or 0.0), 3),
+            accepted=True,
+            start=round(said.begin, 3),
+            end=round(said.end, 3),
+            source=source,
+            latency=round(decided - said.end, 3),
+            score=round(said.score, 2),
+            command=self.command_name(said.text),
+        )
 
     def learn(self, heard: Hypothesis) -> None:
         """If it is learning, learn from an utterance, or doubt what was learned."""

@@ -53,6 +53,10 @@ MAX_LEAD_BONUS = 6.0
 """Most nats for being ahead of the next best command."""
 
 
+MAX_PLAYBACK_LAG = 2
+"""Moments by which the network may find a phone sooner or later in playback than in its echo."""
+
+
 class Match(NamedTuple):
     """Where in the samples a command fits best, s, and its score, nats."""
 
@@ -144,9 +148,16 @@ class PhonemeScorer:
         self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
         self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
 
-    def phone_likelihoods(self, samples: Samples) -> PhoneLikelihoods:
-        """Find the phones in samples of 16 kHz, not denoised."""
-        probabilities = np.exp(self._network.log_probabilities(samples)).astype(np.float64)
+    def phone_likelihoods(
+        self, samples: Samples, playback: Samples | None = None
+    ) -> PhoneLikelihoods:
+        """Find the phones in samples of 16 kHz, not denoised.
+
+        Those of `playback`, as many samples, which may be left in them, are taken for silence.
+        """
+        probabilities = self._probabilities(samples)
+        if playback is not None:
+            _silence(probabilities, self._probabilities(playback))
         blank = probabilities[:, -BLANKS:].sum(axis=1)
         likeliest = probabilities[:, :-BLANKS].max(axis=1)
         phones = np.where(blank < likeliest, probabilities[:, :-BLANKS].argmax(axis=1), -1)
@@ -157,6 +168,10 @@ class PhonemeScorer:
             PENALTY_PER_OTHER_PHONE * np.concatenate([[0], begun[:-1]]),
             PENALTY_PER_OTHER_PHONE * (begun[-1] - begun),
         )
+
+    def _probabilities(self, samples: Samples) -> Floats:
+        probabilities: Floats = np.exp(self._network.log_probabilities(samples)).astype(np.float64)
+        return probabilities
 
     def rank(
         self, sounds: PhoneLikelihoods, commands: Collection[str], proposed: str = ""
@@ -243,6 +258,17 @@ def read_phone_symbols() -> dict[str, list[str]]:
     """Read the symbols of the network for each phone of the dictionary."""
     lines = PHONE_SYMBOLS_FILE.read_text(encoding="utf-8").splitlines()
     return {phone: sounds.split() for phone, _, sounds in (line.partition("\t") for line in lines)}
+
+
+def _silence(probabilities: Floats, playback: Floats) -> None:
+    """Make the blank of symbols as probable as they are in the playback just then."""
+    share = playback[:, :-BLANKS].copy()
+    for moments in range(1, MAX_PLAYBACK_LAG + 1):
+        np.maximum(share[moments:], playback[:-moments, :-BLANKS], out=share[moments:])
+        np.maximum(share[:-moments], playback[moments:, :-BLANKS], out=share[:-moments])
+    removed = probabilities[:, :-BLANKS] * share
+    probabilities[:, :-BLANKS] -= removed
+    probabilities[:, -1] += removed.sum(axis=1)
 
 
 def _symbols_of_phones(symbols: Sequence[str], phones: Collection[Sequence[str]]) -> Floats:

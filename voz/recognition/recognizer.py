@@ -36,6 +36,7 @@ from voz.recognition.live_utterances import (
     in_background,
     utterances_of,
 )
+from voz.recognition.playback_spotter import PlaybackSpotter
 from voz.recognition.robot_name import with_more_words
 from voz.recognition.speaker.adaptation import StartVector
 from voz.recognition.speaker.profiles import Profile
@@ -257,6 +258,11 @@ class Recognizer(PublicNames):
     ) -> Iterator[Utterance | Partial]:
         """The same as `utterances`, with partial hypotheses."""
         return feed_all(open_stream(self, source, details=details), blocks)
+
+
+def open_playback_spotter(recognizer: Recognizer, source: str) -> PlaybackSpotter:
+    """Begin to look for what must not be missed while the robot speaks."""
+    return PlaybackSpotter(recognizer._interpreter, source)
 
 
 def open_stream(

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS
-from voz.recognition.phoneme_scorer import PhonemeScorer
+from voz.recognition.phoneme_scorer import MAX_LEAD_BONUS, PhoneLikelihoods, PhonemeScorer
 
 MIN_SPOTTING_SCORE = 8.0
 """A command with a higher score may have been said, nats."""
 
+MIN_SCORE_WITHIN = -5.0
+"""The same of a command within other words, nats: those that are there have 4 and more."""
+
 
 @dataclass(frozen=True)
 class SpottedCommand:
-    """A command that may have been said, and its score, nats."""
+    """A command that may have been said, its score (nats), and where it is in the sound, s."""
 
     text: str
     score: float
+    begin: float
+    end: float
+
+    def moved(self, seconds: float) -> SpottedCommand:
+        """The same so much later."""
+        return replace(self, begin=self.begin + seconds, end=self.end + seconds)
 
 
 class KeywordSpotter:
@@ -39,4 +51,27 @@ class KeywordSpotter:
         sounds = self._scorer.phone_likelihoods(so_far[-self._window :])
         ranking = self._scorer.rank(sounds, [*self._commands, *self._others])
         found = ranking.text in self._commands and ranking.score > MIN_SPOTTING_SCORE
-        return SpottedCommand(ranking.text, ranking.score) if found else None
+        match = ranking.matches[ranking.text]
+        return SpottedCommand(ranking.text, ranking.score, *match[1:]) if found else None
+
+    def look(self, cleaned: Samples, playback: Samples, sought: str | None) -> SpottedCommand:
+        """Find a command in sound that was cleaned of the playback, 16 kHz.
+
+        That is `sought`, or the likeliest of those that it looks for.
+        """
+        sounds = self._scorer.phone_likelihoods(cleaned, playback)
+        own = [sought] if sought else self._commands
+        every = dict.fromkeys([*own, *self._commands, *self._others])
+        matches = self._scorer.rank(sounds, list(every)).matches
+        text = max(own, key=lambda command: matches[command].score)
+        best = matches[text]
+        rivals = [match.score for other, match in matches.items() if other not in own]
+        score = best.score + min(MAX_LEAD_BONUS, (best.score - max(rivals, default=-math.inf)) / 2)
+        return SpottedCommand(text, score, best.begin, best.end)
+
+    def is_within(self, samples: Samples, text: str) -> bool:
+        """Whether a command may be somewhere in samples of 16 kHz, among whatever else."""
+        sounds = self._scorer.phone_likelihoods(samples)
+        nothing = np.zeros(len(sounds.relative))
+        ranking = self._scorer.rank(PhoneLikelihoods(sounds.relative, nothing, nothing), [text])
+        return ranking.matches[text].score > MIN_SCORE_WITHIN

@@ -89,7 +89,7 @@ def run_control_voz(node: Ros1Node) -> None:
     commands = read_commands(find_language(settings.lm)) if settings.lm else all_commands(table)
     check_list(commands, table, settings.lm or "the table of commands")
     topic = RecognizerTopic(settings.ros1.recognizer_output, commands, inbox, clock.now)
-    with replies(settings.speech, table.replies, warner(inbox, clock)) as speech:
+    with replies(settings.speech, table, warner(inbox, clock)) as speech:
         run_node_session(
             node,
             settings,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +10,10 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from voz.audio.playback.mixer import Mixer
+from voz.control.table import CommandTable
 from voz.events import Event, Play, Receiver, Reply
 from voz.ros1.parameters import choice
-from voz.run.session import open_speaker, speech_receivers
+from voz.run.session import interruption_receivers, open_speaker, speech_receivers
 from voz.settings import Speech
 
 
@@ -26,15 +27,16 @@ class Replies:
 
 @contextmanager
 def replies(
-    settings: Speech, prepared: Sequence[str], warn: Callable[[str], None]
+    settings: Speech, table: CommandTable, warn: Callable[[str], None]
 ) -> Iterator[Replies]:
-    """Let the replies be said, by `~sound`: `voz`, `ros` or `none`; render `prepared` first."""
+    """Let the replies be said, by `~sound`: `voz`, `ros` or `none`; render the known ones first."""
     sound = choice("sound", ("voz", "ros", "none")) if settings.enabled else "none"
     if sound == "ros":
         yield Replies([_replies_on_robotsound(settings.voice)])
         return
-    with open_speaker(replace(settings, enabled=sound == "voz"), prepared, warn) as speaker:
-        yield Replies(speech_receivers(speaker), speaker.mixer if speaker else None)
+    with open_speaker(replace(settings, enabled=sound == "voz"), table.replies, warn) as speaker:
+        receivers = [*interruption_receivers(speaker, table.halts), *speech_receivers(speaker)]
+        yield Replies(receivers, speaker.mixer if speaker else None)
 
 
 def _replies_on_robotsound(voice: str) -> Receiver:

@@ -23,7 +23,7 @@ def run_voz(node: Ros1Node) -> None:
     inbox = Inbox(table.halts)
     clock = WallClock(inbox)
     with (
-        replies(settings.speech, table.replies, warner(inbox, clock)) as speech,
+        replies(settings.speech, table, warner(inbox, clock)) as speech,
         make_hearing(settings, inbox, clock.now, speech.loudspeaker) as hearing,
     ):
         check_list(hearing.commands, table, "the list of commands")

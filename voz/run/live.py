@@ -22,6 +22,7 @@ from voz.run.session import (
     Session,
     SpeechInput,
     answer_receiver,
+    interruption_receivers,
     new_session,
     open_programs,
     open_speaker,
@@ -173,6 +174,7 @@ def run_live(
         )
         enter(reload.watching())
         session.add_robots(robots)
+        session.receivers += [*interruption_receivers(speaker, table.halts)]
         session.receivers += [*speech_receivers(speaker), programs.receive]
         if page:
             session.controller.unwatched_sources.add(page.unwatched_source)

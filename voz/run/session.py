@@ -8,7 +8,7 @@ Sources have threads of their own and put messages into an inbox, or are the clo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
@@ -19,7 +19,17 @@ from voz.config import Config
 from voz.control.bounded_motion import Place
 from voz.control.safety import zero_at_the_end
 from voz.control.table import CommandTable
-from voz.events import Attention, Ended, Event, Notice, Play, Receiver, Reply
+from voz.events import (
+    Attention,
+    Ended,
+    Event,
+    Notice,
+    Partial,
+    Play,
+    Receiver,
+    Reply,
+    Utterance,
+)
 from voz.inbox import End, Inbox
 from voz.process.signals import defer_signals
 from voz.run.beat import beat
@@ -179,6 +189,7 @@ def open_speaker(
         yield None
         return
     with ReplySpeaker(settings.voice, replies, warn) as speaker:
+        speaker.mixer.barge_in = settings.barge_in
         yield speaker
 
 
@@ -190,6 +201,23 @@ def speech_receivers(speaker: ReplySpeaker | None) -> list[Receiver]:
             speaker.say(event.text)
         elif speaker and isinstance(event, Play):
             speaker.play(event.sound)
+
+    return [receive] if speaker else []
+
+
+def interruption_receivers(speaker: ReplySpeaker | None, halts: Collection[str]) -> list[Receiver]:
+    """Return a receiver that lets a speaker fall silent; to be called before that of its replies.
+
+    It does at what may be a command in `halts`, and with `barge_in` at any that is obeyed.
+    """
+
+    def receive(event: Event) -> None:
+        if speaker is None or not isinstance(event, Partial | Utterance):
+            return
+        if isinstance(event, Utterance) and not event.obeyed:
+            return
+        if event.name in halts or (isinstance(event, Utterance) and speaker.mixer.barge_in):
+            speaker.interrupt()
 
     return [receive] if speaker else []
 

@@ -8,7 +8,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from voz.audio.capture.sound_files import read_sound
 from voz.audio.playback.playing_sound import PLAYBACK_RATE
@@ -33,6 +33,7 @@ class _QueuedReply:
     """A text, and whether it has just been rendered; or a sound."""
 
     text: str
+    interruptions: int  # when it was queued
     is_rendered: bool = False
     is_sound: bool = False
 
@@ -65,9 +66,10 @@ class ReplySpeaker:
         self._voice = voice
         self._prepared = prepared
         self._warn = warn
-        self._unrendered: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._unrendered: queue.SimpleQueue[_QueuedReply | None] = queue.SimpleQueue()
         self._to_say: queue.SimpleQueue[_QueuedReply | None] = queue.SimpleQueue()
         self._warned: set[str] = set()
+        self._interruptions = 0
         self._closing = threading.Event()
         self._stopped = threading.Event()
         self.client = SoundClient(voice, blocking=True, warn=warn)
@@ -81,19 +83,24 @@ class ReplySpeaker:
 
     def say(self, text: str) -> None:
         """Queue a reply; if too many wait, the oldest is dropped. Nothing is said after `close`."""
-        self._queue(_QueuedReply(text))
+        self._queue(_QueuedReply(text, self._interruptions))
 
     def play(self, sound: str) -> None:
         """Queue a sound: the title of a built-in one, or a file."""
-        self._queue(_QueuedReply(sound, is_sound=True))
+        self._queue(_QueuedReply(sound, self._interruptions, is_sound=True))
 
-    def _queue(self, text: _QueuedReply) -> None:
+    def interrupt(self) -> None:
+        """Fall silent at once, within 30 ms, and forget what is queued."""
+        self._interruptions += 1
+        self.client.stop_all()
+
+    def _queue(self, reply: _QueuedReply) -> None:
         if self._closing.is_set():
             return
         if self._to_say.qsize() >= MAX_QUEUED_REPLIES:
             with contextlib.suppress(queue.Empty):  # the thread was faster: there is room
                 self._to_say.get_nowait()
-        self._to_say.put(text)
+        self._to_say.put(reply)
 
     def close(self, timeout: float = LAST_REPLIES_TIMEOUT) -> None:
         """Say what is queued, for at most `timeout` seconds, then end."""
@@ -119,14 +126,14 @@ class ReplySpeaker:
             thread.join(max(0.0, deadline - time.monotonic()))
 
     def _render(self) -> None:
-        for reply in self._prepared:
+        for text in self._prepared:
             with contextlib.suppress(VozError):  # reported when the reply is said
                 # Read it too: the first read loads a library.
-                read_sound(cached_speech(reply, self._voice, self._closing), PLAYBACK_RATE)
-        while (text := self._unrendered.get()) is not None:
+                read_sound(cached_speech(text, self._voice, self._closing), PLAYBACK_RATE)
+        while (reply := self._unrendered.get()) is not None:
             try:
-                cached_speech(text, self._voice, self._stopped)
-                self._to_say.put(_QueuedReply(text, is_rendered=True))
+                cached_speech(reply.text, self._voice, self._stopped)
+                self._to_say.put(replace(reply, is_rendered=True))
             except VozError as error:
                 if not self._stopped.is_set():
                     self._tell(error)
@@ -135,20 +142,22 @@ class ReplySpeaker:
     def _speak(self) -> None:
         self.mixer.prepare()
         for last in (False, True):
-            while (text := self._to_say.get()) is not None and not self._stopped.is_set():
-                self._take(text)
+            while (reply := self._to_say.get()) is not None and not self._stopped.is_set():
+                self._take(reply)
             if not last:
                 self._unrendered.put(None)  # replies that are being rendered come before the end
 
-    def _take(self, text: _QueuedReply) -> None:
+    def _take(self, reply: _QueuedReply) -> None:
         try:
             # Checked here, not in `say`: a disk may hang, and the robot must not wait.
-            if text.is_sound:
-                self.client.play_named(text.text)
-            elif text.is_rendered or is_cached(text.text, self._voice):
-                self.client.say(text.text)
+            if reply.interruptions < self._interruptions:
+                return
+            if reply.is_sound:
+                self.client.play_named(reply.text)
+            elif reply.is_rendered or is_cached(reply.text, self._voice):
+                self.client.say(reply.text)
             else:
-                self._unrendered.put(text.text)
+                self._unrendered.put(reply)
         except VozError as error:
             self._tell(error)
 

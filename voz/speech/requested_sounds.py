@@ -13,6 +13,9 @@ from voz.records import is_number
 SoundKey: TypeAlias = tuple[str, ...]
 """The kind of a sound, then its name, its path, or its text and voice."""
 
+SPOKEN = "voice"
+"""The kind of speech."""
+
 
 class RequestedSound:
     """A requested sound, and the playing one once it has begun.
@@ -20,16 +23,18 @@ class RequestedSound:
     Args:
         volume: limited to 0 to 1.
         repeats: whether it repeats until it is stopped.
+        text: what it says, if it is speech.
 
     Raises:
         SpeechError: the volume is no number.
     """
 
-    def __init__(self, volume: float, repeats: bool) -> None:
+    def __init__(self, volume: float, repeats: bool, text: str | None = None) -> None:
         if not is_number(volume):
             raise SpeechError(f"a volume is a number from 0 to 1, and no {type(volume).__name__}")
         self.volume = min(max(0.0, volume), 1.0)  # in this order NaN is silence
         self.repeats = repeats
+        self.text = text
         self.error: VozError | None = None
         self.decided = threading.Event()  # it has begun, or never will
         self.source: PlayingSound | None = None
@@ -51,7 +56,7 @@ class RequestedSounds:
 
     def add(self, key: SoundKey, volume: float, repeats: bool) -> RequestedSound:
         """Add a sound that is to begin; it replaces the one with the same key."""
-        sound = RequestedSound(volume, repeats)
+        sound = RequestedSound(volume, repeats, key[1] if key[0] == SPOKEN else None)
         self.stop(key)
         with self._lock:
             if self._closed:
@@ -64,7 +69,7 @@ class RequestedSounds:
         """Play a sound, unless it was stopped meanwhile."""
         with self._lock:
             if not sound.decided.is_set():
-                sound.source = self._mixer.play(wave, sound.volume, sound.repeats)
+                sound.source = self._mixer.play(wave, sound.volume, sound.repeats, sound.text)
                 sound.decided.set()
 
     def fail(self, sound: RequestedSound, error: VozError) -> bool:

@@ -20,7 +20,7 @@ from voz.records import check_type
 from voz.speech.builtin_sounds import ALL, BuiltinSound, synthesize_sound
 from voz.speech.espeak import ESPEAK_PREFIX
 from voz.speech.festival import check_known, speakable
-from voz.speech.requested_sounds import RequestedSound, RequestedSounds, SoundKey
+from voz.speech.requested_sounds import SPOKEN, RequestedSound, RequestedSounds, SoundKey
 from voz.speech.speech_cache import cached_speech, is_cached
 
 _log = logging.getLogger("voz")
@@ -161,7 +161,7 @@ class SoundClient(PublicNames):
         """Stop a text, in any voice."""
         for voice in ("", ESPEAK_PREFIX):
             with suppress(SpeechError):  # such a voice cannot say it
-                self._sounds.stop(("voice", speakable(text, voice)))
+                self._sounds.stop((SPOKEN, speakable(text, voice)))
 
     def stop_all(self) -> None:
         """Stop every sound."""
@@ -244,7 +244,7 @@ class SoundClient(PublicNames):
         self._renderers = [thread for thread in self._renderers if thread.is_alive()]
         if not at_once and len(self._renderers) >= MAX_RENDERERS:
             raise SpeechError("festival is busy with other texts; say it again later")
-        requested = self._sounds.add(("voice", plain, voice), volume, repeats)
+        requested = self._sounds.add((SPOKEN, plain, voice), volume, repeats)
         render = partial(self._render, requested, plain, voice, tell)
         if at_once:
             render()

@@ -23,8 +23,9 @@ class RobotLoudspeaker:
         """The end of its sound."""
         return self._until
 
-    def replies(self) -> None:
-        """Only `stop` counts."""
+    def replies(self) -> str:
+        """What it says."""
+        return "good morning"
 
     def recent(self, seconds: float) -> tuple[npt.NDArray[np.float32], float]:
         """A constant sound."""
@@ -63,4 +64,11 @@ def test_while_the_robot_sounds_too_only_its_own_sound_is_known() -> None:
     playback.robot = RobotLoudspeaker()
     playback.start(0.5, REPLY)
     assert playback.replies() is None
+    assert playback.recent(0.5)[0].all()
+
+
+def test_of_the_robots_own_reply_the_words_are_known() -> None:
+    playback = PagePlayback()
+    playback.robot = RobotLoudspeaker()
+    assert playback.replies() == "good morning"
     assert playback.recent(0.5)[0].all()

@@ -157,6 +157,16 @@ def test_it_is_known_how_long_it_is_heard(mixer: Mixer, loudspeaker: Recorder) -
     assert is_silent(loudspeaker.pass_by(0.1))
 
 
+def test_the_words_of_what_sounds_are_known_if_all_of_it_is_speech(mixer: Mixer) -> None:
+    said = mixer.play(sweep(), text="good morning")
+    assert mixer.replies() is None  # only `stop` counts
+    mixer.barge_in = True
+    assert mixer.replies() == "good morning"
+    mixer.play(tone(500.0, 0.2))
+    assert mixer.replies() is None
+    mixer.stop(said)
+
+
 def test_what_was_heard_is_remembered_and_when(mixer: Mixer, loudspeaker: Recorder) -> None:
     mixer.wait(mixer.play(sweep()))
     until = mixer.busy_until()

@@ -4,16 +4,31 @@ from __future__ import annotations
 
 import subprocess
 import time
-from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from driving import STARTED
-from live_robot import LiveRobot, live_robot, speak
+from live_robot import LiveRobot, live_robot, moves, rests, speak
+from loudspeaker import Recorder, is_silent, recording
 from recordings import FIXTURES
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 LOOPBACK = "load-module module-loopback source=speaker.monitor sink=mic latency_msec=30"
+
+
+STORY = (
+    "this is a long story of a small machine. it has two wheels, a camera and a good friend. every "
+    "morning it takes a cup of tea to the window, and every evening it finds its way home again"
+)
+
+BARGE_IN = f"""
+[speech]
+barge_in = true
+
+[commands]
+"fold arm" = {{ say = "{STORY}" }}
+"""
 
 
 @pytest.fixture
@@ -26,12 +41,6 @@ def one_room(
     return environment
 
 
-@pytest.fixture(params=[(), ("--no-half-duplex",)], ids=["half", "full"])
-def robot(one_room: dict[str, str], request: pytest.FixtureRequest) -> Iterator[LiveRobot]:
-    with live_robot(one_room, *request.param, sound=True) as robot:
-        yield robot
-
-
 def say(robot: LiveRobot, environment: dict[str, str], text: str) -> None:
     since = len(robot.arrived)
     name = f"festival_slt__{text.replace(' ', '_')}.flac"
@@ -39,16 +48,63 @@ def say(robot: LiveRobot, environment: dict[str, str], text: str) -> None:
     robot.wait_for(lambda e: e["type"] == "utterance" and e["text"] == text, since)
 
 
-def test_the_robot_does_not_take_its_reply_for_speech(
-    robot: LiveRobot, one_room: dict[str, str], request: pytest.FixtureRequest
+def test_with_a_headset_the_reply_is_there_to_be_heard(one_room: dict[str, str]) -> None:
+    with live_robot(one_room, "--no-half-duplex", sound=True) as robot:
+        say(robot, one_room, "start speech")
+        robot.wait_for(lambda e: e["type"] == "utterance" and e["text"] != "start speech")
+        assert [event["text"] for event in robot.of("reply")] == [STARTED]
+
+
+def test_a_reply_commands_nothing_a_command_ends_it_and_stop_halts_the_robot_in_its_midst(
+    one_room: dict[str, str], tmp_path: Path
 ) -> None:
-    say(robot, one_room, "start speech")
-    time.sleep(5)  # the reply takes 3 s, at the very first time festival 2 s before it
-    heard = [event["text"] for event in robot.of("utterance")]
-    if "half" in request.node.name:
-        assert heard == ["start speech"]
-    else:
-        assert len(heard) > 1  # the reply was there to be heard
-    say(robot, one_room, "go forward")
-    assert robot.commands()[-1] == "go forward"
-    assert [event["text"] for event in robot.of("reply")] == [STARTED]
+    (tmp_path / "voz.toml").write_text(BARGE_IN)
+    with (
+        live_robot(one_room, "--config", str(tmp_path / "voz.toml"), sound=True) as robot,
+        recording(one_room) as loudspeaker,
+    ):
+        say(robot, one_room, "start speech")
+        while is_silent(loudspeaker.pass_by(0.2)):
+            assert robot.process.poll() is None
+        falls_silent(loudspeaker)
+        assert [event["text"] for event in robot.of("utterance")] == ["start speech"]
+        since = begin_story(robot, one_room, loudspeaker)
+        speak_until(robot, one_room, "go forward", since)
+        robot.wait_for(moves, since)
+        falls_silent(loudspeaker)
+        since = begin_story(robot, one_room, loudspeaker)
+        speak_until(robot, one_room, "stop", since)
+        robot.wait_for(rests, since)
+        falls_silent(loudspeaker)
+        assert [event["text"] for event in robot.of("reply")] == [STARTED, STORY, STORY]
+        assert set(robot.commands()) == {"start speech", "fold arm", "go forward", "stop"}
+
+
+def begin_story(robot: LiveRobot, environment: dict[str, str], loudspeaker: Recorder) -> int:
+    """Let the robot begin to tell its story; gives the number of events so far."""
+    say(robot, environment, "fold arm")
+    while is_silent(loudspeaker.pass_by(0.2)):
+        assert robot.process.poll() is None
+    return len(robot.arrived)
+
+
+def speak_until(
+    robot: LiveRobot, environment: dict[str, str], text: str, since: int, times: int = 4
+) -> None:
+    """Say a command into the story until it is obeyed: a busy machine loses sound."""
+    for _ in range(times):
+        name = f"festival_slt__{text.replace(' ', '_')}.flac"
+        speak(environment, FIXTURES / "commands" / name)
+        deadline = time.monotonic() + 1.5
+        while time.monotonic() < deadline:
+            if text in [event["text"] for event in robot.of("utterance", since) if event["obeyed"]]:
+                return
+            time.sleep(0.02)
+    raise AssertionError((text, robot.of("utterance", since)))
+
+
+def falls_silent(loudspeaker: Recorder) -> None:
+    """Wait until the loudspeaker is silent; the story would go on for longer."""
+    deadline = time.monotonic() + 4
+    while not is_silent(loudspeaker.pass_by(0.5)):
+        assert time.monotonic() < deadline

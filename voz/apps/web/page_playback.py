@@ -59,15 +59,17 @@ class PagePlayback:
         return max(self._until, self.robot.busy_until() if self.robot else 0.0)
 
     def replies(self) -> str | None:
-        """What the page says, if that is a reply and all that sounds; else None."""
-        robot_sounds = self.robot is not None and self.robot.busy_until() > time.monotonic()
-        return self._played[-1][1].text if self._is_reply and not robot_sounds else None
+        """What the page, or the robot, says, if that is a reply and all that sounds; else None."""
+        now = time.monotonic()
+        if self.robot and self.robot.busy_until() > now:
+            return self.robot.replies() if self._until <= now else None
+        return self._played[-1][1].text if self._is_reply else None
 
     def recent(self, seconds: float) -> tuple[npt.NDArray[np.float32], float]:
         """What was played last: replies of the page if all that sounds is one, else the robot's."""
-        if self.robot and self.replies() is None:
-            return self.robot.recent(seconds)
         now = time.monotonic()
+        if self.robot and (not self._is_reply or self.robot.busy_until() > now):
+            return self.robot.recent(seconds)
         sound = np.zeros(round(seconds * SAMPLE_RATE), np.float32)
         for begun, reply in self._played:
             place = len(sound) - round((now - begun) * SAMPLE_RATE)

@@ -27,9 +27,13 @@ class Mixer:
 
     Args:
         warn: called with a message, from another thread, when the loudspeaker is lost.
+
+    Attributes:
+        barge_in: whether commands count while it speaks; see `replies`.
     """
 
     def __init__(self, warn: Callable[[str], None]) -> None:
+        self.barge_in = False
         self._warn = warn
         self._changed = threading.Condition()  # guards what follows
         self._sources: dict[PlayingSound, float] = {}  # with when they were to begin
@@ -42,9 +46,11 @@ class Mixer:
         """Import PortAudio in the background, so that the first sound need not wait."""
         self._loudspeaker.wake()
 
-    def play(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> PlayingSound:
-        """Start a sound, at `PLAYBACK_RATE`, beside those that are playing; volume 0 to 1."""
-        source = PlayingSound(sound, volume, repeats)
+    def play(
+        self, sound: Wave, volume: float = 1.0, repeats: bool = False, text: str | None = None
+    ) -> PlayingSound:
+        """Start a sound beside those that are playing; arguments as of `PlayingSound`."""
+        source = PlayingSound(sound, volume, repeats, text)
         with self._changed:
             if self._closed:
                 source.drop()
@@ -76,8 +82,12 @@ class Mixer:
             handed = self._history.end if self._loudspeaker.is_open else now + PLAYBACK_LATENCY
             return max(now, handed) + left / PLAYBACK_RATE
 
-    def replies(self) -> None:
-        """Nothing: while the robot's own loudspeaker sounds, only `never_missed` commands count."""
+    def replies(self) -> str | None:
+        """Return what is said, if `barge_in` is on and no other sound plays; else None."""
+        with self._changed:
+            texts = [source.text for source in self._sources]
+        known = [text for text in texts if text is not None]
+        return " ".join(known) if self.barge_in and len(known) == len(texts) else None
 
     def recent(self, seconds: float) -> tuple[Wave, float]:
         """Return the sound of the last seconds, 16 kHz, and when its last sample is heard, s.

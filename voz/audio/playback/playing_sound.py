@@ -28,15 +28,19 @@ GAIN_RECOVERY = 1 / PLAYBACK_RATE
 class PlayingSound:
     """A sound that is playing: its position, volume and fade."""
 
-    def __init__(self, sound: Wave, volume: float = 1.0, repeats: bool = False) -> None:
+    def __init__(
+        self, sound: Wave, volume: float = 1.0, repeats: bool = False, text: str | None = None
+    ) -> None:
         """Start at the beginning.
 
         Args:
             sound: at least one sample.
             volume: factor of the amplitude, 0 to 1.
             repeats: whether it repeats until it is stopped.
+            text: what it says; None if it is no speech, or its words are not known.
         """
         self.repeats = repeats
+        self.text = text
         self._sound = sound
         self._volume = volume
         self._position = 0

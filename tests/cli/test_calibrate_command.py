@@ -98,11 +98,11 @@ def test_what_is_not_better_is_not_kept(
     voz, recordings: list[Recording], tmp_path: Path, language: LanguageFiles
 ) -> None:
     """Half of the recordings are labeled wrongly: what is fitted to them helps nobody."""
-    said = said_by(recordings, "festival_slt")[:6]
+    said = said_by(recordings, "festival_slt")[:5]
     swapped = [Said(other.text, s.samples) for s, other in zip(said, said[::-1], strict=True)]
     found = calibrate(swapped, language, Recognition(), tmp_path)
     assert found.after.worth >= found.before.worth
-    result = voz("calibrate", "ana", "--wav", write(tmp_path / "wav", said[:5]))
+    result = voz("calibrate", "ana", "--wav", write(tmp_path / "wav", said))
     assert result.code == 0
     before, after = result.out.splitlines()[2:4]
     assert after.split()[-3:] >= before.split()[-3:]

@@ -86,8 +86,8 @@ def going_on(
     last.unlink()
 
 
-@settings(max_examples=6)
-@given(moments=st.lists(st.floats(0.2, 1.5), min_size=1, max_size=3))
+@settings(max_examples=4)
+@given(moments=st.lists(st.floats(0.2, 1.5), min_size=1, max_size=2))
 def test_a_run_that_is_killed_again_and_again_makes_the_same_file(
     folder: Path, known: dict[str, bytes], moments: list[float]
 ) -> None:

@@ -35,14 +35,6 @@ def share(values: list[bool]) -> float:
     return float(np.mean(values))
 
 
-def test_festival_and_flite_are_understood(
-    recognizer: Recognizer, recordings: list[Recording]
-) -> None:
-    clips = [r for r in recordings if r.kind == "command" and not r.voice.startswith("espeak")]
-    heard = [[u.text for u in utterances(recognizer, r)] for r in clips]
-    assert share([h == [r.text] for h, r in zip(heard, clips, strict=True)]) >= 0.97
-
-
 def test_commands_are_accepted_and_most_near_misses_are_not(
     recognizer: Recognizer, recordings: list[Recording]
 ) -> None:
@@ -139,7 +131,8 @@ def test_words_of_the_trigram_model_that_are_no_command_are_not_accepted(
 ) -> None:
     trigrams = Recognizer(language, Recognition(search="lm", threshold=0))
     commands = {r.text for r in recordings if r.kind == "command"}
-    heard = [u for r in recordings if r.kind == "near-miss" for u in utterances(trigrams, r)]
+    others = [r for r in recordings if r.kind == "near-miss"][::3]
+    heard = [u for r in others for u in utterances(trigrams, r)]
     assert [u for u in heard if u.text not in commands]
     assert all(u.accepted == (u.text in commands) for u in heard)
 
@@ -241,12 +234,13 @@ def test_a_sure_command_does_not_wait(recognizer: Recognizer, session: Recording
         assert utterance.t - utterance.end < 0.4
 
 
-def test_a_pause_settles_a_sure_command_early_and_costs_none(
+def test_festival_and_flite_are_understood_and_a_pause_settles_a_sure_command_early(
     language: LanguageFiles, recordings: list[Recording]
 ) -> None:
     clips = [r for r in recordings if r.kind == "command" and not r.voice.startswith("espeak")]
     early, late = (Recognizer(language, Recognition(early_decision=s)) for s in (0.06, 1))
     pairs = [(*utterances(early, r), *utterances(late, r)) for r in clips]
+    assert share([one.text == r.text for (one, _), r in zip(pairs, clips, strict=True)]) >= 0.97
     assert [one.text for one, _ in pairs] == [other.text for _, other in pairs]
     assert [one.accepted for one, _ in pairs] == [other.accepted for _, other in pairs]
     sooner = [other.t - one.t for one, other in pairs if one.text != "stop"]

@@ -254,6 +254,9 @@ def test_a_stop_behind_thousands_of_lines_comes_before_them_and_they_are_counted
     def events() -> list[dict[str, object]]:
         return [json.loads(line) for line in log.read_text().splitlines(True) if line[-1] == "\n"]
 
+    def dropped() -> list[object]:  # a busy machine has more to warn of
+        return [e["text"] for e in events() if "came too fast" in str(e.get("text"))]
+
     with watched(tmp_path, pulse, "Base", "--no-sound", "--events", str(log)) as run:
         run.type(b"go forward\n")
         run.wait_for(0.1)
@@ -261,12 +264,11 @@ def test_a_stop_behind_thousands_of_lines_comes_before_them_and_they_are_counted
         run.wait_until(lambda: any(event.get("text") == "stop" for event in events()))
         so_far = events()
         run.wait_for(0.0)
-        run.wait_until(lambda: any(event["type"] == "warning" for event in events()))
+        run.wait_until(lambda: bool(dropped()))
         run.process.terminate()
         assert run.process.wait(30) == 143
     refused = [event for event in events() if event.get("reason") == "not_a_command"]
-    (warning,) = [event["text"] for event in events() if event["type"] == "warning"]
-    assert warning == f"{3000 - len(refused)} messages came too fast and were dropped"
+    assert dropped() == [f"{3000 - len(refused)} messages came too fast and were dropped"]
     assert len(so_far) < 1000
 
 

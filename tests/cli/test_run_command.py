@@ -28,6 +28,19 @@ def test_run_writes_the_same_events_each_time(voz: Any, session: Recording, tmp_
     assert (last["type"], last["linear"], last["angular"]) == ("cmd_vel", 0, 0)
 
 
+def test_a_robot_with_a_name_obeys_only_what_stops_where_nobody_said_it(
+    voz: Any, session: Recording
+) -> None:
+    given = ("--name", "Max", "--listening", "--no-sound", "--events", "-")
+    result = voz("run", "--wav", session.path, *given)
+    heard = [event for event in result.json if event["type"] == "utterance"]
+    assert {event["text"] for event in heard if event["obeyed"]} == {"stop"}
+    assert {event["ignored"] for event in heard if not event["obeyed"]} == {"asleep"}
+    assert not any(event["linear"] for event in result.json if event["type"] == "cmd_vel")
+    assert [event["awake"] for event in result.json if event["type"] == "attention"] == [False]
+    assert 'better is "hey max"' in result.err
+
+
 def test_events_on_standard_output_are_nothing_else(voz: Any, tmp_path: Path) -> None:
     (tmp_path / "typed.txt").write_text("start speech\ngo forward\n-\nstop\n")
     result = voz("run", "--text", tmp_path / "typed.txt", "--events", "-", "--no-sound")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,15 +10,12 @@ import pytest
 import voz
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
-from voz.events import Utterance
 from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speech_cache import cached_speech
 
 NAME = "hey robot"
 PAUSE = np.zeros(SAMPLE_RATE, np.int16)
-
-Say = Callable[[str], list[Utterance]]
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +87,23 @@ def test_a_name_that_cannot_be_used_is_one_line(name: str, why: str) -> None:
     assert why in str(told.value)
 
 
-def test_a_name_needs_the_network(tmp_path: Path) -> None:
-    settings = voz.Recognition(name=NAME, second_ear=False)
-    with pytest.raises(voz.ConfigError, match="needs the phoneme network"):
-        Recognizer(LanguageFiles(PACKAGED_FOLDER), settings)
+@pytest.mark.parametrize(
+    ("others", "why"),
+    [
+        ({"name": NAME, "second_ear": False}, "needs the phoneme network"),
+        ({"ask": "always", "second_ear": False}, "needs the phoneme network"),
+        ({"name": NAME, "search": "lm"}, 'need search = "grammar"'),
+    ],
+)
+def test_a_name_and_questions_need_the_network_and_the_grammar(
+    others: dict[str, Any], why: str
+) -> None:
+    with pytest.raises(voz.ConfigError, match=why):
+        Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(**others))
+
+
+def test_a_short_name_is_told_to_be_one(named: Recognizer, recognizer: Recognizer) -> None:
+    assert (named.name_advice, recognizer.name_advice) == ("", "")
+    short = Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(name="Max"))
+    assert 'the name "max" has 4 phones' in short.name_advice
+    assert 'better is "hey max"' in short.name_advice

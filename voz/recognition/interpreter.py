@@ -57,8 +57,9 @@ class Interpreter:
         self.learned = profile.start
         self.commands = language.commands
         network = _network(language, settings.network) if settings.second_ear else None
-        if settings.name and not network:
-            raise ConfigError("a robot's name needs the phoneme network; leave second_ear on")
+        if (settings.name or settings.ask != "never") and not network:
+            why = "`name` and `ask` of [recognition]: each needs the phoneme network"
+            raise ConfigError(why, "leave second_ear on")
         models = load_models(settings.confidence)
         model = models.two_ears if network else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)

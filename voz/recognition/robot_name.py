@@ -52,8 +52,8 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     """Add the words of the robot's name, and of answers to what it asks, to a language.
 
     Raises:
-        ConfigError: the language is not English, nobody knows how to say the name, or a command is
-            the same or begins so.
+        ConfigError: the language is not English, the search is not for whole commands, nobody
+            knows how to say the name, or a command is the same or begins so.
     """
     name = settings.name
     if not name and settings.ask == "never":
@@ -62,6 +62,8 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
         raise ConfigError(
             f"`name` and `ask` of [recognition] work in English alone, not {language.spoken.name}"
         )
+    if settings.search == "lm":
+        raise ConfigError('`name` and `ask` of [recognition] need search = "grammar"')
     if name and (name in language.commands or language.commands.has_continuation(name)):
         raise ConfigError(f'{SETTING}: a command is or begins with "{name}"; give another name')
     from voz.language.command_source import pronounce_words  # builds lists, which most runs do not

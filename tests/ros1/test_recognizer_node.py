@@ -14,6 +14,7 @@ from live_robot import speak
 from recordings import GO_BACK, ROOT, Recording
 from ros1.ros import Ros, eventually
 
+from voz.config import Config
 from voz.inbox import Inbox
 from voz.ros1 import recognizer_node
 
@@ -151,7 +152,7 @@ def test_of_two_that_start_it_at_once_only_the_last_one_hears(
         heard.pop()
 
     monkeypatch.setattr(recognizer_node, "make_hearing", lambda *_: hearing())
-    monkeypatch.setattr(recognizer_node, "read_settings", lambda: None)
+    monkeypatch.setattr(recognizer_node, "read_settings", Config)
     hearer = recognizer_node._SwitchedHearing(Inbox({"stop"}), time.monotonic)
     hearer.start()
     with ThreadPoolExecutor(8) as services:

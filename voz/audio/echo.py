@@ -88,6 +88,9 @@ ROOM_POWER = 8.0**2
 MIN_FRAMES = 10
 """Least frames from which the usual residue can be taken."""
 
+MIN_SOUNDING = 5
+"""Least frames with playback from which it can be told that no echo of it is heard."""
+
 
 class Cleaned(NamedTuple):
     """Sound without its echo, 16 kHz.
@@ -117,13 +120,18 @@ class Cleaned(NamedTuple):
     def level_above_residue(self, begin: float, end: float) -> float:
         """Return how far a stretch, s, is above what is usually left of such an echo, dB.
 
-        Minus infinity if too little stands around the stretch to know what is usual.
+        Minus infinity if too little stands around the stretch to know what is usual, infinity if
+        no echo is heard there: then what was removed within the stretch is a part of the speech.
         """
         left, echo = _band_powers(self.samples), _band_powers(self.echo)
         frames = np.arange(len(left)) * ECHO_HOP / SAMPLE_RATE
         inside = (frames > begin - 2 * ECHO_HOP / SAMPLE_RATE) & (frames < end)
         if not inside.any() or np.sum(~inside) < MIN_FRAMES:
             return -np.inf
+        sounding = _band_powers(self.played).sum(axis=1)
+        beside = ~inside & (sounding >= LOUD_ECHO * sounding[inside].max())
+        if np.sum(beside) >= MIN_SOUNDING and echo[beside].sum() < left[beside].sum():
+            return np.inf
         loud = ~inside[:, np.newaxis] & (echo >= LOUD_ECHO * echo[~inside].max(axis=0))
         shares = np.where(loud, left / (echo + 1e-3), np.nan)
         usual = echo[inside] * np.minimum(1, np.nanquantile(shares, USUAL_RESIDUE, axis=0))

@@ -3,9 +3,8 @@
 Run `python benchmarks/browser_latency.py [--most N]` on a machine that does nothing else. A
 PulseAudio server of its own has a microphone without hardware; the clips, with the silence after
 the last word cut off, are played into it as in `benchmarks/latency.py`. `voz run` listens to it by
-itself, then a real Chromium does, on the operator page: hands-free, with the button held while
-somebody speaks, and hands-free without its MediaStreamTrackProcessor, which other browsers lack.
-The time runs from the end of the playback to the event that the command causes. Behind it is what
+itself, then a real Chromium does, on the operator page: hands-free, and with the button held while
+somebody speaks. The time runs from the end of the playback to the event that the command causes. Behind it is what
 the robot knows of it: from the end of the last word in the sound that it got to its decision; the
 rest is the way of the sound.
 """
@@ -42,8 +41,6 @@ from voz.audio import SAMPLE_RATE
 GOAL = 0.1
 """By so much a browser may be slower than the robot's own microphone, s."""
 
-AS_OTHERS = "delete window.MediaStreamTrackProcessor"
-
 Hold = Callable[[bool], None]
 """Holds the button, or releases it."""
 
@@ -74,13 +71,8 @@ def own_microphone(environment: dict[str, str]) -> Iterator[tuple[LiveRobot, Hol
 
 
 @contextmanager
-def by_a_browser(
-    environment: dict[str, str], hands_free: bool, script: str = ""
-) -> Iterator[tuple[LiveRobot, Hold]]:
-    """A robot that listens by a page in a browser, which hears the same microphone.
-
-    The page runs a `script` before its own.
-    """
+def by_a_browser(environment: dict[str, str], hands_free: bool) -> Iterator[tuple[LiveRobot, Hold]]:
+    """A robot that listens by a page in a browser, which hears the same microphone."""
     with (
         page_robot(environment, "--listening", "--device", "browser") as robot,
         sync_playwright() as playwright,
@@ -91,7 +83,6 @@ def by_a_browser(
             env={**environment},
         )
         context = browser.new_context(permissions=["microphone"])
-        context.add_init_script(script)
         page = opened(context, robot.link)
         drive(page)
         talk = page.get_by_role("button", name="Hold to talk")
@@ -180,7 +171,6 @@ def main() -> None:
             ("own microphone", own_microphone(environment)),
             ("hands-free", by_a_browser(environment, True)),
             ("hold to talk", by_a_browser(environment, False)),
-            ("as other browsers", by_a_browser(environment, True, AS_OTHERS)),
         ):
             with listening as (robot, hold):
                 found = []

@@ -12,7 +12,6 @@ const actions = {
   attended: ({ attended }) => events.setAttended(attended),
   send: ({ message }) => events.send(message),
   microphone: ({ port, rate }) => sound.listenTo(port, rate),
-  track: ({ readable }) => sound.listenToTrack(readable),
   connect: ({ secret, number }) => sound.connect(secret, number),
   disconnect: () => sound.disconnect(),
   begin: () => sound.begin(),

@@ -1,18 +1,18 @@
 // The microphone of this browser, whose sound goes to the robot from thread to thread, past the page.
 import { link } from "./link.js";
 
-// Chunks of 10 to 25 ms that wait for a busy thread: more than the robot waits for sound, so that it stops before
-// one is lost.
-const MAX_CHUNKS = 50;
-
 export class Microphone {
   // `showNote` shows a line, "" when all is well. `onBroken` is called when the connection breaks.
   constructor(showNote, onBroken) {
     this.showNote = showNote;
     this.onBroken = onBroken;
-    this.isEnabled = this.talking = this.ready = false;
+    this.talking = this.ready = false;
     this.number = 0; // of the connection: what is still told of an older one does not count
     link.addEventListener("message", ({ data }) => this.receive(data));
+  }
+
+  get isEnabled() {
+    return Boolean(this.context);
   }
 
   // Ask for the microphone, without processing that changes the sound.
@@ -22,19 +22,6 @@ export class Microphone {
     }
     const audio = { autoGainControl: false, noiseSuppression: false, echoCancellation: false, channelCount: 1 };
     const stream = await navigator.mediaDevices.getUserMedia({ audio });
-    const [track] = stream.getAudioTracks();
-    if (window.MediaStreamTrackProcessor) this.readTrack(track);
-    else await this.readContext(stream);
-    track.onended = () => this.showNote("The microphone is gone: connect it and load this page anew.");
-    this.isEnabled = true;
-  }
-
-  readTrack(track) {
-    const { readable } = new MediaStreamTrackProcessor({ track, maxBufferSize: MAX_CHUNKS });
-    link.postMessage({ type: "track", readable }, [readable]);
-  }
-
-  async readContext(stream) {
     const context = new AudioContext({ latencyHint: "interactive" }); // at its own rate: Firefox wants it so
     await context.audioWorklet.addModule("/page/capture.js");
     const capture = new AudioWorkletNode(context, "capture", { channelCount: 1, channelCountMode: "explicit" });
@@ -42,6 +29,7 @@ export class Microphone {
     capture.port.postMessage(port1, [port1]);
     link.postMessage({ type: "microphone", port: port2, rate: context.sampleRate }, [port2]);
     context.createMediaStreamSource(stream).connect(capture).connect(context.destination); // silence: it makes none
+    stream.getAudioTracks()[0].onended = () => this.showNote("The microphone is gone: connect it and load this page anew.");
     this.context = context;
   }
 
@@ -71,7 +59,7 @@ export class Microphone {
   }
 
   begin() {
-    this.context?.resume();
+    this.context.resume();
     if (!this.ready) return false;
     link.postMessage({ type: "begin" });
     this.showNote("");

@@ -1,7 +1,5 @@
 // On the link's thread: the connection for the microphone's sound, which comes from the thread that captures it.
 
-import { readTrack } from "./track-reader.js";
-
 const HEADER = 16; // bytes: the number of the block, 0, and when it was heard
 const TAIL = 400; // ms that are still sent when the button is released: the end of the last word
 const MAX_BUFFERED = 0.3; // s of sound that wait for a slow network; more is dropped, and the robot sees the gap
@@ -19,25 +17,13 @@ export class SoundSocket {
 
   // Take blocks of sound from a port.
   listenTo(port, rate) {
-    this.setRate(rate);
+    this.rate = rate;
     port.onmessage = ({ data }) => this.sendBlock(data);
   }
 
-  // Take the sound of a track, as it is captured.
-  listenToTrack(readable) {
-    readTrack(readable, (rate) => this.setRate(rate), (block) => this.sendBlock(block));
-  }
-
-  setRate(rate) {
-    this.rate = rate;
-    if (this.socket) this.socket.close(); // it is opened again
-    else if (this.wanted) this.connect(...this.wanted);
-  }
-
-  // Open the connection, with the secret of the driving page, once there is sound; the page knows it by the number.
+  // Open the connection, with the secret of the driving page; the page knows it by the number.
   connect(secret, connection) {
     this.disconnect();
-    this.wanted = [secret, connection];
     if (!this.rate) return;
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/api/audio`);
@@ -56,7 +42,7 @@ export class SoundSocket {
     clearTimeout(this.opening);
     clearTimeout(this.ending);
     this.socket?.close();
-    this.socket = this.wanted = null;
+    this.socket = null;
     this.talking = false;
   }
 

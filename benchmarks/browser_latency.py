@@ -4,9 +4,9 @@ Run `python benchmarks/browser_latency.py [--most N]` on a machine that does not
 PulseAudio server of its own has a microphone without hardware; the clips, with the silence after
 the last word cut off, are played into it as in `benchmarks/latency.py`. `voz run` listens to it by
 itself, then a real Chromium does, on the operator page: hands-free, and with the button held while
-somebody speaks. The time runs from the end of the playback to the event that the command causes. Behind it is what
-the robot knows of it: from the end of the last word in the sound that it got to its decision; the
-rest is the way of the sound.
+somebody speaks. The time runs from the end of the playback to the event that the command causes.
+Behind it is what the robot knows of it: from the end of the last word in the sound that it got to
+its decision; the rest is the way of the sound.
 """
 
 from __future__ import annotations

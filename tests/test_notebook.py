@@ -19,7 +19,7 @@ from voz.notebook import MARGIN, MAX_KEPT_SOUNDS, MAX_PLAYED_SECONDS, keep_sound
 from voz.recognition.recognizer import Recognizer
 
 HEARD = voz.Utterance(
-    5.6, "go forward", 0.98, True, 4.7, 5.6, "microphone", above=31.4, score=24.9,
+    5.6, "go forward", 0.98, True, 4.7, 5.6, "microphone", above=31.4, latency=0.2, score=24.9,
     next_best="go back",
 )  # fmt: skip
 
@@ -65,7 +65,7 @@ def test_it_says_what_was_heard_and_both_opinions() -> None:
     unsure = replace(refused, reason="unsure_between", between=("go back", "go forward"))
     assert 'unsure between "go back" and "go forward"' in Page(unsure).text
     assert "It was not asked" in Page(replace(HEARD, score=None)).text
-    assert "It was typed" in Page(replace(HEARD, above=None, source="text")).text
+    assert "It was typed" in Page(replace(HEARD, above=None, latency=None, source="text")).text
 
 
 def test_no_text_is_taken_for_markup() -> None:

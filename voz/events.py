@@ -166,7 +166,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     @property
     def spoken(self) -> bool:
         """Whether it was heard; else it comes as text."""
-        return self.above is not None
+        return self.latency is not None
 
 
 class Partial(CheckedRecord, frozen=True, tag_field="type", tag="partial", omit_defaults=True):

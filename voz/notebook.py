@@ -60,7 +60,7 @@ def _verdict(utterance: Utterance) -> str:
 
 def _opinions(utterance: Utterance) -> Iterable[tuple[str, str]]:
     """Who has which opinion of an utterance, in words."""
-    if utterance.above is None:  # as of no sound
+    if not utterance.spoken:
         yield "Recognizer", "It was typed."
         return
     also = f" It might also have been “{utterance.next_best}”." if utterance.next_best else ""

@@ -33,7 +33,7 @@ def a_controller(name: str = NAME, ask: Ask = "never") -> tuple[Controller, list
 
 
 def spoken(text: str, t: float, **more: Any) -> Utterance:
-    fields = {"confidence": 0.9, "accepted": True, "source": "microphone", "above": 30.0}
+    fields = {"confidence": 0.9, "accepted": True, "source": "microphone", "latency": 0.2}
     return Utterance(t=t, text=text, start=t - 0.5, end=t - 0.1, **{**fields, **more})
 
 

@@ -172,6 +172,9 @@ class RobotController(PublicNames):
         with ExitStack() as parts:
             if isinstance(heard, MicrophoneUtterances):
                 session.watch_input(parts.enter_context(self._hearing(heard, inbox, clock)))
+                answers = answer_receiver(heard.recognizer)
+                session.receivers.append(answers)
+                parts.callback(session.receivers.remove, answers)
             else:
                 Thread(target=_forward, args=(heard, inbox, clock), daemon=True).start()
             try:
@@ -184,7 +187,6 @@ class RobotController(PublicNames):
         recognizer = heard.recognizer
         controller = self._controller
         controller.name, controller.ask = recognizer.name, recognizer.ask
-        controller.receivers.append(answer_receiver(recognizer))
         table = controller.table
         check_list(recognizer.commands, table, "the list")
         if not self.listening and not begins_listening(recognizer.commands, table):

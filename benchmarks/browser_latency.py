@@ -24,14 +24,14 @@ from typing import NamedTuple
 
 import numpy as np
 import soundfile
-from latency import FIXTURES, GIVEN_UP, MOVING, UNSEEN, spoken
+from latency import FIXTURES, GIVEN_UP, MOVING, UNSEEN, first_effect, spoken
 from machine import machine
 from playwright.sync_api import Page, sync_playwright
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from browser_page import drive, opened
-from live_robot import LiveRobot, live_robot, velocity
+from live_robot import LiveRobot, live_robot
 from operator_page import page_robot
 from pulseaudio import sound_server
 
@@ -117,23 +117,11 @@ def measure(
     ended = time.monotonic()
     hold(False)
     while time.monotonic() < ended + GIVEN_UP:
-        if (at := effect(robot, since)) is not None:
+        if (at := first_effect(robot.arrived, since)) is not None:
             robot.wait_for(lambda event: event.get("latency") is not None, since)
             (known, *_) = [e["latency"] for e in robot.of("utterance", since) if e.get("latency")]
             return Took(at - ended, known)
         time.sleep(0.005)
-    return None
-
-
-def effect(robot: LiveRobot, since: int) -> float | None:
-    """When the first event came that a command causes."""
-    (*_, before) = [a.event for a in robot.arrived[:since] if a.event["type"] == "cmd_vel"]
-    for arrived in robot.arrived[since:]:
-        event = arrived.event
-        if event["type"] == "selected_object":
-            return arrived.when
-        if event["type"] == "cmd_vel" and velocity(event) != velocity(before):
-            return arrived.when
     return None
 
 

@@ -22,7 +22,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -94,19 +94,24 @@ class Robot:
 
     def effect(self, since: int) -> float | None:
         """When the first event came that a command causes."""
-        before = velocity(self.events[since - 1][1])
-        for arrived, event in self.events[since:]:
-            if event["type"] == "selected_object":
-                return arrived
-            if event["type"] == "cmd_vel" and velocity(event) != before:
-                return arrived
-        return None
+        return first_effect(self.events, since)
 
     def close(self) -> None:
         """End the program."""
         self._process.terminate()
         self._process.wait(10)
         self._folder.cleanup()
+
+
+def first_effect(events: Sequence[tuple[float, dict[str, Any]]], since: int) -> float | None:
+    """When the first event came that a command causes, of those after the first `since`."""
+    before = next(v for _, event in reversed(events[:since]) if (v := velocity(event)))
+    for arrived, event in events[since:]:
+        if event["type"] == "selected_object":
+            return arrived
+        if event["type"] == "cmd_vel" and velocity(event) != before:
+            return arrived
+    return None
 
 
 def velocity(event: dict[str, Any]) -> tuple[float, float] | None:

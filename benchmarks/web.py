@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from latency import FIXTURES as MANIFEST
-from latency import GIVEN_UP, MOVING, UNSEEN, spoken, velocity
+from latency import GIVEN_UP, MOVING, UNSEEN, first_effect, spoken
 from machine import machine
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
@@ -120,21 +120,9 @@ def latency(robot: PageRobot, page: Page, ear: Microphone, clip: Clip) -> float 
     ear.speak(noise + np.pad(sound, (0, len(noise) - len(sound))), page)
     ended = time.monotonic() - BLOCK / SAMPLE_RATE
     while time.monotonic() < ended + GIVEN_UP:
-        if (at := effect(robot, since)) is not None:
+        if (at := first_effect(robot.robot.arrived, since)) is not None:
             return at - ended
         ear.speak(room_noise(2 * BLOCK / SAMPLE_RATE), page)
-    return None
-
-
-def effect(robot: PageRobot, since: int) -> float | None:
-    """When the first event came that a command causes."""
-    before = [a.event for a in robot.robot.arrived[:since] if a.event["type"] == "cmd_vel"][-1]
-    for arrived in robot.robot.arrived[since:]:
-        event = arrived.event
-        if event["type"] == "selected_object":
-            return arrived.when
-        if event["type"] == "cmd_vel" and velocity(event) != velocity(before):
-            return arrived.when
     return None
 
 

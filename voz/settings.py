@@ -75,6 +75,11 @@ class Recognition(Section, frozen=True, kw_only=True):
             raise ConfigError(f'`name` is "{self.name}"; write one to five words of letters a to z')
         msgspec.structs.force_setattr(self, "name", said)
 
+    @property
+    def more_than_commands(self) -> bool:
+        """Whether a name, or answers to what the robot asks, are understood too."""
+        return bool(self.name) or self.ask != "never"
+
 
 class SpokenLanguage(Section, frozen=True, kw_only=True):
     """What people speak; without any of this it is English.

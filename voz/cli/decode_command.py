@@ -102,14 +102,14 @@ def _decode_files(
 
 def _prepare_folders(options: DecodeOptions, names: Sequence[str]) -> None:
     """Refuse to replace files that are written for each recording, unless asked."""
-    from voz.apps.batch.file_names import check_none_there
+    from voz.apps.batch.file_names import EVENTS_ENDING, check_none_there
     from voz.apps.batch.text_grids import TEXT_GRID_ENDING
     from voz.files import os_errors_as_config_error
 
     if options.textgrids:
         with os_errors_as_config_error(options.textgrids):
             options.textgrids.mkdir(parents=True, exist_ok=True)
-    for folder, ending in ((options.drive, ".jsonl"), (options.textgrids, TEXT_GRID_ENDING)):
+    for folder, ending in ((options.drive, EVENTS_ENDING), (options.textgrids, TEXT_GRID_ENDING)):
         if folder and not (options.resumes or options.overwrite):
             check_none_there(folder, names, ending)
 

@@ -191,7 +191,7 @@ def _run_live(
         record=partial(_recorder, options.record, settings) if options.record else None,
         other_recognizer=_other_recognizer(settings.ros2) if options.listen_ros else None,
         page=page_of(site, lambda: recognizer.commands, robots.view, microphone) if site else None,
-        service=service_of(options, recognizer) if options.wyoming else None,
+        service=service_of(options, recognizer),
     )
     run_live(settings, recognizer, inbox, robots, live)
 

@@ -21,6 +21,7 @@ from msgspec.structs import replace
 
 from voz.control.table import CommandTable, can_move
 from voz.events import NO, YES, PossibleCommand, Utterance
+from voz.sequences import shared_ends
 from voz.settings import Ask
 
 AWAKE_SECONDS = 8.0
@@ -105,20 +106,10 @@ def question_about(said: Utterance, ask: Ask, table: CommandTable) -> Question |
 def differing_words(one: str, other: str) -> tuple[str, str]:
     """The words by which two sentences differ, as few as tell them apart."""
     first, second = one.split(), other.split()
-    begin = _shared(first, second)
-    end = min(_shared(first[::-1], second[::-1]), len(first) - begin, len(second) - begin)
+    begin, end = shared_ends(first, second)
     if begin + end in (len(first), len(second)):  # one has no word that the other lacks
         if end:
             end -= 1
         else:
             begin -= 1
     return " ".join(first[begin : len(first) - end]), " ".join(second[begin : len(second) - end])
-
-
-def _shared(one: list[str], other: list[str]) -> int:
-    count = 0
-    for a, b in zip(one, other, strict=False):
-        if a != b:
-            break
-        count += 1
-    return count

@@ -24,7 +24,12 @@ from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.language.generated.ngram import arpa
 from voz.language.generated.stored_commands import encode_commands
 from voz.language.generated.template_grammar import structured_jsgf
-from voz.language.pronunciation.lexicon import GUESS_ORIGIN, PRONUNCIATIONS_FILE, LexiconEntry
+from voz.language.pronunciation.lexicon import (
+    GUESS_ORIGIN,
+    PRONUNCIATIONS_FILE,
+    LexiconEntry,
+    dictionary_entries,
+)
 from voz.language.similarity.similarity_report import similarity_warnings
 
 
@@ -143,11 +148,7 @@ def _as_json(spoken: LanguageInfo, out: Path) -> str:
 
 
 def _dictionary(entries: Mapping[str, LexiconEntry]) -> list[str]:
-    return [
-        f"{word if number == 1 else f'{word}({number})'}\t{phones}"
-        for word, entry in entries.items()
-        for number, phones in enumerate(entry.phones, start=1)
-    ]
+    return [f"{word}\t{phones}" for word, phones in dictionary_entries(entries)]
 
 
 def _lines(lines: Sequence[str]) -> str:

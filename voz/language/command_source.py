@@ -96,10 +96,8 @@ def _of_sentences(
     parsed: CommandList, folder: Path | None = None, language: OtherLanguage | None = None
 ) -> CommandSource:
     known, places = plain_commands(parsed.sentences), parsed.places()
-    entries, spoken = (
-        pronounce_words(folder, places, language),
-        (language.spoken if language else None),
-    )
+    entries = pronounce_words(folder, places, language)
+    spoken = language.spoken if language else None
     return CommandSource(parsed.name, known, entries, places, parsed.warnings, spoken=spoken)
 
 
@@ -112,10 +110,8 @@ def _of_templates(
     compiled = compile_templates(source)
     words = set(compiled.commands.vocabulary)
     places = {word: place for word, place in compiled.places.items() if word in words}
-    entries, spoken = (
-        pronounce_words(folder, places, language),
-        (language.spoken if language else None),
-    )
+    entries = pronounce_words(folder, places, language)
+    spoken = language.spoken if language else None
     return CommandSource(
         source.name,
         compiled.commands,

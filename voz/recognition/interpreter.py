@@ -57,7 +57,7 @@ class Interpreter:
         self.learned = profile.start
         self.commands = language.commands
         network = _network(language, settings.network) if settings.second_ear else None
-        if (settings.name or settings.ask != "never") and not network:
+        if settings.more_than_commands and not network:
             why = "`name` and `ask` of [recognition]: each needs the phoneme network"
             raise ConfigError(why, "leave second_ear on")
         models = load_models(settings.confidence)

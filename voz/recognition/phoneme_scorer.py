@@ -193,10 +193,9 @@ class PhonemeScorer:
 
     def align(self, sounds: PhoneLikelihoods, text: str) -> list[tuple[float, float]]:
         """Find where each word of a sentence that fits begins and ends in the sound, s."""
-        words = [self._pronunciations[word] for word in text.split()]
         found: list[tuple[float, float]] = []
         end = 0.0
-        for first, last in align(*sounds, lattice([words], self._blank)):
+        for first, last in align(*sounds, self.lattice_of(text)):
             begin = max(end, first * MOMENT / SAMPLE_RATE - FIRST_PHONE_SECONDS)
             end = (last + 1) * MOMENT / SAMPLE_RATE
             found.append((begin, end))

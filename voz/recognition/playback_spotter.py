@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from voz.audio import SAMPLE_RATE, Samples
+from voz.audio import SAMPLE_RATE
+from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import Cleaned
 from voz.events import Utterance
 from voz.recognition.interpreter import Interpreter
@@ -71,7 +72,7 @@ class PlaybackSpotter:
             sound: the last `PLAYBACK_WINDOW` samples.
             now: where they end in the stream, s.
         """
-        found = self._interpreter.look(sound.samples, to_samples(sound.played))
+        found = self._interpreter.look(sound.samples, to_int16(sound.played))
         if found is None:
             return None
         if sound.level_above_residue(found.begin, found.end) < STOP_LIMITS.level:
@@ -104,7 +105,7 @@ class PlaybackSpotter:
             return False
         first = max(0.0, first)
         part = sound.cut(slice(round(first * SAMPLE_RATE), round((end + MARGIN) * SAMPLE_RATE)))
-        found = self._interpreter.look(part.samples, to_samples(part.played), text)
+        found = self._interpreter.look(part.samples, to_int16(part.played), text)
         if found is None:
             return True
         level = sound.level_above_residue(first + found.begin, first + found.end)
@@ -112,12 +113,7 @@ class PlaybackSpotter:
 
     def may_be_echo(self, text: str, played: npt.NDArray[np.float32]) -> bool:
         """Whether a command may be among the words of what was played, 16 kHz, -1 to 1."""
-        return self._interpreter.is_within(to_samples(played), text)
-
-
-def to_samples(played: npt.NDArray[np.float32]) -> Samples:
-    """Convert samples from -1 to 1 to 16 bits."""
-    return (np.clip(played, -1, 1) * 32767).astype(np.int16)
+        return self._interpreter.is_within(to_int16(played), text)
 
 
 def _is_enough(score: float, others: list[float]) -> bool:

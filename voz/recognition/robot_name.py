@@ -11,6 +11,7 @@ from voz.audio import SAMPLE_RATE
 from voz.errors import CommandsError, ConfigError
 from voz.events import NO, YES
 from voz.language.generated.language_files import list_sources
+from voz.language.pronunciation.lexicon import dictionary_entries
 from voz.recognition.accents import spellings, with_accents
 from voz.recognition.confidence import sigmoid
 from voz.recognition.ctc import best_matches
@@ -56,7 +57,7 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
             knows how to say the name, or a command is the same or begins so.
     """
     name = settings.name
-    if not name and settings.ask == "never":
+    if not settings.more_than_commands:
         return language
     if not language.spoken.is_english:
         raise ConfigError(
@@ -75,11 +76,7 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
         entries = pronounce_words(sources[0].parent if sources else None, places)
     except CommandsError as error:
         raise ConfigError(str(error)) from None
-    more = {
-        word if number == 1 else f"{word}({number})": tuple(phones.split())
-        for word, entry in entries.items()
-        for number, phones in enumerate(entry.phones, start=1)
-    }
+    more = {word: tuple(phones.split()) for word, phones in dictionary_entries(entries)}
     return replace(language, pronunciations={**language.pronunciations, **with_accents(more)})
 
 

@@ -40,7 +40,7 @@ class _SwitchedHearing:
     def start(self) -> None:
         """Read the parameters and listen; again, if it listens already."""
         settings = read_settings()
-        if settings.recognition.name or settings.recognition.ask != "never":
+        if settings.recognition.more_than_commands:
             raise ConfigError(
                 "`name` and `ask` of [recognition] need recognizer and control in one node",
                 "start the node `voz` instead, or `control_voz.launch` with one_process:=true",

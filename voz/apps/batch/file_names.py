@@ -11,6 +11,9 @@ from voz.files import check_new
 LONGEST_FILE_NAME = 200
 """Bytes; file systems take 255, with endings."""
 
+EVENTS_ENDING = ".jsonl"
+"""Of the events of a simulated run."""
+
 FOLDER_SEPARATOR = "+"
 """Stands in names of files for the `/` between folders."""
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import replace
 
-from voz.apps.batch.file_names import file_name_for
+from voz.apps.batch.file_names import EVENTS_ENDING, file_name_for
 from voz.apps.batch.outcomes import ErrorRow, Outcome, Row, make_outcome, utterance_row
 from voz.apps.batch.remote import LocalRecording
 from voz.apps.batch.tasks import SimulationOptions
@@ -29,7 +29,7 @@ from voz.run.clocks import Item, RecordedClock
 from voz.run.session import answer_receiver, new_session
 from voz.run.sources import recorded_items
 
-EVENTS_ENDING, PICTURE_ENDING = ".jsonl", ".png"
+PICTURE_ENDING = ".png"
 
 
 def simulation_options(

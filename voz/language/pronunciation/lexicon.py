@@ -48,6 +48,13 @@ class LexiconEntry:
     origin: str
 
 
+def dictionary_entries(entries: Mapping[str, LexiconEntry]) -> Iterator[tuple[str, str]]:
+    """Yield the words with their phones; a further pronunciation is a variant, as `the(2)`."""
+    for word, entry in entries.items():
+        for number, phones in enumerate(entry.phones, start=1):
+            yield word if number == 1 else f"{word}({number})", phones
+
+
 def read_cmudict() -> bytes:
     """Read the CMU dictionary of the pocketsphinx package, sorted by word, as bytes.
 

@@ -9,11 +9,12 @@ phone over many frames at the cost of the mismatch alone, and cannot skip one in
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice, product, takewhile
+from itertools import combinations, islice, product
 
 from voz.language.acoustics.phone_distances import PhoneDistances, read_distances
+from voz.sequences import shared_ends
 
 UNRELATED_LOSS = 7.5
 """Nats per frame, on average, of a phone explained by one with nothing in common."""
@@ -172,12 +173,5 @@ def _next_losses(
 
 def _difference(one: _Spoken, other: _Spoken) -> tuple[str, str]:
     first, second = one.phones, other.phones
-    begin = _shared(first, second)
-    first, second = first[begin:], second[begin:]
-    end = _shared(first[::-1], second[::-1])
-    return " ".join(first[: len(first) - end]), " ".join(second[: len(second) - end])
-
-
-def _shared(first: Iterable[str], second: Iterable[str]) -> int:
-    same = (one == other for one, other in zip(first, second, strict=False))
-    return sum(1 for _ in takewhile(bool, same))
+    begin, end = shared_ends(first, second)
+    return " ".join(first[begin : len(first) - end]), " ".join(second[begin : len(second) - end])

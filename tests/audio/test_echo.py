@@ -9,7 +9,8 @@ from recordings import Recording
 
 from voz.apps.evaluation.noise import room_response
 from voz.audio import SAMPLE_RATE
-from voz.audio.echo import ECHO_EDGE, MAX_ECHO_DELAY, EchoCanceller
+from voz.audio.echo import ECHO_EDGE, EchoCanceller
+from voz.audio.echo_alignment import MAX_ECHO_DELAY
 
 LENGTH = 3 * SAMPLE_RATE // 2
 
@@ -87,6 +88,20 @@ def test_what_was_said_stands_out_of_what_is_left_of_the_echo(
     begin, end = loud[[0, -1]] / SAMPLE_RATE
     assert cleaned.level_above_residue(begin, end) > 5
     assert without.level_above_residue(begin, end) < 2
+
+
+def test_speech_stays_whole_where_no_echo_is_heard(
+    played: np.ndarray, recordings: list[Recording]
+) -> None:
+    canceller = EchoCanceller()
+    wave = (played / 32768).astype(np.float32)
+    for clip in (r.samples() for r in recordings if r.voice == "flite_slt"):
+        heard = np.random.default_rng(2).normal(0, 8, LENGTH)
+        heard[2000 : 2000 + len(clip)] += clip[: LENGTH - 2000]
+        rest = canceller.clean(heard.astype(np.int16), wave).samples
+        assert np.array_equal(rest, heard.astype(np.int16))
+    rest = canceller.clean(echo_of(played, 0.05).astype(np.int16), wave).samples
+    assert decibels(echo_of(played, 0.05), rest) > 12  # the headphones were pulled out
 
 
 def test_where_nothing_was_played_nothing_changes(session: Recording) -> None:

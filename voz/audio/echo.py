@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.echo_alignment import EchoAligner
 from voz.process.one_thread import on_one_thread
 
 Floats: TypeAlias = npt.NDArray[np.float64]
@@ -46,31 +47,7 @@ USUAL_POWERS = 10 ** (
 ) * np.repeat([1, 0.1], [LEAD_TAPS + ROOM_TAPS, 2 * DISTORTION_TAPS])
 """Of each weight, relative to the first: rooms lose 60 dB in half a second, distortion is less."""
 
-MAX_ECHO_DELAY = int(0.4 * SAMPLE_RATE)
-"""Samples between the nominal time of the robot's loudspeaker and the arrival of its sound."""
-
 ANALYSIS_WINDOW = np.sqrt(np.hanning(ECHO_WINDOW + 1)[:-1])
-
-DRIFT_BLOCK = 4000
-"""Samples, 0.25 s, in which the delay hardly changes."""
-
-DRIFTS = np.arange(-40, 41) * 31.25e-6
-"""Differences of the clocks of loudspeaker and microphone that are tried; cheap ones have 1e-4."""
-
-DRIFT_STEP = 4
-"""Part of a sample to which delays are compared."""
-
-MAX_DRIFT_LAG = 40
-"""Samples by which the estimated delay may be wrong where the clocks differ."""
-
-DRIFT_MEMORY = 0.95
-"""Of what was known of the difference, kept for each window."""
-
-SURE_OF_DRIFT = 1.1
-"""How many times likelier a difference must be than none."""
-
-MIN_DRIFT_POWER = 0.03
-"""Of the loudest block; softer ones say nothing about the clocks."""
 
 
 RESIDUE_BANDS = np.array([4, 8, 12, 16, 22, 28, 36, 46, 58, 74, 94, 118, 150, 190])
@@ -143,10 +120,13 @@ NOTHING_CLEANED = Cleaned(np.zeros(0, np.int16), *np.zeros((2, 0), np.float32))
 
 
 class EchoCanceller:
-    """Removes the echo from windows of one microphone's sound, and learns how its clock drifts."""
+    """Removes the echo from windows of one microphone's sound.
+
+    Where no echo is heard, as in headphones, nothing is removed: it could only be speech.
+    """
 
     def __init__(self) -> None:
-        self._drift_evidence = np.where(DRIFTS == 0, 0.3, 0.0)
+        self._aligner = EchoAligner()
 
     @on_one_thread
     def clean(self, heard: Samples, played: npt.NDArray[np.float32]) -> Cleaned:
@@ -157,63 +137,12 @@ class EchoCanceller:
             played: the loudspeaker's, ending at the same time and beginning earlier by the longest
                 delay with which they may arrive.
         """
-        drift = self._drift
-        if drift:
-            played = _stretched(played, drift)
-        end = len(played) - _find_delay(heard, played)
-        self._learn_drift(heard, played[end - len(heard) : end], drift)
-        played = played[end - len(heard) : end]
-        rest = _rest(_spectrum(heard), _moments(played))
+        aligned = self._aligner.align(heard, played)
+        if not self._aligner.is_heard:
+            return Cleaned(heard, aligned, np.zeros(len(heard), np.float32))
+        rest = _rest(_spectrum(heard), _moments(aligned))
         left = np.clip(np.rint(_samples(rest)[-len(heard) :]), -32768, 32767).astype(np.int16)
-        return Cleaned(left, played, heard.astype(np.float32) - left)
-
-    @property
-    def _drift(self) -> float:
-        """By how much of the time the loudspeaker's clock is slow."""
-        likeliest = int(np.argmax(self._drift_evidence))
-        sure = self._drift_evidence[likeliest] > SURE_OF_DRIFT * self._drift_evidence[DRIFTS == 0]
-        return float(DRIFTS[likeliest]) if sure else 0.0
-
-    def _learn_drift(self, heard: Samples, played: npt.NDArray[np.float32], known: float) -> None:
-        """Add up the likeness of blocks, each shifted as a drift would (GCC-PHAT)."""
-        blocks = len(heard) // DRIFT_BLOCK
-        size = -(-DRIFT_BLOCK // 512) * 512
-        sounds, sources = (
-            np.fft.rfft(samples[-blocks * DRIFT_BLOCK :].reshape(blocks, -1), size)
-            for samples in (heard, played)
-        )
-        power = np.sum(np.abs(sources) ** 2, axis=1)
-        cross = sounds * sources.conj()
-        cross /= np.maximum(np.abs(cross), 1e-9)
-        cross[power < MIN_DRIFT_POWER * power.max(initial=1e-9)] = 0
-        alike = np.fft.irfft(cross, DRIFT_STEP * size)
-        shifts = np.rint(
-            (DRIFTS - known)[:, np.newaxis] * np.arange(blocks)[::-1] * -DRIFT_BLOCK * DRIFT_STEP
-        ).astype(int)
-        lags = np.arange(-MAX_DRIFT_LAG * DRIFT_STEP, MAX_DRIFT_LAG * DRIFT_STEP + 1)
-        found = alike[np.arange(blocks)[:, np.newaxis], shifts[:, :, np.newaxis] + lags]
-        self._drift_evidence *= DRIFT_MEMORY
-        self._drift_evidence += found.sum(axis=1).max(axis=1)
-
-
-def _stretched(played: npt.NDArray[np.float32], drift: float) -> npt.NDArray[np.float32]:
-    """As it is heard from a loudspeaker whose clock is slow by a part of the time; same end."""
-    import soxr
-
-    longer: npt.NDArray[np.float32] = soxr.resample(played, 1.0, 1.0 + drift)
-    return np.pad(longer, (max(0, len(played) - len(longer)), 0))[-len(played) :]
-
-
-def _find_delay(heard: Samples, played: npt.NDArray[np.float32]) -> int:
-    """Return by how many samples `heard` comes after `played` (GCC-PHAT)."""
-    size = len(heard) + len(played)
-    cross = np.fft.rfft(heard, size) * np.fft.rfft(played, size).conj()
-    likeness = np.fft.irfft(cross / np.maximum(np.abs(cross), 1e-9), size)
-    longest = len(played) - len(
-        heard
-    )  # a shift of the whole `played`, which begins so much earlier
-    shifts = np.arange(longest + 1)
-    return int(shifts[np.argmax(likeness[shifts - longest])])
+        return Cleaned(left, aligned, heard.astype(np.float32) - left)
 
 
 def _rest(sound: Spectrum, moments: Spectrum) -> Spectrum:

@@ -42,6 +42,16 @@ def test_the_name_is_heard_alone_and_before_a_command(named: Recognizer) -> None
     assert heard(named, NAME, "turn left") == [(NAME, True), ("turn left", False)]
 
 
+@pytest.mark.parametrize("noise", [200, 300])
+def test_a_name_that_ends_softly_in_noise_is_heard(named: Recognizer, noise: float) -> None:
+    sound = said(NAME).astype(float)
+    loud = np.flatnonzero(np.abs(sound) > noise)
+    sound[loud[-1] - SAMPLE_RATE // 4 :] *= 0.18
+    sound += np.random.default_rng(1).normal(0, noise, len(sound))
+    (only,) = named.decode(np.rint(sound).astype(np.int16), SAMPLE_RATE)
+    assert (only.text, only.named, only.accepted) == (NAME, True, True)
+
+
 def test_what_is_said_without_the_name_has_none(named: Recognizer) -> None:
     assert heard(named, "go forward") == [("go forward", False)]
     others = ("the robot is here", "hello there, go forward", "hey", "go forward robot")

@@ -158,6 +158,11 @@ class Interpreter:
         heard = self._understand(segment, StartVector())
         return teaches(heard.values, heard.trust)
 
+    @property
+    def has_name(self) -> bool:
+        """Whether the robot has a name."""
+        return bool(self._name)
+
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""
         return bool(text) and (text == self._name or self.commands.has_continuation(text))

@@ -42,7 +42,7 @@ SURE_OF_DRIFT = 1.1
 """How many times likelier a difference must be than none."""
 
 NO_DRIFT_EVIDENCE = 1e-4
-"""Before anything is heard; a block and its echo have up to 1."""
+"""Of no difference, before anything is heard; a window with an echo adds 1e-3 to 10."""
 
 WHITENING = 0.7
 """Power of the magnitude by which blocks are divided; with 1, bands without sound count as well."""

@@ -117,3 +117,10 @@ def test_a_short_name_is_told_to_be_one(named: Recognizer, recognizer: Recognize
     short = Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(name="Max"))
     assert 'the name "max" has 4 phones' in short.name_advice
     assert 'better is "hey max"' in short.name_advice
+
+
+@pytest.mark.parametrize(("name", "command"), [("point deer", "point beer"), ("hey robot", "")])
+def test_a_name_that_sounds_like_a_command_is_told_to(name: str, command: str) -> None:
+    advice = Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(name=name)).name_advice
+    expected = f'the name "{name}" sounds like "{command}"; better is one of other sounds'
+    assert advice == (expected if command else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import partial
 
 from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
@@ -41,7 +42,6 @@ class Interpreter:
         learned: of the microphone and the speaker; it changes only while learning.
         longest: duration of the longest command, s.
         samples_before: samples that it needs from before each segment.
-        name_advice: what would make the robot's name better; empty if it is good.
         rule: decides what is obeyed.
     """
 
@@ -73,9 +73,8 @@ class Interpreter:
         self._spotter = _spotter(network, self.commands, settings.never_missed)
         self._name = settings.name
         self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
-        self.name_advice = ""
-        if network and settings.name:
-            self.name_advice = advice_on_name(settings.name, network.count_phones(settings.name))
+        phones = network.count_phones(settings.name) if network and settings.name else 0
+        self._name_advice = partial(advice_on_name, language, settings.name, phones)
         words = self.commands.longest + len(settings.name.split())
         self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * words
         self.rule = DecisionRule(self.commands, self.model, settings)
@@ -162,6 +161,11 @@ class Interpreter:
     def has_name(self) -> bool:
         """Whether the robot has a name."""
         return bool(self._name)
+
+    @property
+    def name_advice(self) -> str:
+        """What would make the robot's name better; empty if it is good, or there is none."""
+        return self._name_advice() if self._name else ""
 
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""

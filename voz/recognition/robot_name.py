@@ -44,6 +44,9 @@ NAME_SAMPLES_BEFORE = SAMPLE_RATE
 
 GOOD_NAME_PHONES = 7
 
+COMMANDS_BESIDE_NAME = 1000
+"""Commands with which a name is compared; of more, a sample."""
+
 JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
 PENALTY_JUST_BEFORE = 3.0
 """Nats against a name for each phone in the moments before it: nobody speaks on with it."""
@@ -80,15 +83,34 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     return replace(language, pronunciations={**language.pronunciations, **with_accents(more)})
 
 
-def advice_on_name(name: str, phones: int) -> str:
+def advice_on_name(language: Language, name: str, phones: int) -> str:
     """Say what would make a name better; empty if it is good."""
-    if not name or phones >= GOOD_NAME_PHONES:
+    if command := _sounds_like(language, name):
+        return f'the name "{name}" sounds like "{command}"; better is one of other sounds'
+    if phones >= GOOD_NAME_PHONES:
         return ""
     longer = f"{name} robot" if name.startswith("hey ") else f"hey {name}"
     return (
         f'the name "{name}" has {phones} phones, as many words have: it is missed, and heard '
         f'where nobody said it, more than one of {GOOD_NAME_PHONES}; better is "{longer}"'
     )
+
+
+def _sounds_like(language: Language, name: str) -> str:
+    """The command that sounds most like a name; empty if none sounds much like it."""
+    from voz.language.similarity.confusion import find_similar
+    from voz.language.similarity.similarity_report import WARNING_SIMILARITY
+
+    said = {
+        word: [" ".join(phones) for phones in ways]
+        for word, ways in spellings(language.pronunciations).items()
+    }
+    pairs = [
+        pair
+        for command in language.commands.sample(COMMANDS_BESIDE_NAME)
+        for pair in find_similar((command, name), said, at_least=WARNING_SIMILARITY)
+    ]
+    return max(pairs, key=lambda pair: pair.similarity).first if pairs else ""
 
 
 class NameMatch(NamedTuple):

@@ -8,11 +8,6 @@ QUICK += $(filter-out tests/test_first_hour.py tests/test_examples.py,$(wildcard
 # Of what decides how a robot moves every line is tested. To count all lines takes half as long again: `make coverage`.
 COUNTED = --cov=voz.control --cov-report=term-missing --cov-fail-under=100 tests/control
 
-# What takes long comes first, so that one worker is not left with it at the end.
-LONG = tests/cli tests/recognition tests/apps tests/test_first_hour.py tests/test_examples.py
-OTHERS = $(LONG) $(filter-out tests/control $(LONG) $(QUICK),$(patsubst %/,%,$(wildcard tests/*/)))
-OTHERS += $(QUICK:%=--ignore=%) --no-loadscope-reorder
-
 # The quick tests compute. The others wait for half of their time: for sound, for the beat, for other programs.
 CORES = $(shell getconf _NPROCESSORS_ONLN)
 SIDE_BY_SIDE = --dist loadfile --max-worker-restart 0 -n
@@ -80,7 +75,7 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" $(COUNTED)
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" $(QUICK)
 	@log=$$(mktemp); $(RESTRAINED) .venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" \
-		$(OTHERS) >"$$log" 2>&1 & others=$$!; \
+		$(patsubst %,--ignore=%,tests/control $(QUICK)) >"$$log" 2>&1 & others=$$!; \
 	trap "kill $$others" INT TERM; failed=0; \
 	.venv/bin/python -m pytest -q $(ONE_BY_ONE) || failed=1; \
 	tail -n +1 -f --pid=$$others "$$log"; wait $$others || failed=1; rm -f "$$log"; exit $$failed

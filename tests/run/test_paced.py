@@ -157,7 +157,10 @@ def test_recordings_give_the_same_events(recognizer: Recognizer, own_time: OwnTi
         errors = speak(recognizer, paths, run.receive, paced=paced)
         return run.events, errors
 
-    assert spoken(True) == spoken(False)
+    (events, errors), (expected, other_errors) = spoken(True), spoken(False)
+    pairs = itertools.zip_longest(events, expected)
+    assert [(event, other) for event, other in pairs if event != other][:3] == []
+    assert errors == other_errors
 
 
 @pytest.mark.slow

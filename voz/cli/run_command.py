@@ -328,6 +328,7 @@ def _recognizer(
     learned = learned_file(options.profile or USUAL_PROFILE, where)
     known = _with_learned(known, learned)
     recognizer = Recognizer(language, settings.recognition, known, learning=True)
+    warn(recognizer.name_advice)
     try:
         yield recognizer
     finally:

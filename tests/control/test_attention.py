@@ -111,12 +111,14 @@ def test_a_name_that_does_not_count_does_not_wake(ignored: Any) -> None:
     assert not controller.awake
 
 
-def test_a_loss_puts_it_to_sleep() -> None:
+def test_after_a_loss_what_follows_the_name_in_time_still_counts() -> None:
     controller, _ = a_controller()
     controller.hear(spoken(NAME, 1.0, named=True))
-    controller.stop(2.0, "no sound comes from the microphone")
-    controller.send(2.1)
-    assert not controller.awake
+    controller.stop(2.0, "the control loop stalled for 0.5 s")
+    controller.hear(spoken("go forward", 2.05))  # it ended before the loss
+    assert not controller.moving
+    controller.hear(spoken("go forward", 3.0))
+    assert controller.moving
 
 
 def test_yes_does_what_was_asked_and_no_forgets_it() -> None:

@@ -164,7 +164,6 @@ class Controller:
         self.halt()
         _check_time(now)
         self.stopped_at = now
-        self._attention = AttentionState()
         # Good news stops nothing: the robot has stood still since the loss.
         self.emit(Notice(now, why, good, stops=not good))
 

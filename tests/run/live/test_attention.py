@@ -54,7 +54,7 @@ def test_nothing_moves_before_the_name_and_an_answer_by_voice_does_what_was_aske
         robot.wait_for(rests, since)
 
         heard(robot, pulse, by_festival("hey robot"))
-        assert not heard(robot, pulse, by_festival("joint beer"))["accepted"]
+        assert not heard(robot, pulse, by_festival("joint pier"))["accepted"]
         assert robot.of("reply")[-1]["text"] == "did you say point beer?"
         assert robot.of("selected_object") == []
         answered = heard(robot, pulse, by_festival("yes"))

@@ -95,17 +95,13 @@ def test_a_bad_microphone_is_calibrated_and_the_profile_is_used(
 
 @pytest.mark.slow
 def test_what_is_not_better_is_not_kept(
-    voz, recordings: list[Recording], tmp_path: Path, language: LanguageFiles
+    recordings: list[Recording], tmp_path: Path, language: LanguageFiles
 ) -> None:
     """Half of the recordings are labeled wrongly: what is fitted to them helps nobody."""
     said = said_by(recordings, "festival_slt")[:5]
     swapped = [Said(other.text, s.samples) for s, other in zip(said, said[::-1], strict=True)]
     found = calibrate(swapped, language, Recognition(), tmp_path)
     assert found.after.worth >= found.before.worth
-    result = voz("calibrate", "ana", "--wav", write(tmp_path / "wav", said))
-    assert result.code == 0
-    before, after = result.out.splitlines()[2:4]
-    assert after.split()[-3:] >= before.split()[-3:]
 
 
 @pytest.mark.parametrize(
@@ -137,6 +133,8 @@ def test_recordings_that_are_heard_wrongly_are_named(
     folder = write(tmp_path / "wav", mislabeled)
     result = voz("calibrate", "ana", "--wav", folder)
     assert result.code == 0
+    before, after = result.out.splitlines()[2:4]
+    assert after.split()[-3:] >= before.split()[-3:]
     (line,) = result.err.splitlines()
     assert line == f"warning: {folder}/0.wav: should be {first.text}; heard: {second.text}"
 

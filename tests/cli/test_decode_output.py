@@ -42,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def decode(out: Path, folder: Path, *more: object) -> Result:
-    return in_process("decode", folder, "--ears", "1", "--jobs", "2", "--out", out, *more)
+    return in_process("decode", folder, "--ears", "1", "--jobs", "1", "--out", out, *more)
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +60,7 @@ def known(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, b
 
 
 def begun(out: Path, folder: Path, *more: object) -> subprocess.Popen[str]:
+    """Begin a run by two processes; the file is to be that of one."""
     given = ["decode", folder, "--ears", "1", "--jobs", "2", "--out", out, *more]
     command = [*VOZ, *map(str, given)]
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)

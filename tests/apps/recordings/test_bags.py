@@ -118,7 +118,7 @@ def test_a_run_that_is_ended_leaves_a_whole_bag(name: str, tmp_path: Path) -> No
 def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("voz.apps.recordings.bags.SAVE_INTERVAL", 0.0)
+    monkeypatch.setattr("voz.apps.recordings.bags.SAVE_INTERVAL", 0.01)
     path = tmp_path / name
     complaint = rf"{name}: cannot be written \([^\n]+\); it has what was published in the first"
     with full_disk(90_000), pytest.raises(ConfigError, match=complaint):
@@ -136,7 +136,7 @@ def test_on_a_full_disk_there_is_one_line_and_what_was_saved_stays(
 def test_once_a_bag_cannot_be_written_it_says_so_once(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("voz.apps.recordings.bags.SAVE_INTERVAL", 0.0)
+    monkeypatch.setattr("voz.apps.recordings.bags.SAVE_INTERVAL", 0.01)
     failures = []
 
     def program() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import time
@@ -246,7 +247,7 @@ def test_a_byte_that_is_no_text_is_no_command_and_stop_still_works(
     assert "��" in [event.get("text") for event in events]
 
 
-def test_a_stop_behind_thousands_of_lines_comes_before_them_and_they_are_counted_in_one_line(
+def test_a_stop_behind_thousands_of_lines_comes_before_them_and_all_are_counted(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:
     log = tmp_path / "log.jsonl"
@@ -254,8 +255,12 @@ def test_a_stop_behind_thousands_of_lines_comes_before_them_and_they_are_counted
     def events() -> list[dict[str, object]]:
         return [json.loads(line) for line in log.read_text().splitlines(True) if line[-1] == "\n"]
 
-    def dropped() -> list[object]:  # a busy machine has more to warn of
-        return [e["text"] for e in events() if "came too fast" in str(e.get("text"))]
+    def dropped() -> list[int]:  # one number, and one more for each 5 s that it takes
+        told = [re.match("([0-9]+) messages came too fast", str(e.get("text"))) for e in events()]
+        return [int(found[1]) for found in told if found]
+
+    def refused() -> int:
+        return sum(event.get("reason") == "not_a_command" for event in events())
 
     with watched(tmp_path, pulse, "Base", "--no-sound", "--events", str(log)) as run:
         run.type(b"go forward\n")
@@ -264,11 +269,11 @@ def test_a_stop_behind_thousands_of_lines_comes_before_them_and_they_are_counted
         run.wait_until(lambda: any(event.get("text") == "stop" for event in events()))
         so_far = events()
         run.wait_for(0.0)
-        run.wait_until(lambda: bool(dropped()))
+        run.wait_until(lambda: sum(dropped()) + refused() >= 3000)
         run.process.terminate()
         assert run.process.wait(30) == 143
-    refused = [event for event in events() if event.get("reason") == "not_a_command"]
-    assert dropped() == [f"{3000 - len(refused)} messages came too fast and were dropped"]
+    assert sum(dropped()) + refused() == 3000
+    assert len(dropped()) < 5
     assert len(so_far) < 1000
 
 

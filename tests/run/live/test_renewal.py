@@ -9,7 +9,7 @@ from calls import in_process
 from live_robot import live_robot, moves, rests, speak, warns
 from recordings import FIXTURES
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]  # what is spoken has to be in time
 
 CLIP = FIXTURES / "commands" / "festival_slt__go_back.flac"
 

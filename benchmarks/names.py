@@ -4,7 +4,8 @@ Run `python benchmarks/names.py NAMES TALK... [--also NAME]`. NAMES lists record
 people; each is said every 4 s in a quiet room, in a kitchen, beside motors, and amid the talk of
 six people, 10 dB louder than these. TALK lists talk, the sentences of which are heard one by one,
 and noise. Prints what voz misses and what wakes it, and the misses by the threshold at which each
-name is heard in an hour of talk so many times. Published for six names, at one false alarm in ten
+name is heard in an hour of talk so many times, and what a name costs in an utterance without it.
+Published for six names, at one false alarm in ten
 hours and 10 dB (Picovoice/wake-word-benchmark): Porcupine misses .027, Snowboy .32, pocketsphinx
 .52.
 """
@@ -12,6 +13,7 @@ hours and 10 dB (Picovoice/wake-word-benchmark): Porcupine misses .027, Snowboy 
 from __future__ import annotations
 
 import csv
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -47,6 +49,8 @@ PIECE = 20 * SAMPLE_RATE
 
 PAUSE = np.zeros(SAMPLE_RATE // 2, np.float32)
 SEED = 1
+
+SENTENCES_TIMED = 100
 
 
 def read_names(path: Path) -> list[Clip]:
@@ -115,6 +119,15 @@ def in_parts(clips: Sequence[Clip], parts: int) -> Iterator[Sequence[Clip]]:
     yield from (clips[part::parts] for part in range(parts))
 
 
+def cost(sounds: Sequence[Sound], settings: Recognition) -> float:
+    """CPU time for each utterance of some sentences, ms."""
+    recognizer = Recognizer(find_language(None), settings)
+    list(recognizer.decode(sounds[0], SAMPLE_RATE))
+    begun = time.process_time()
+    utterances = sum(len(list(recognizer.decode(sound, SAMPLE_RATE))) for sound in sounds)
+    return (time.process_time() - begun) / utterances * 1000
+
+
 def threshold_at(scores: Sequence[float], hours: float, rate: float) -> float:
     """The score that is surpassed so many times in an hour, nats."""
     return sorted(scores, reverse=True)[int(rate * hours)]
@@ -160,6 +173,9 @@ def main(
     for name in every:
         alarms = alarm_rate(sum(score >= 0 for score in scores[name]), hours)
         print(f"| {name} | {finder(name)[2]} | {alarm_rate_text(alarms)} |")
+    sounds = [read(clip) for clip in talk[:SENTENCES_TIMED]]
+    plain, named = cost(sounds, Recognition()), cost(sounds, Recognition(name=every[0]))
+    print(f"\nCPU for an utterance without a name: {plain:.0f} ms; with the setting {named:.0f} ms")
 
 
 if __name__ == "__main__":

@@ -63,11 +63,13 @@ class Interpreter:
         models = load_models(settings.confidence)
         model = models.two_ears if network else models.one_ear
         self.model = with_log_odds(model, profile.log_odds)
-        self._finder: CommandFinder = (
-            NetworkFinder(language, settings, profile, self.model, network)
-            if network
-            else PocketsphinxFinder(language, settings, profile, self.model)
+        finder = (
+            NetworkFinder(language, settings, profile, self.model, network) if network else None
         )
+        self._finder: CommandFinder = finder or PocketsphinxFinder(
+            language, settings, profile, self.model
+        )
+        self._name_finder = finder if settings.name else None
         # The network needs none of what pocketsphinx learns of a microphone.
         self._aligner = Aligner(language) if learning and not network else None
         self._spotter = _spotter(network, self.commands, settings.never_missed)
@@ -86,10 +88,20 @@ class Interpreter:
             return self._understand(segment, self.learned)
 
     def _understand(self, segment: Segment, learned: StartVector) -> Hypothesis:
-        if segment.end - segment.start > self.longest:
+        if self._is_too_long(segment):
             # No command, and it would take long to find that out.
             return Hypothesis(segment, "", segment.end)
         return self._finder.understand(segment, learned, self.rule.answers)
+
+    def _is_too_long(self, segment: Segment) -> bool:
+        return segment.end - segment.start > self.longest
+
+    def hears_name(self, segment: Segment) -> bool:
+        """Whether the robot has a name, and it is in a segment."""
+        if self._name_finder is None or self._is_too_long(segment):
+            return False
+        with self._lock:
+            return self._name_finder.hears_name(segment)
 
     def spot(self, so_far: Samples) -> SpottedCommand | None:
         """Find a command that must not be missed in the latest sound, 16 kHz."""
@@ -156,11 +168,6 @@ class Interpreter:
     def _teaches_without(self, segment: Segment) -> bool:
         heard = self._understand(segment, StartVector())
         return teaches(heard.values, heard.trust)
-
-    @property
-    def has_name(self) -> bool:
-        """Whether the robot has a name."""
-        return bool(self._name)
 
     @property
     def name_advice(self) -> str:

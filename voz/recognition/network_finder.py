@@ -102,7 +102,7 @@ class NetworkFinder:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
         earlier = len(segment.before) / SAMPLE_RATE
-        name = self._name_finder and self._name_finder.find(sounds, earlier)
+        name = self._find_name(segment, sounds)
         offset = name.end if name else max(0.0, earlier - CONTEXT_SAMPLES / SAMPLE_RATE)
         said = from_time(sounds, offset)
         ranking = self._ranking(said, proposed, answers)
@@ -131,6 +131,16 @@ class NetworkFinder:
             words=partial(self._words, said, ranking.text, _sound_start(segment) + offset),
             others=partial(self._others, ranking, trust),
         )
+
+    def hears_name(self, segment: Segment) -> bool:
+        """Whether the robot's name is in a segment, which costs less than to understand it."""
+        sounds = self._network.phone_likelihoods(segment.with_surroundings)
+        return self._find_name(segment, sounds) is not None
+
+    def _find_name(self, segment: Segment, sounds: PhoneLikelihoods) -> NameMatch | None:
+        if self._name_finder is None:
+            return None
+        return self._name_finder.find(sounds, earliest_end=len(segment.before) / SAMPLE_RATE)
 
     def _words(
         self, sounds: PhoneLikelihoods, text: str, sound_start: float

@@ -119,17 +119,18 @@ class Stream:
     def _over(self, segment: Segment, context: Context) -> Iterator[Utterance]:
         heard, self._paused = self._paused, None
         is_same = heard is not None and segment.end <= heard.segment.end + SAME_END_TOLERANCE
-        if heard is None or not is_same or self._needs_more(heard, context):
+        if heard is None or not is_same or self._needs_more(heard, segment, context):
             heard = self._interpreter.understand(segment)  # there may be more to hear by now
         if self._rule.decide(heard, context).waits:
             self._waiting = heard
         else:
             yield from self._report(heard, context, segment.decided)
 
-    def _needs_more(self, heard: Hypothesis, context: Context) -> bool:
-        """Whether a little more sound may change what was heard: the name may end softly."""
-        may_be_name = self._interpreter.has_name and not heard.named
-        return may_be_name or self._rule.decide(heard, context).waits
+    def _needs_more(self, heard: Hypothesis, segment: Segment, context: Context) -> bool:
+        """Whether a little more sound changes what was heard, or may: the name may end softly."""
+        if self._rule.decide(heard, context).waits:
+            return True
+        return not heard.named and self._interpreter.hears_name(segment)
 
     def _report(self, heard: Hypothesis, context: Context, decided: float) -> Iterator[Utterance]:
         utterance = self._interpreter.utterance(

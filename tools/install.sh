@@ -90,7 +90,9 @@ install_voz() {
 }
 
 [ -x .venv/bin/python ] || "$python" -m venv .venv
-install_voz .venv "$extra"
+install_voz .venv "$extra" & # beside PyTorch, if that is wanted
+voz=$!
+trap 'kill "$voz" 2>/dev/null || true' EXIT
 
 # PyTorch is large and only for teaching, and has an environment of its own. PyTorch's own address has a
 # build for processors alone, 200 MB; where that cannot be reached, PyPI's may bring several GB for GPUs.
@@ -105,6 +107,8 @@ if [ "${1:-}" = training ] || [ "${1:-}" = tests ]; then
     fi
     install_voz .venv-training "[training]"
 fi
+wait "$voz"
+trap - EXIT
 
 # Install what a folder of tests has from npm, if a package of it is missing.
 install_node_modules() {

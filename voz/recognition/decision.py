@@ -16,7 +16,7 @@ from voz.settings import Recognition
 EXPECTED = 4.0
 """An answer that is waited for may have lower odds than a command by this factor."""
 
-NEARLY_SURE = 4.0
+NEARLY_SURE = 3.0
 """The robot asks back where the odds are lower than they need to be by this factor at most."""
 
 

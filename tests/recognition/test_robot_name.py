@@ -10,7 +10,10 @@ import pytest
 import voz
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
+from voz.audio.endpointing.segment import Segment
 from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
+from voz.recognition.confidence import Context
+from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.recognizer import Recognizer
 from voz.speech.speech_cache import cached_speech
 
@@ -50,6 +53,36 @@ def test_a_name_that_ends_softly_in_noise_is_heard(named: Recognizer, noise: flo
     sound += np.random.default_rng(1).normal(0, noise, len(sound))
     (only,) = named.decode(np.rint(sound).astype(np.int16), SAMPLE_RATE)
     assert (only.text, only.named, only.accepted) == (NAME, True, True)
+
+
+@pytest.mark.parametrize(
+    "rest", ["makers have sold a million of them", "parts are cheap these days"]
+)
+def test_a_name_in_talk_that_goes_on_is_none(named: Recognizer, rest: str) -> None:
+    utterances = named.decode(said(f"{NAME} {rest}"), SAMPLE_RATE)
+    assert not any(utterance.named for utterance in utterances)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.2, 0.4])
+def test_a_name_lets_no_command_amid_talk_through(
+    named: Recognizer, recognizer: Recognizer, gap: float
+) -> None:
+    talk = [said(text)[SAMPLE_RATE:-SAMPLE_RATE] for text in ("it may rain", "go forward", "soon")]
+    pause = np.zeros(int(gap * SAMPLE_RATE), np.int16)
+    sound = np.concatenate([PAUSE, talk[0], pause, talk[1], pause, talk[2], PAUSE])
+    with_name, without = (
+        [(u.text, u.accepted) for u in each.decode(sound, SAMPLE_RATE) if u.accepted]
+        for each in (named, recognizer)
+    )
+    assert with_name == without
+
+
+def test_what_is_not_surely_the_name_does_not_wake(named: Recognizer) -> None:
+    segment = Segment(0.0, 1.0, 1.2, said(NAME))
+    for sure in (0.4, 0.6):
+        hypothesis = Hypothesis(segment, NAME, 1.0, probability=sure, named=True)
+        utterance = named._interpreter.utterance(hypothesis, Context.QUIET, 1.2, "microphone")
+        assert utterance.accepted == utterance.named == (sure > 0.5)
 
 
 def test_what_is_said_without_the_name_has_none(named: Recognizer) -> None:

@@ -170,6 +170,11 @@ class Interpreter:
         return teaches(heard.values, heard.trust)
 
     @property
+    def has_name(self) -> bool:
+        """Whether the robot has a name."""
+        return bool(self._name)
+
+    @property
     def name_advice(self) -> str:
         """What would make the robot's name better; empty if it is good, or there is none."""
         return self._name_advice() if self._name else ""
@@ -221,7 +226,7 @@ class Interpreter:
             next_best=heard.next_best or None,
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
-            named=heard.named,
+            named=heard.named and (decision.accepted or text != self._name),
             perhaps=self._perhaps(heard, decision, between),
         )
         if details == NO_DETAILS:

@@ -12,7 +12,7 @@ from functools import partial
 from voz.audio import SAMPLE_RATE
 from voz.audio.denoise import denoise_if_noisy
 from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
-from voz.audio.endpointing.segment import Segment
+from voz.audio.endpointing.segment import MAX_PAUSE_SAMPLES, Segment
 from voz.audio.endpointing.voice_detector import RUN_UP, shared_voice_detector
 from voz.events import SpokenWord
 from voz.language.sentences.automaton import Automaton
@@ -43,8 +43,8 @@ VOICE_MARGIN = 0.1
 """Voice is looked for this much (s) around a command: a whispered `stop` has little between its
 first and last phone."""
 
-MIN_SCORE_AFTER_NAME = 0.0
-"""Nats of a command that was said after the name; with less nothing was."""
+MIN_SCORE_AFTER_NAME = 4.0
+"""Nats of a command that was nearly surely said after the name; with less the name stands alone."""
 
 MAX_REFINEMENTS = 3
 """How often a long list is searched again around a better command."""
@@ -101,13 +101,14 @@ class NetworkFinder:
         if self._only_proposed and proposed not in self._commands:
             return Hypothesis(segment, proposed, segment.end)  # the trigram model's words
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
-        earlier = len(segment.before) / SAMPLE_RATE
         name = self._find_name(segment, sounds)
-        offset = name.end if name else max(0.0, earlier - CONTEXT_SAMPLES / SAMPLE_RATE)
-        said = from_time(sounds, offset)
-        ranking = self._ranking(said, proposed, answers)
+        offset = name.end if name else _earliest_begin(segment)
+        said, ranking = self._heard_from(offset, sounds, proposed, answers)
         if name and (ranking is None or not ranking.score >= MIN_SCORE_AFTER_NAME):
-            return self._name_alone(segment, name)
+            if alone := self._find_name(segment, sounds, alone=True):
+                return self._name_alone(segment, alone)
+            name, offset = None, _earliest_begin(segment)
+            said, ranking = self._heard_from(offset, sounds, proposed, answers)
         if ranking is None:
             return Hypothesis(segment, "", segment.end)
         match = ranking.matches[ranking.text]
@@ -133,14 +134,25 @@ class NetworkFinder:
         )
 
     def hears_name(self, segment: Segment) -> bool:
-        """Whether the robot's name is in a segment, which costs less than to understand it."""
+        """Whether the robot's name is in a segment; costs less than to understand it."""
         sounds = self._network.phone_likelihoods(segment.with_surroundings)
         return self._find_name(segment, sounds) is not None
 
-    def _find_name(self, segment: Segment, sounds: PhoneLikelihoods) -> NameMatch | None:
+    def _find_name(
+        self, segment: Segment, sounds: PhoneLikelihoods, alone: bool = False
+    ) -> NameMatch | None:
         if self._name_finder is None:
             return None
-        return self._name_finder.find(sounds, earliest_end=len(segment.before) / SAMPLE_RATE)
+        pause = 0 if alone else MAX_PAUSE_SAMPLES
+        earliest_end = max(0, len(segment.before) - pause) / SAMPLE_RATE
+        return self._name_finder.find(sounds, earliest_end, alone)
+
+    def _heard_from(
+        self, begin: float, sounds: PhoneLikelihoods, proposed: str, answers: Sequence[str]
+    ) -> tuple[PhoneLikelihoods, Ranking | None]:
+        """The phones from a time on, s, and how well commands fit them."""
+        said = from_time(sounds, begin)
+        return said, self._ranking(said, proposed, answers)
 
     def _words(
         self, sounds: PhoneLikelihoods, text: str, sound_start: float
@@ -217,6 +229,11 @@ class NetworkFinder:
             word: alone.matches[word].score / self._network.count_phones(word) for word in words
         }
         return refusal_by_network(ranking, self._network.count_phones(ranking.text), fits.values())
+
+
+def _earliest_begin(segment: Segment) -> float:
+    """When a command may begin in a segment with its surroundings, s."""
+    return max(0, len(segment.before) - CONTEXT_SAMPLES) / SAMPLE_RATE
 
 
 def _sound_start(segment: Segment) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.endpointing.frame_levels import FRAME
-from voz.audio.endpointing.segment import Ongoing, Segment, Sound, belong_together
+from voz.audio.endpointing.segment import Ongoing, Quiet, Segment, Sound, belong_together
 from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import Context, probability
@@ -85,7 +85,7 @@ class Stream:
                 yield from self._spot(sound)
             return
         if self._waiting:
-            waiting, self._waiting = self._waiting, None
+            waiting, self._waiting = self._heard_by_now(self._waiting, sound), None
             yield from self._report(waiting, _between(waiting.segment, sound), sound.decided)
         if isinstance(sound, Segment):
             follow = self._over if sound.over else self._pause
@@ -121,7 +121,7 @@ class Stream:
         is_same = heard is not None and segment.end <= heard.segment.end + SAME_END_TOLERANCE
         if heard is None or not is_same or self._needs_more(heard, segment, context):
             heard = self._interpreter.understand(segment)  # there may be more to hear by now
-        if self._rule.decide(heard, context).waits:
+        if self._rule.decide(heard, context).waits or self._may_be_name(heard, context):
             self._waiting = heard
         else:
             yield from self._report(heard, context, segment.decided)
@@ -131,6 +131,23 @@ class Stream:
         if self._rule.decide(heard, context).waits:
             return True
         return not heard.named and self._interpreter.hears_name(segment)
+
+    def _may_be_name(self, heard: Hypothesis, context: Context) -> bool:
+        """Whether what is refused may turn out to be the robot's name, which may end softly."""
+        decision = self._rule.decide(heard, context)
+        # What is refused amid speech must not be reported as if it were said in quiet.
+        is_settled = heard.named or decision.accepted or context is not Context.QUIET
+        if is_settled or not self._interpreter.has_name:
+            return False
+        return not self._rule.is_nearly_sure(heard, decision)
+
+    def _heard_by_now(self, waiting: Hypothesis, sound: Sound) -> Hypothesis:
+        """What waits, or the robot's name if that is in it with what followed."""
+        if not isinstance(sound, Quiet) or waiting.named:
+            return waiting
+        longer = waiting.segment._replace(decided=sound.decided, after=sound.samples)
+        named = self._interpreter.hears_name(longer)
+        return self._interpreter.understand(longer) if named else waiting
 
     def _report(self, heard: Hypothesis, context: Context, decided: float) -> Iterator[Utterance]:
         utterance = self._interpreter.utterance(

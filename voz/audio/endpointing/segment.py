@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -35,7 +35,7 @@ class Segment(NamedTuple):
         voices: share of the time before it that a voice may be in.
         amid: whether it stands within talk that is as loud.
         before: sound before the samples, up to 0.25 s; longer where the robot has a name.
-        after: sound after them, up to 0.25 s, as far as it is known.
+        after: sound after them, as far as it is known; up to 0.25 s, or longer for a name.
     """
 
     start: float
@@ -57,9 +57,15 @@ class Segment(NamedTuple):
 
 @dataclass(frozen=True)
 class Quiet:
-    """No segment followed the last one; known at `decided` s of the stream."""
+    """No segment followed the last one.
+
+    Attributes:
+        decided: position in the stream when that was known, s.
+        samples: the sound since the segment's end.
+    """
 
     decided: float
+    samples: Samples = field(compare=False)
 
 
 @dataclass(frozen=True)

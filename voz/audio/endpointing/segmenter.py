@@ -272,7 +272,8 @@ class Segmenter:
     def _report_quiet(self) -> Iterator[Quiet]:
         if not self._quiet_reported:
             self._quiet_reported = True
-            yield Quiet(self._heard / SAMPLE_RATE)
+            since, now = (at - self._kept_from for at in (self._last_end, self._heard))
+            yield Quiet(self._heard / SAMPLE_RATE, self._kept[max(0, since) : now])
 
     def _finish_segment(self, now: OpenSegment, end: int | None = None) -> Segment:
         end = now.paused_at(self._heard) if end is None else end

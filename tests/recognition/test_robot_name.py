@@ -45,11 +45,16 @@ def test_the_name_is_heard_alone_and_before_a_command(named: Recognizer) -> None
     assert heard(named, NAME, "turn left") == [(NAME, True), ("turn left", False)]
 
 
-@pytest.mark.parametrize("noise", [200, 300])
-def test_a_name_that_ends_softly_in_noise_is_heard(named: Recognizer, noise: float) -> None:
+@pytest.mark.parametrize(
+    ("soft", "share", "noise"),
+    [(0.25, 0.18, 200), (0.25, 0.18, 300), (0.35, 0.18, 200), (0.4, 0.25, 100), (0.45, 0.25, 200)],
+)
+def test_a_name_that_ends_softly_in_noise_is_heard(
+    named: Recognizer, soft: float, share: float, noise: float
+) -> None:
     sound = said(NAME).astype(float)
-    loud = np.flatnonzero(np.abs(sound) > noise)
-    sound[loud[-1] - SAMPLE_RATE // 4 :] *= 0.18
+    loud = np.flatnonzero(np.abs(sound) > 300)
+    sound[loud[-1] - int(soft * SAMPLE_RATE) :] *= share
     sound += np.random.default_rng(1).normal(0, noise, len(sound))
     (only,) = named.decode(np.rint(sound).astype(np.int16), SAMPLE_RATE)
     assert (only.text, only.named, only.accepted) == (NAME, True, True)

@@ -5,9 +5,8 @@ people; each is said every 4 s in a quiet room, in a kitchen, beside motors, and
 six people, 10 dB louder than these. TALK lists talk, the sentences of which are heard one by one,
 and noise. Prints what voz misses and what wakes it, and the misses by the threshold at which each
 name is heard in an hour of talk so many times, and what a name costs in an utterance without it.
-Published for six names, at one false alarm in ten
-hours and 10 dB (Picovoice/wake-word-benchmark): Porcupine misses .027, Snowboy .32, pocketsphinx
-.52.
+Published for six names, at one false alarm in ten hours and 10 dB (Picovoice/wake-word-benchmark):
+Porcupine misses .027, Snowboy .32, pocketsphinx .52.
 """
 
 from __future__ import annotations
@@ -139,9 +138,9 @@ def in_parts(clips: Sequence[Clip], parts: int) -> Iterator[Sequence[Clip]]:
 def cost(sounds: Sequence[Sound], settings: Recognition) -> float:
     """CPU time for each utterance of some sentences, ms."""
     recognizer = Recognizer(find_language(None), settings)
-    list(recognizer.decode(sounds[0], SAMPLE_RATE))
+    recognizer.decode(sounds[0], SAMPLE_RATE)
     begun = time.process_time()
-    utterances = sum(len(list(recognizer.decode(sound, SAMPLE_RATE))) for sound in sounds)
+    utterances = sum(len(recognizer.decode(sound, SAMPLE_RATE)) for sound in sounds)
     return (time.process_time() - begun) / utterances * 1000
 
 

@@ -152,7 +152,7 @@ class NameFinder:
         return match if match.score >= 0 else None
 
     def best(
-        self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = True
+        self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False
     ) -> NameMatch:
         """Find where the name fits best; arguments are those of `find`."""
         begun = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE

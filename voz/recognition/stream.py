@@ -11,7 +11,7 @@ from voz.audio.endpointing.segmenter import Segmenter, VoiceFlags
 from voz.events import Partial, Utterance
 from voz.recognition.confidence import Context, probability
 from voz.recognition.confidence_model import SCORE
-from voz.recognition.decision import confidence_in_quiet
+from voz.recognition.decision import Decision, confidence_in_quiet
 from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.interpreter import Interpreter
@@ -121,7 +121,8 @@ class Stream:
         is_same = heard is not None and segment.end <= heard.segment.end + SAME_END_TOLERANCE
         if heard is None or not is_same or self._needs_more(heard, segment, context):
             heard = self._interpreter.understand(segment)  # there may be more to hear by now
-        if self._rule.decide(heard, context).waits or self._may_be_name(heard, context):
+        decision = self._rule.decide(heard, context)
+        if decision.waits or self._may_be_name(heard, decision, context):
             self._waiting = heard
         else:
             yield from self._report(heard, context, segment.decided)
@@ -132,9 +133,8 @@ class Stream:
             return True
         return not heard.named and self._interpreter.hears_name(segment)
 
-    def _may_be_name(self, heard: Hypothesis, context: Context) -> bool:
+    def _may_be_name(self, heard: Hypothesis, decision: Decision, context: Context) -> bool:
         """Whether what is refused may turn out to be the robot's name, which may end softly."""
-        decision = self._rule.decide(heard, context)
         # What is refused amid speech must not be reported as if it were said in quiet.
         is_settled = heard.named or decision.accepted or context is not Context.QUIET
         if is_settled or not self._interpreter.has_name:

@@ -74,8 +74,16 @@ if ! "$python" -c "import sys; sys.exit(sys.version_info < (3, 10))"; then
     exit 2
 fi
 
+# Install Python packages into a virtual environment. Each module is compiled when it is first imported, as
+# most never are.
+pip_install() {
+    environment=$1
+    shift
+    "$environment/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check "$@"
+}
+
 # Install voz with an extra into a virtual environment. Nothing to do when this was done before and
-# what it is made by is still the same. What is imported is compiled then: of most packages that is little.
+# what it is made by is still the same.
 install_voz() {
     stamp="$1/installed$2"
     if [ ! -e "$stamp" ] || [ pyproject.toml -nt "$stamp" ] || [ "$constraints" -nt "$stamp" ]; then
@@ -83,8 +91,7 @@ install_voz() {
         # Once this was called `voz`, as a package of PyPI's is that others made.
         "$1/bin/python" -m pip uninstall --quiet --quiet --yes voz
         # Not every Python has a ready-made wheel of the newest pocketsphinx: then the one before it.
-        "$1/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check --prefer-binary \
-            --constraint "$constraints" --editable ".$2"
+        pip_install "$1" --prefer-binary --constraint "$constraints" --editable ".$2"
         touch "$stamp"
     fi
 }
@@ -101,9 +108,9 @@ if [ "${1:-}" = training ] || [ "${1:-}" = tests ]; then
     [ -x .venv-training/bin/python ] || "$python" -m venv .venv-training
     if ! .venv-training/bin/python -c "import torch" 2>/dev/null; then
         echo "Installing PyTorch into .venv-training"
-        pip=".venv-training/bin/python -m pip install --quiet --no-compile --disable-pip-version-check"
-        $pip --retries 0 --timeout 10 --index-url https://download.pytorch.org/whl/cpu "$torch" \
-            2>/dev/null || $pip "$torch"
+        pip_install .venv-training --retries 0 --timeout 10 \
+            --index-url https://download.pytorch.org/whl/cpu "$torch" 2>/dev/null ||
+            pip_install .venv-training "$torch"
     fi
     install_voz .venv-training "[training]"
 fi
@@ -139,7 +146,7 @@ stamp=".venv-rclpy/installed-$rclpy-with-nav"
 if [ "${1:-}" = tests ] && [ "$(uname -m)" = x86_64 ] && [ ! -e "$stamp" ]; then
     echo "Installing rclpy $rclpy into .venv-rclpy (250 MB; the tests compare ROS 2 with it)"
     "$python" -m venv .venv-rclpy
-    .venv-rclpy/bin/python -m pip install --quiet --no-compile --disable-pip-version-check --prefer-binary \
+    pip_install .venv-rclpy --prefer-binary \
         "ros-rclpy[fastrtps]==$rclpy" ros-std-msgs ros-geometry-msgs ros-diagnostic-msgs \
         ros-nav-msgs
     touch "$stamp"

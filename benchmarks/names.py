@@ -15,7 +15,7 @@ import csv
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -72,6 +72,12 @@ def finder(name: str) -> tuple[PhonemeScorer, NameFinder, int]:
     return network, NameFinder(network, name), network.count_phones(name)
 
 
+@cache
+def recognizer(name: str) -> Recognizer:
+    """A recognizer of a robot with a name; empty if it has none."""
+    return Recognizer(find_language(None), Recognition(name=name))
+
+
 def in_room(
     clips: Sequence[Clip], room: str, ratio: int | None, others: Sequence[Clip]
 ) -> tuple[Sound, list[tuple[float, float]]]:
@@ -88,13 +94,13 @@ def hear_names(
     """Whether voz hears each recording of a name in a room, and how well it fits, nats."""
     name, room, ratio = job
     stream, said = in_room([c for c in clips if c.text == name], room, ratio, others)
-    recognizer = Recognizer(find_language(None), Recognition(name=name))
-    woken = [h for h in recognizer.decode(stream, SAMPLE_RATE) if h.named]
+    woken = [h for h in recognizer(name).decode(stream, SAMPLE_RATE) if h.named]
     network, names, _ = finder(name)
     scores = []
     for begin, end in said:
         part = stream[max(0, int((begin - 0.5) * SAMPLE_RATE)) : int((end + 0.5) * SAMPLE_RATE)]
-        scores.append(names.best(network.phone_likelihoods(to_samples(part, SAMPLE_RATE))).score)
+        sounds = network.phone_likelihoods(to_samples(part, SAMPLE_RATE))
+        scores.append(names.best(sounds, alone=True).score)
     heard = [any(h.start < end and h.end > begin for h in woken) for begin, end in said]
     return heard, scores
 
@@ -122,10 +128,9 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
             piece = to_samples(sound[at : at + PIECE], SAMPLE_RATE)
             sounds = network.phone_likelihoods(piece)
             for number, (_, finds, _) in enumerate(found):
-                scores[number].append(finds.best(sounds).score)
-                if finds.best(sounds, alone=False).score >= NEARLY:
-                    recognizer = Recognizer(find_language(None), Recognition(name=names[number]))
-                    heard = recognizer.decode(piece, SAMPLE_RATE)
+                scores[number].append(finds.best(sounds, alone=True).score)
+                if finds.best(sounds).score >= NEARLY:
+                    heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
                     alarms[number] += sum(utterance.named for utterance in heard)
     return Talk(samples / SAMPLE_RATE / 3600, scores, alarms)
 
@@ -135,12 +140,12 @@ def in_parts(clips: Sequence[Clip], parts: int) -> Iterator[Sequence[Clip]]:
     yield from (clips[part::parts] for part in range(parts))
 
 
-def cost(sounds: Sequence[Sound], settings: Recognition) -> float:
-    """CPU time for each utterance of some sentences, ms."""
-    recognizer = Recognizer(find_language(None), settings)
-    recognizer.decode(sounds[0], SAMPLE_RATE)
+def cost(sounds: Sequence[Sound], name: str) -> float:
+    """CPU time for each utterance of some sentences to a robot with a name, or none, ms."""
+    decode = recognizer(name).decode
+    decode(sounds[0], SAMPLE_RATE)
     begun = time.process_time()
-    utterances = sum(len(recognizer.decode(sound, SAMPLE_RATE)) for sound in sounds)
+    utterances = sum(len(decode(sound, SAMPLE_RATE)) for sound in sounds)
     return (time.process_time() - begun) / utterances * 1000
 
 
@@ -192,7 +197,7 @@ def main(
         alarms = alarm_rate(sum(part.alarms[at] for part in of_talk), hours)
         print(f"| {name} | {finder(name)[2]} | {alarm_rate_text(alarms)} |")
     sounds = [read(clip) for clip in talk[:SENTENCES_TIMED]]
-    plain, named = cost(sounds, Recognition()), cost(sounds, Recognition(name=every[0]))
+    plain, named = cost(sounds, ""), cost(sounds, every[0])
     print(f"\nCPU for an utterance without a name: {plain:.0f} ms; with the setting {named:.0f} ms")
 
 

@@ -129,6 +129,7 @@ def main(
         list[str] | None, typer.Argument(metavar="STREAM...", help="Some of them; else all.")
     ] = None,
     engine: Annotated[str, typer.Option(help="As for `voz eval`.")] = "voz",
+    name: Annotated[str, typer.Option(help="A name that the robot has, and nobody says.")] = "",
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Processes; else one for each core.")
     ] = None,
@@ -140,7 +141,7 @@ def main(
     console = Console(stderr=True)
     try:
         tasks = streams(folder, names or [])
-        choice = EngineChoice(engine, LanguageFiles(LM), Recognition())
+        choice = EngineChoice(engine, LanguageFiles(LM), Recognition(name=name))
         with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
             outcomes = in_processes(partial(recognize, choice=choice), tasks, jobs)
             heard = list(progress.track(outcomes, len(tasks), description=engine))

@@ -136,7 +136,9 @@ def test_a_robot_of_ones_own_receives_what_is_obeyed(tmp_path: Path) -> None:
         check=True,
     )
     lines = done.stdout.splitlines()
-    assert lines == ["obeyed: go forward", "lamp on", "obeyed: stop", "lamp off"], done.stderr
+    assert lines[:2] == ["obeyed: go forward", "lamp on"], done.stderr
+    # A zero overtakes what a busy robot has not taken yet.
+    assert sorted(lines[2:]) == ["lamp off", "obeyed: stop"], done.stderr
 
 
 def read_by_nobody(name: str, *arguments: object, sound: bytes = b"") -> tuple[int, bytes]:

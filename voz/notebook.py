@@ -8,7 +8,6 @@ from __future__ import annotations
 from base64 import b64encode
 from collections import deque
 from collections.abc import Iterable
-from html import escape
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,6 +39,8 @@ def keep_sounds(heard: Iterable[Utterance], samples: Samples) -> None:
 
 def utterance_html(utterance: Utterance) -> str:
     """Describe an utterance in HTML, with a player if its sound is known."""
+    from html import escape  # 0.5 MB that no run without a notebook needs
+
     text = f"“{escape(utterance.text)}”" if utterance.text else "no command"
     rows = "".join(
         f"<tr><th style='text-align:left'>{who}</th>"

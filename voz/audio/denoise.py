@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.quantile import quantile
 
 Floats = npt.NDArray[np.float64]
 
@@ -33,7 +34,9 @@ def frame_energies(samples: Samples | Floats) -> Floats:
 def is_noisy(samples: Samples) -> bool:
     """Whether a stretch of speech, with a margin on either side, has noise in it."""
     found = frame_energies(samples)
-    return len(found) > 0 and bool(np.ptp(np.percentile(found, (10, 95))) < MAX_NOISY_RANGE)
+    if not len(found):
+        return False
+    return bool(quantile(found, 0.95) - quantile(found, 0.1) < MAX_NOISY_RANGE)
 
 
 def denoise_if_noisy(samples: Samples) -> Samples:
@@ -63,7 +66,7 @@ def denoise(samples: Samples) -> Samples:
 
 def _gains(power: Floats) -> Floats:
     """Return the share of speech in each band of each frame; `power` is (n, bands)."""
-    noise = np.quantile(_smooth(power), NOISE_QUANTILE, axis=0) + 1e-9
+    noise = quantile(_smooth(power), NOISE_QUANTILE) + 1e-9
     above = power / noise
     before = np.maximum(above[0] - 1, 0)
     gains: Floats = np.empty_like(power)

@@ -7,12 +7,12 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
 import msgspec
 from msgspec.structs import replace
 
+from voz.checksum import sha256
 from voz.errors import LanguageError
 from voz.files import atomic_write
 from voz.language.acoustics.language_info import LanguageInfo

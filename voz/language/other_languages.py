@@ -10,9 +10,9 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
+from voz.checksum import sha256
 from voz.errors import ConfigError, LanguageError
 from voz.files import data_folder, shown_path
 from voz.language.acoustics.acoustic_model import unusable_model

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import zipfile
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -11,6 +10,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from voz.checksum import sha256
 from voz.files import atomic_write
 
 Floats = npt.NDArray[np.float32]
@@ -77,7 +77,7 @@ def fingerprint_of(file: str | None = None) -> str:
 
 def fingerprint(file: BinaryIO) -> str:
     """The first digits of the SHA-256 of a file's content."""
-    digest = hashlib.sha256()
+    digest = sha256()
     while block := file.read(READ_BYTES):
         digest.update(block)
     return digest.hexdigest()[:FINGERPRINT_DIGITS]

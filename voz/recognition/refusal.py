@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-import numpy as np
-
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.denoise import frame_energies
+from voz.audio.quantile import quantile
 from voz.events import Reason
 from voz.recognition.confidence import word_ratio
 from voz.recognition.evidence import Evidence
@@ -39,7 +38,7 @@ SAID_SCORE, UNSAID_SCORE = 1.0, 0.0
 def unusable_sound(samples: Samples, trust: float) -> Reason | None:
     """Why a sound of 16 kHz cannot be judged, if so; `trust` is how surely it is speech, 0 to 1."""
     loudness = frame_energies(samples)
-    if len(loudness) and np.percentile(loudness, 95) < MIN_LEVEL:
+    if len(loudness) and quantile(loudness, 0.95) < MIN_LEVEL:
         return "too_quiet"
     if len(samples) < MIN_DURATION * SAMPLE_RATE:
         return "too_short"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import functools
-import hashlib
 import os
 import shutil
 import stat
@@ -12,6 +11,7 @@ import tempfile
 import threading
 from pathlib import Path
 
+from voz.checksum import sha256
 from voz.errors import SpeechError
 from voz.speech.festival import check_known, speakable, synthesize_speech
 
@@ -31,7 +31,7 @@ def cached_speech(text: str, voice: str, cancelled: threading.Event | None = Non
     plain = speakable(text, voice)
     check_known(voice)
     folder = _cache_folder()
-    key = hashlib.sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
+    key = sha256(f"{CACHE_FORMAT}\n{voice}\n{plain}".encode()).hexdigest()[:32]
     try:
         wav = _find_in(folder, key) or _render_into(folder, key, plain, voice, cancelled)
     except OSError as error:
@@ -76,7 +76,7 @@ def _digest_of_own(path: Path) -> str | None:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid():
             return None
-        digest = hashlib.sha256()
+        digest = sha256()
         while block := file.read(2**16):
             digest.update(block)
     return digest.hexdigest()[:32]

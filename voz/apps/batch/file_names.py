@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from hashlib import sha256
 from pathlib import Path
 
+from voz.checksum import sha256
 from voz.files import check_new
 
 LONGEST_FILE_NAME = 200

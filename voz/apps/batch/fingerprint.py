@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -12,6 +11,7 @@ import msgspec
 
 from voz import __version__
 from voz.apps.batch.outcomes import DETAIL_COLUMNS
+from voz.checksum import sha256
 from voz.errors import ConfigError
 from voz.files import read_bytes
 from voz.language.generated.language_files import LanguageFiles
@@ -101,7 +101,7 @@ def digest_of(names: Iterable[str]) -> str:
 
 
 def _digest(*parts: bytes) -> str:
-    whole = hashlib.sha256()
+    whole = sha256()
     for part in parts:
         whole.update(len(part).to_bytes(8, "big") + part)
     return whole.hexdigest()[:16]

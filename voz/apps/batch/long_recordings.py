@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from hashlib import sha256
 from itertools import chain, pairwise
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import header_seconds, read_blocks
 from voz.audio.endpointing.frame_levels import FRAME
 from voz.audio.endpointing.segmenter import WARM_UP_FRAMES, VoiceFlags, webrtc_detector
+from voz.checksum import sha256
 from voz.errors import AudioError
 from voz.events import Utterance
 from voz.recognition.details import NO_DETAILS, Details

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from hashlib import sha256
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
@@ -21,6 +20,7 @@ from msgspec.structs import replace
 
 from voz.apps.batch.locations import local_copy, stamps_path
 from voz.apps.batch.remote import is_remote, local_recording, remote_info
+from voz.checksum import sha256
 from voz.errors import ConfigError, VozError
 from voz.events import to_json
 from voz.files import atomic_write, os_errors_as_config_error, shown_path

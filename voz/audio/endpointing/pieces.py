@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
+from voz.audio.quantile import quantile
 
 STEADY_QUANTILE = 0.5
 """Quantile of the levels that is the steady noise: motors, or a radio."""
@@ -29,7 +29,7 @@ def pieces(levels: Sequence[float], above: float, pause: int) -> tuple[float, li
     Returns:
         The level of the noise, dB, and the pieces in order.
     """
-    usual = float(np.quantile(levels, STEADY_QUANTILE))
+    usual = float(quantile(levels, STEADY_QUANTILE))
     found: list[Piece] = []
     for frame, level in enumerate(levels):
         if level <= usual + above:

@@ -10,9 +10,9 @@ import fcntl
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from hashlib import sha256
 from pathlib import Path
 
+from voz.checksum import sha256
 from voz.errors import LanguageError
 from voz.files import read_bytes, shown_path
 from voz.language.generated.jsgf_grammar import jsgf

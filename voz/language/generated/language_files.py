@@ -6,9 +6,9 @@ import os
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
+from voz.checksum import sha256
 from voz.errors import CommandsError, LanguageError
 from voz.files import read_bytes, read_json, shown_path
 from voz.language.acoustics.language_info import LanguageInfo, english

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 import shutil
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Annotated
 import msgspec
 from msgspec.structs import replace
 
+from voz.checksum import sha256
 from voz.errors import ConfigError
 from voz.files import (
     MAX_SETTINGS_BYTES,
@@ -124,7 +124,7 @@ def learned_file(profile: str, device: str) -> Path:
     """The file of what was learned of a profile and a microphone; raises ConfigError."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", device)[:60].strip("-")
     # Two devices may differ only in what a file name cannot have.
-    digest = hashlib.sha256(device.encode(errors="backslashreplace")).hexdigest()[:8]
+    digest = sha256(device.encode(errors="backslashreplace")).hexdigest()[:8]
     return profile_folder(profile) / LEARNED_FOLDER / f"{name}-{digest}.json"
 
 

@@ -25,6 +25,9 @@ RATIOS = ((0.50, 5, 15), (0.25, -3, 8), (0.25, 12, 28))
 """How often the speech is louder than the noise by how much, dB."""
 
 
+FAST_STEP = 1024
+
+
 class Pool(Protocol):
     """Where clips come from at random."""
 
@@ -110,22 +113,29 @@ def _in_room(sound: Sound, rng: Random) -> Sound:
     echo[: int(rng.uniform(0.001, 0.01) * SAMPLE_RATE)] = 0
     echo *= 10 ** (rng.uniform(-12, 3) / 20) / (np.sqrt((echo**2).sum()) + 1e-9)
     echo[0] = 1
-    size = len(sound) + len(echo)
+    size = fast_size(len(sound) + len(echo))
     both = np.fft.rfft(sound, size) * np.fft.rfft(echo, size)
     return np.fft.irfft(both, size)[: len(sound)].astype(np.float32)
 
 
 def _through_device(sound: Sound, rng: Random) -> Sound:
     """An uneven response of up to 12 dB, sometimes the band of a telephone, sometimes clipped."""
-    spectrum = np.fft.rfft(sound)
-    frequency = np.fft.rfftfreq(len(sound), 1 / SAMPLE_RATE)
+    size = fast_size(len(sound))
+    spectrum = np.fft.rfft(sound, size)
+    frequency = np.fft.rfftfreq(size, 1 / SAMPLE_RATE)
     corners = np.array([0, 100, 250, 500, 1000, 2000, 4000, 8000])
     gain = np.interp(np.log1p(frequency), np.log1p(corners), rng.uniform(-6, 6, len(corners)))
     if rng.random() < 0.25:
         low, high = rng.uniform(100, 350), rng.uniform(3000, 4500)
         gain -= 40 * ((frequency < low) | (frequency > high))
-    sound = np.fft.irfft(spectrum * 10 ** (gain / 20), len(sound)).astype(np.float32)
+    filtered = np.fft.irfft(spectrum * 10 ** (gain / 20), size)
+    sound = filtered[: len(sound)].astype(np.float32)
     if rng.random() < 0.1:
         limit = rng.uniform(0.3, 1) * np.abs(sound).max()
         sound = np.clip(sound, -limit, limit)
     return sound
+
+
+def fast_size(size: int) -> int:
+    """The next size without large prime factors: these make a Fourier transform slow."""
+    return -(-size // FAST_STEP) * FAST_STEP

@@ -79,21 +79,21 @@ def recognizer(name: str) -> Recognizer:
 
 
 def in_room(
-    clips: Sequence[Clip], room: str, ratio: int | None, others: Sequence[Clip]
+    clips: Sequence[Clip], room: str, ratio: int | None, others: Sequence[Clip], seed: int
 ) -> tuple[Sound, list[tuple[float, float]]]:
     """A stream of names in a room, and when each is said, s."""
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(seed)
     sound = None if ratio is None else background(room, EVERY * (len(clips) + 1), others, rng)
     stream, said = mixed(clips, sound, ratio, rng)
     return stream, [(begin, end) for begin, end, _, _ in said]
 
 
 def hear_names(
-    job: tuple[str, str, int | None], clips: Sequence[Clip], others: Sequence[Clip]
+    job: tuple[str, str, int | None], clips: Sequence[Clip], others: Sequence[Clip], seed: int
 ) -> tuple[list[bool], list[float]]:
     """Whether voz hears each recording of a name in a room, and how well it fits, nats."""
     name, room, ratio = job
-    stream, said = in_room([c for c in clips if c.text == name], room, ratio, others)
+    stream, said = in_room([c for c in clips if c.text == name], room, ratio, others, seed)
     woken = [h for h in recognizer(name).decode(stream, SAMPLE_RATE) if h.named]
     network, names, _ = finder(name)
     scores = []
@@ -159,6 +159,7 @@ def main(
     manifests: Annotated[list[Path], typer.Argument(help="List talk and noise.")],
     also: Annotated[list[str] | None, typer.Option(help="A name for false alarms alone.")] = None,
     share: Annotated[int, typer.Option(min=1, help="Hear one of so many sentences.")] = 1,
+    seed: Annotated[int, typer.Option(help="Of the rooms.")] = SEED,
 ) -> None:
     """Print misses of names, and false alarms.
 
@@ -173,7 +174,7 @@ def main(
     console = Console(stderr=True)
     with ProcessPoolExecutor() as pool:
         parts = pool.map(partial(hear_talk, names=every), in_parts(talk, 16))
-        heard = pool.map(partial(hear_names, clips=clips, others=others), jobs)
+        heard = pool.map(partial(hear_names, clips=clips, others=others, seed=seed), jobs)
         of_talk = list(track(parts, "talk", 16, console=console, transient=True))
         in_rooms = dict(
             zip(

@@ -14,7 +14,9 @@ from voz.audio.endpointing.segment import Segment
 from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.confidence import Context
 from voz.recognition.hypothesis import Hypothesis
+from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.recognition.recognizer import Recognizer
+from voz.recognition.robot_name import MIN_ALLOWANCE, allowance_of
 from voz.speech.speech_cache import cached_speech
 
 NAME = "hey robot"
@@ -153,8 +155,16 @@ def test_a_name_and_questions_need_the_network_and_the_grammar(
 def test_a_short_name_is_told_to_be_one(named: Recognizer, recognizer: Recognizer) -> None:
     assert (named.name_advice, recognizer.name_advice) == ("", "")
     short = Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(name="Max"))
-    assert 'the name "max" has 4 phones' in short.name_advice
+    assert 'the name "max" has few sounds' in short.name_advice
     assert 'better is "hey max"' in short.name_advice
+
+
+def test_a_name_of_rare_sounds_may_be_said_less_clearly() -> None:
+    said = {"snowboy": "S N OW B OY", "athena": "AH TH IY N AH", "hey": "HH EY"}
+    network = PhonemeScorer({word: [phones.split()] for word, phones in said.items()})
+    rare, common, longer = (allowance_of(network, n) for n in ("snowboy", "athena", "hey snowboy"))
+    assert MIN_ALLOWANCE <= common < rare < longer
+    assert allowance_of(network, "hey") == MIN_ALLOWANCE
 
 
 @pytest.mark.parametrize(("name", "command"), [("point deer", "point beer"), ("hey robot", "")])

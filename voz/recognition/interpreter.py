@@ -24,7 +24,7 @@ from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
-from voz.recognition.robot_name import NAME_SAMPLES_BEFORE, advice_on_name
+from voz.recognition.robot_name import NAME_SAMPLES_BEFORE, advice_on_name, allowance_of
 from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
@@ -75,8 +75,8 @@ class Interpreter:
         self._spotter = _spotter(network, self.commands, settings.never_missed)
         self._name = settings.name
         self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
-        phones = network.count_phones(settings.name) if network and settings.name else 0
-        self._name_advice = partial(advice_on_name, language, settings.name, phones)
+        allowance = allowance_of(network, settings.name) if network and settings.name else 0.0
+        self._name_advice = partial(advice_on_name, language, settings.name, allowance)
         words = self.commands.longest + len(settings.name.split())
         self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * words
         self.rule = DecisionRule(self.commands, self.model, settings)

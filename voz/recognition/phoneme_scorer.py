@@ -144,6 +144,7 @@ class PhonemeScorer:
             word: [[numbers[phone] for phone in phones] for phones in spelled]
             for word, spelled in known.items()
         }
+        self._phone_names = list(symbols)
         self._blank = len(symbols)
         self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
         self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
@@ -205,18 +206,23 @@ class PhonemeScorer:
         """Prepare to search all sentences of an automaton."""
         return SentenceSearch(automaton, self._pronunciations, self._blank, REWARD_PER_PHONE)
 
-    def lattice_of(self, text: str) -> Lattice:
-        """The lattice of one sentence."""
-        return lattice([[self._pronunciations[word] for word in text.split()]], self._blank)
+    def lattice_of(self, *sentences: str) -> Lattice:
+        """The lattice of sentences; their words have pronunciations."""
+        words = [[self._pronunciations[word] for word in text.split()] for text in sentences]
+        return lattice(words, self._blank)
+
+    def phones(self, text: str) -> list[str]:
+        """The phones of a sentence by the first pronunciation of each word."""
+        numbers = (number for word in text.split() for number in self._pronunciations[word][0])
+        return [self._phone_names[number] for number in numbers]
 
     def count_phones(self, text: str) -> int:
         """Count the phones of a sentence by the first pronunciation of each word."""
         return sum(len(self._pronunciations[word][0]) for word in text.split())
 
     def _make_lattice(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
-        words = [[self._pronunciations[word] for word in text.split()] for text in commands]
         phones = np.array([*map(self.count_phones, commands)])
-        return np.maximum(REWARD_PER_PHONE * phones, MIN_REWARD), lattice(words, self._blank)
+        return np.maximum(REWARD_PER_PHONE * phones, MIN_REWARD), self.lattice_of(*commands)
 
 
 def load_network(file: str | None = None) -> PhonemeNetwork:

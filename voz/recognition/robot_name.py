@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -29,12 +30,17 @@ SETTING = "[recognition] name"
 NAME_THRESHOLD = 0.5
 """The confidence that a name needs, 0 to 1."""
 
-ALLOWANCE = 0.225
-"""A name may fit worse than the likeliest phones by so many nats times its phones squared.
+ALLOWANCES_FILE = Path(__file__).with_name("name_allowances.tsv")
+"""For each phone: how much less often talk sounds like a name that has it, nats."""
 
-In 5 h of sentences 17 names of four to ten phones reached that nine times, .11 an hour each;
-without `PENALTY_JUST_AFTER` 35 times.
+SHARE, NAME_COST = 0.85, 5.3
+"""A name may fit worse than the likeliest phones by so much of the sum over its phones, less this,
+nats. The whole sum would be as many false alarms for each name (`tools/fit_name_allowances.py`),
+but those of few or common phones miss more for each nat than the others win.
 """
+
+MIN_ALLOWANCE = 5.0
+"""So much worse may any name fit, nats."""
 
 CONFIDENCE_SCALE = 3.5
 """Nats by which the odds of a name change by a factor of e."""
@@ -42,7 +48,8 @@ CONFIDENCE_SCALE = 3.5
 NAME_SAMPLES_BEFORE = SAMPLE_RATE
 """A name may begin so long before a segment: a speaker may pause between two words of it."""
 
-GOOD_NAME_PHONES = 7
+GOOD_ALLOWANCE = 10.0
+"""A name that may fit worse by less, nats, is missed more often."""
 
 COMMANDS_BESIDE_NAME = 1000
 """Commands with which a name is compared; of more, a sample."""
@@ -87,16 +94,29 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     return replace(language, pronunciations={**language.pronunciations, **with_accents(more)})
 
 
-def advice_on_name(language: Language, name: str, phones: int) -> str:
+def allowance_of(network: PhonemeScorer, name: str) -> float:
+    """How much worse a name may fit than the likeliest phones, nats."""
+    allowances = read_allowances()
+    total = sum(allowances[phone] for phone in network.phones(name))
+    return max(MIN_ALLOWANCE, SHARE * total - NAME_COST)
+
+
+def read_allowances() -> dict[str, float]:
+    """Read what each phone adds to the allowance of a name, nats."""
+    lines = ALLOWANCES_FILE.read_text(encoding="utf-8").splitlines()
+    return {phone: float(nats) for phone, nats in (line.split("\t") for line in lines)}
+
+
+def advice_on_name(language: Language, name: str, allowance: float) -> str:
     """Say what would make a name better; empty if it is good."""
     if command := _sounds_like(language, name):
         return f'the name "{name}" sounds like "{command}"; better is one of other sounds'
-    if phones >= GOOD_NAME_PHONES:
+    if allowance >= GOOD_ALLOWANCE:
         return ""
     longer = f"{name} robot" if name.startswith("hey ") else f"hey {name}"
     return (
-        f'the name "{name}" has {phones} phones, as many words have: it is missed, and heard '
-        f'where nobody said it, more than one of {GOOD_NAME_PHONES}; better is "{longer}"'
+        f'the name "{name}" has few sounds, or such as many words have: it is missed more often '
+        f'than a longer one; better is "{longer}"'
     )
 
 
@@ -136,7 +156,7 @@ class NameFinder:
     def __init__(self, network: PhonemeScorer, name: str) -> None:
         """Prepare to find a name, the words of which have pronunciations."""
         self._name = network.lattice_of(name)
-        self._allowance = ALLOWANCE * network.count_phones(name) ** 2
+        self._allowance = allowance_of(network, name)
 
     def find(
         self, sounds: PhoneLikelihoods, earliest_end: float, alone: bool = False
@@ -155,14 +175,20 @@ class NameFinder:
         self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False
     ) -> NameMatch:
         """Find where the name fits best; arguments are those of `find`."""
-        begun = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
-        before = PENALTY_JUST_BEFORE * (begun - _moved(begun, -JUST_BEFORE))
-        after = PENALTY_JUST_AFTER * (_moved(begun, JUST_AFTER + 1) - _moved(begun, 1))
-        too_early = np.where(np.arange(len(begun)) < _moments(earliest_end), np.inf, 0.0)
+        before, after = said_alone(sounds)
+        too_early = np.where(np.arange(len(after)) < _moments(earliest_end), np.inf, 0.0)
         found = best_matches(sounds.relative, before, too_early + after * alone, self._name)
         seconds = MOMENT / SAMPLE_RATE
         begin, end = int(found.begins[0]) * seconds, (int(found.ends[0]) + 1) * seconds
         return NameMatch(float(found.scores[0]) + self._allowance, begin, end)
+
+
+def said_alone(sounds: PhoneLikelihoods) -> tuple[Floats, Floats]:
+    """Nats against a name that begins at each moment, or ends there, for what is said around it."""
+    begun = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
+    before = PENALTY_JUST_BEFORE * (begun - _moved(begun, -JUST_BEFORE))
+    after = PENALTY_JUST_AFTER * (_moved(begun, JUST_AFTER + 1) - _moved(begun, 1))
+    return before, after
 
 
 def _moved(counted: Floats, moments: int) -> Floats:

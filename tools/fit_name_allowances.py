@@ -101,7 +101,8 @@ def reached(best: Floats, hours: float) -> Floats:
     ranks = np.arange(FIRST, min(LAST, len(best)) + 1)
     rarer = np.log((ranks - 0.5) / (OFTEN * hours))
     highest = -np.sort(-best, axis=0)[ranks - 1]
-    return np.linalg.lstsq(np.stack([np.ones(len(ranks)), rarer], axis=1), highest)[0][0]
+    lines = np.linalg.lstsq(np.stack([np.ones(len(ranks)), rarer], axis=1), highest)[0]
+    return np.asarray(lines[0])
 
 
 def fit(counts: Floats, scores: Floats) -> tuple[float, Floats]:

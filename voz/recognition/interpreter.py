@@ -24,7 +24,7 @@ from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
-from voz.recognition.robot_name import NAME_SAMPLES_BEFORE, advice_on_name, allowance_of
+from voz.recognition.robot_name import NAME_SAMPLES_BEFORE, advice_on_name
 from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile
@@ -75,8 +75,11 @@ class Interpreter:
         self._spotter = _spotter(network, self.commands, settings.never_missed)
         self._name = settings.name
         self.samples_before = CONTEXT_SAMPLES + (NAME_SAMPLES_BEFORE if settings.name else 0)
-        allowance = allowance_of(network, settings.name) if network and settings.name else 0.0
-        self._name_advice = partial(advice_on_name, language, settings.name, allowance)
+        self._name_advice = (
+            partial(advice_on_name, language, network, settings.name)
+            if network and settings.name
+            else None
+        )
         words = self.commands.longest + len(settings.name.split())
         self.longest = PAUSE_ALLOWANCE + MAX_WORD_SECONDS * words
         self.rule = DecisionRule(self.commands, self.model, settings)
@@ -177,7 +180,7 @@ class Interpreter:
     @property
     def name_advice(self) -> str:
         """What would make the robot's name better; empty if it is good, or there is none."""
-        return self._name_advice() if self._name else ""
+        return self._name_advice() if self._name_advice else ""
 
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""

@@ -218,7 +218,7 @@ class PhonemeScorer:
 
     def count_phones(self, text: str) -> int:
         """Count the phones of a sentence by the first pronunciation of each word."""
-        return sum(len(self._pronunciations[word][0]) for word in text.split())
+        return len(self.phones(text))
 
     def _make_lattice(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
         phones = np.array([*map(self.count_phones, commands)])

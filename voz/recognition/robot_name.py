@@ -107,11 +107,11 @@ def read_allowances() -> dict[str, float]:
     return {phone: float(nats) for phone, nats in (line.split("\t") for line in lines)}
 
 
-def advice_on_name(language: Language, name: str, allowance: float) -> str:
+def advice_on_name(language: Language, network: PhonemeScorer, name: str) -> str:
     """Say what would make a name better; empty if it is good."""
     if command := _sounds_like(language, name):
         return f'the name "{name}" sounds like "{command}"; better is one of other sounds'
-    if allowance >= GOOD_ALLOWANCE:
+    if allowance_of(network, name) >= GOOD_ALLOWANCE:
         return ""
     longer = f"{name} robot" if name.startswith("hey ") else f"hey {name}"
     return (

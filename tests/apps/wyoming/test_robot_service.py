@@ -150,9 +150,9 @@ def test_a_transcript_drives_and_is_answered_by_the_reply(
     since = len(robot.arrived)
     assert assistant.handled("dance") == "one"
     assert assistant.handled("Go forward.") == "go forward"
-    robot.wait_for(moves, since)
+    moved = robot.wait_for(moves, since)
     assert assistant.handled("stop") == "stop"
-    assert rests(robot.of("cmd_vel")[-1])
+    robot.wait_for(rests, robot.arrived.index(moved))
     answer = assistant.order("go sideways")
     assert NotRecognized.is_type(answer.type)
     given = [event for event in robot.of("utterance") if event["obeyed"]]

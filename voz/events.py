@@ -101,7 +101,8 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         meant: of typed text that is no command the one that is nearest to it, if any is.
         words: when each word of `text` was said, if asked for.
         best: the sentences that fit best, `text` first, as many as were asked for.
-        named: whether the robot's name was said before it, or is all that was said.
+        named: whether the robot's name was said before it, or is all that was said, or a button to
+            talk to the robot was held meanwhile.
         perhaps: where the robot asks back, the one or two commands that it may nearly surely be.
     """
 

@@ -45,6 +45,7 @@ class OpenMicrophone(Protocol):
         arrived: monotonic arrival time of the block that was taken last, s.
         blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
         whole: whether the stream that ended is complete; else what is open in it is dropped.
+        addressed: whether what is said is meant for the robot, as somebody holds a button to talk.
     """
 
     name: str
@@ -52,6 +53,7 @@ class OpenMicrophone(Protocol):
     arrived: float
     blocks_lost: int
     whole: bool
+    addressed: bool
 
     def __iter__(self) -> Iterator[Samples]:
         """Return itself."""
@@ -236,7 +238,7 @@ class Hearing:
             self._zeros = watch.zeros
             if self._recorder:
                 self._recorder.feed(block)
-            self._send(duplex.feed(block, microphone.arrived), self._stream_start(microphone, fed))
+            self._send(duplex.feed(block, microphone.arrived), microphone, fed)
             self.deaf = duplex.deaf
             self.background = duplex.background - FULL_SCALE_DB
             self._problem, self._failures = None, 0
@@ -245,17 +247,21 @@ class Hearing:
             if self._recognizer.commands is not commands:
                 break
         if microphone.whole:
-            self._send(duplex.finish(), self._stream_start(microphone, fed))
+            self._send(duplex.finish(), microphone, fed)
         self._busy_since, self._zeros = None, 0.0
         if self._recorder:
             self._recorder.end_stream()
 
-    def _stream_start(self, microphone: OpenMicrophone, fed: int) -> float:
-        return self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
-
-    def _send(self, events: Iterator[Utterance | Partial], begun: float) -> None:
+    def _send(
+        self, events: Iterator[Utterance | Partial], microphone: OpenMicrophone, fed: int
+    ) -> None:
+        """Put events of a stream, of which so many samples were fed, into the inbox."""
+        begun = self._clock() - (time.monotonic() - microphone.arrived) - fed / SAMPLE_RATE
+        needs_no_name = bool(self._recognizer.name) and microphone.addressed
         for event in events:
             told = self._to_run_time(event, begun)
+            if needs_no_name and isinstance(told, Utterance):
+                told = replace(told, named=True)
             self._inbox.put(told)
             if self._recorder and isinstance(told, Utterance):
                 self._recorder.mark(told, begun)

@@ -19,7 +19,7 @@ class NoMicrophone:
 
     name = "none"
     blocks_lost = 0
-    whole = False
+    whole = addressed = False
 
     def __init__(self) -> None:
         self.arrived = time.monotonic()

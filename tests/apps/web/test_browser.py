@@ -50,6 +50,17 @@ def shown_at(page: Page) -> float:
     return float(transform.split("(")[1].split("px")[0])
 
 
+def hold_to_talk(page: Page) -> None:
+    """Hold the button, until the mouse is up."""
+    talk = page.get_by_role("button", name="Hold to talk")
+    expect(talk).to_be_enabled()
+    box = talk.bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 20, box["y"] + 20)
+    page.mouse.down()
+    expect(ear(page)).to_have_text("hearing you")
+
+
 @pytest.mark.realtime
 def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     robot: PageRobot, context: BrowserContext
@@ -57,14 +68,8 @@ def test_what_is_said_while_the_button_is_held_drives_and_the_picture_shows_it(
     page = opened(context, robot.link)
     drive(page)
     since = robot.since
-    talk = page.get_by_role("button", name="Hold to talk")
-    expect(talk).to_be_enabled()
     before = shown_at(page)
-    box = talk.bounding_box()
-    assert box
-    page.mouse.move(box["x"] + 20, box["y"] + 20)
-    page.mouse.down()
-    expect(ear(page)).to_have_text("hearing you")
+    hold_to_talk(page)
     robot.robot.wait_for(moves, since)
     page.mouse.up()
     assert robot.robot.commands()[-1] == "go forward"
@@ -102,6 +107,26 @@ def test_hands_free_hears_until_it_is_switched_off_and_a_stop_switches_it_off(
     free.uncheck()
     expect(ear(page)).to_have_text("hold to talk")
     assert page.complaints == []  # type: ignore[attr-defined]
+
+
+@pytest.mark.realtime
+def test_a_name_is_needed_hands_free_but_not_while_the_button_is_held(
+    no_sound_card: dict[str, str], context: BrowserContext
+) -> None:
+    with page_robot(no_sound_card, "--listening", "--name", "hey computer") as robot:
+        page = opened(context, robot.link)
+        drive(page)
+        since = robot.since
+        page.get_by_label("hands-free").check()
+        expect(ear(page)).to_have_text("asleep")
+        robot.robot.wait_for(lambda e: e.get("ignored") == "asleep", since)
+        page.get_by_label("hands-free").uncheck()
+        assert robot.robot.commands() == []
+        hold_to_talk(page)
+        robot.robot.wait_for(moves, since)
+        page.mouse.up()
+        assert robot.robot.commands() == ["go forward"]
+        assert robot.robot.of("utterance")[-1]["named"]
 
 
 @pytest.mark.realtime

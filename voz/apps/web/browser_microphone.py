@@ -31,11 +31,12 @@ LATE_WARNING_INTERVAL = 5.0
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    """A block, its rate in Hz, and when it was heard on the monotonic clock, s."""
+    """A block, its rate in Hz, when it was heard on the monotonic clock, s, and `addressed`."""
 
     sound: Mono
     rate: float
     when: float
+    addressed: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +63,13 @@ class BrowserMicrophone:
         """Begin with no stream; `warn` takes a line when sound is late or missing."""
         self.arrived = time.monotonic()
         self.whole = True
+        self.addressed = False
         self._warn = warn
         self._warned_at = -LATE_WARNING_INTERVAL
         self._waiting: queue.Queue[_Item] = queue.Queue(MAX_BROWSER_BLOCKS)
         self._resampler: Resampler | None = None  # of the current stream
         self._rate = 0.0
+        self._held = False  # the button, for the current stream
         self._expected = False
         self._last = 0.0  # when sound came that was not late, on the monotonic clock, s
         self._broken = False  # sound is missing, and the stream was ended for that
@@ -85,10 +88,15 @@ class BrowserMicrophone:
         """Whether sound is expected: the button is held, or the page is hands-free."""
         return self._expected
 
-    def begin_stream(self, rate: float) -> None:
-        """Expect sound from now on, at so many Hz."""
+    @property
+    def is_held(self) -> bool:
+        """Whether sound is expected because the button is held."""
+        return self._expected and self._held
+
+    def begin_stream(self, rate: float, held: bool = False) -> None:
+        """Expect sound from now on, at so many Hz; `held`: for as long as the button is held."""
         self.end_stream(whole=False)
-        self._last, self._rate = time.monotonic(), rate
+        self._last, self._rate, self._held = time.monotonic(), rate, held
         self._expected, self._broken = True, False
 
     def take_block(self, sound: Mono, when: float) -> float | None:
@@ -104,7 +112,7 @@ class BrowserMicrophone:
             self._break(f"sound of the browser came {now - when:.1f} s late and is dropped")
             return now - when
         self._last, self._broken = now, False
-        self._put(_Block(sound, self._rate, when))
+        self._put(_Block(sound, self._rate, when, self._held))
         return None
 
     def note_gap(self) -> None:
@@ -136,7 +144,7 @@ class BrowserMicrophone:
             self.whole, self._resampler = item.whole, None
             raise StopIteration
         self._resampler = self._resampler or Resampler(item.rate)
-        self.arrived = item.when
+        self.arrived, self.addressed = item.when, item.addressed
         return self._resampler.feed(item.sound)
 
     def _break(self, why: str) -> None:

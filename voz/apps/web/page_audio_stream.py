@@ -95,7 +95,7 @@ class PageAudioStream:
             self._clock.add_answer(message.t, now, message.at / 1000)
         elif isinstance(message, Begin) and self._clock.is_known:
             self._next = None
-            self._microphone.begin_stream(self._rate)
+            self._microphone.begin_stream(self._rate, message.held)
         elif isinstance(message, Finish):
             self._microphone.end_stream(whole=True)
 

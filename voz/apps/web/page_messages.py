@@ -100,7 +100,9 @@ class Hello(msgspec.Struct, frozen=True, tag_field="type", tag="hello"):
 
 
 class Begin(msgspec.Struct, frozen=True, tag_field="type", tag="begin"):
-    """Sound follows."""
+    """Sound follows; `held`: a button is held meanwhile, so what is said is meant for the robot."""
+
+    held: bool = False
 
 
 class Finish(msgspec.Struct, frozen=True, tag_field="type", tag="end"):

@@ -53,10 +53,11 @@ class Microphone:
         alive: monotonic time of the last callback, s.
         arrived: monotonic arrival time of the block that was taken last, s.
         blocks_lost: number of dropped blocks, of `MICROPHONE_BLOCK_SECONDS` each.
-        whole: whether the end of the stream is the end of what was said; see `OpenMicrophone`.
+        whole, addressed: see `OpenMicrophone`.
     """
 
     whole = True
+    addressed = False
 
     def __init__(self, name: str, rate: int, channels: int) -> None:
         self.name = name

@@ -14,7 +14,7 @@ const actions = {
   microphone: ({ port, rate }) => sound.listenTo(port, rate),
   connect: ({ secret, number }) => sound.connect(secret, number),
   disconnect: () => sound.disconnect(),
-  begin: () => sound.begin(),
+  begin: ({ held }) => sound.begin(held),
   end: () => sound.end(),
 };
 

@@ -84,8 +84,8 @@ export class MainButton {
     else if (this.action === "allow") this.allow();
   }
 
-  talk(on) {
-    if (on && !this.microphone.begin()) {
+  talk(on, held = false) {
+    if (on && !this.microphone.begin(held)) {
       this.note("The connection for your sound is not open yet.");
       return;
     }
@@ -97,7 +97,8 @@ export class MainButton {
 
   // The button is pressed or released; hands-free goes on.
   hold(on) {
-    if (on ? this.action === "talk" : !this.isHandsFree) this.talk(on);
+    if (this.isHandsFree || (on && this.action !== "talk")) return;
+    this.talk(on, true);
   }
 
   // No sound is sent any more.

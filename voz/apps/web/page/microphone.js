@@ -58,10 +58,11 @@ export class Microphone {
     }
   }
 
-  begin() {
+  // `held`: for as long as the button is held, so what is said needs no name before it.
+  begin(held) {
     this.context.resume();
     if (!this.ready) return false;
-    link.postMessage({ type: "begin" });
+    link.postMessage({ type: "begin", held });
     this.showNote("");
     return (this.talking = true);
   }

@@ -10,7 +10,7 @@ export class SoundSocket {
   constructor(tell, isPageThere) {
     this.tell = tell;
     this.isPageThere = isPageThere;
-    this.talking = false;
+    this.talking = this.held = false;
     this.number = 0;
     this.rate = 0; // Hz; 0 without a microphone
   }
@@ -55,12 +55,14 @@ export class SoundSocket {
     }
   }
 
-  begin() {
+  // What is said hands-free must not count as held, nor the other way round.
+  begin(held) {
     clearTimeout(this.ending);
-    if (!this.talking && this.isOpen()) {
-      this.socket.send('{"type":"begin"}');
-      this.talking = true;
-    }
+    const goesOn = this.talking && held === this.held;
+    if (goesOn || !this.isOpen()) return;
+    this.socket.send(JSON.stringify({ type: "begin", held }));
+    this.talking = true;
+    this.held = held;
   }
 
   // The last word is still sent.

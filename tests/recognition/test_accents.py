@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from voz.language.pronunciation.lexicon import PHONES
-from voz.recognition.accents import BRITISH_FILE, added, with_accents
+from voz.recognition.accents import BRITISH_FILE, added, with_british, with_rounded
 
 
 def test_the_open_o_is_also_said_rounded() -> None:
     words = {"stop": ("S", "T", "AA", "P"), "go": ("G", "OW")}
-    assert added(words, with_accents(words)) == {"stop(2)": ("S", "T", "AO", "P")}
+    assert added(words, with_rounded(words)) == {"stop(2)": ("S", "T", "AO", "P")}
 
 
 def test_it_is_an_o_that_is_written_and_no_r_that_follows() -> None:
     words = {"father": ("F", "AA", "DH", "ER"), "sorry": ("S", "AA", "R", "IY")}
-    assert with_accents(words) == words
+    assert with_rounded(words) == words
 
 
 def test_what_is_known_is_not_added_again_and_numbers_go_on() -> None:
@@ -23,7 +23,7 @@ def test_what_is_known_is_not_added_again_and_numbers_go_on() -> None:
         "rocks": ("R", "AA", "K", "S"),
         "rocks(2)": ("R", "AA", "K"),
     }
-    assert added(words, with_accents(words)) == {
+    assert added(words, with_rounded(words)) == {
         "rocks(3)": ("R", "AO", "K", "S"),
         "rocks(4)": ("R", "AO", "K"),
     }
@@ -31,7 +31,7 @@ def test_what_is_known_is_not_added_again_and_numbers_go_on() -> None:
 
 def test_british_pronunciations_are_added() -> None:
     words = {"half": ("HH", "AE", "F"), "hover": ("HH", "AH", "V", "ER")}
-    assert added(words, with_accents(words)) == {
+    assert added(words, with_british(words)) == {
         "half(2)": ("HH", "AA", "F"),
         "hover(2)": ("HH", "AO", "V", "ER"),
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -12,18 +12,30 @@ BRITISH_FILE = Path(__file__).with_name("british.tsv")
 """Words that are said otherwise outside America, with their phones there."""
 
 
-def with_accents(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
-    """Add pronunciations that American dictionaries lack to a dictionary.
+def with_british(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
+    """Add the pronunciations of `BRITISH_FILE` to a dictionary; variants are words, as `the(2)`.
 
-    They are those of `BRITISH_FILE` and the rounded vowel of `stop` and `rock`, which most accents
-    have. More (`start` without r) makes commands alike. Variants are words, as `the(2)`.
+    More (`start` without r) makes commands alike.
     """
+    return _with_variants(dictionary, lambda word, _: _british().get(word, ()))
+
+
+def with_rounded(dictionary: Mapping[str, Phones]) -> dict[str, Phones]:
+    """Add the rounded vowel of `stop` and `rock`, which most accents have, for pocketsphinx.
+
+    The network hears that vowel as a symbol of the American one.
+    """
+    return _with_variants(dictionary, lambda word, known: [_rounded(word, way) for way in known])
+
+
+def _with_variants(
+    dictionary: Mapping[str, Phones], variants: Callable[[str, list[Phones]], Iterable[Phones]]
+) -> dict[str, Phones]:
     more = dict(dictionary)
     for word, known in spellings(dictionary).items():
-        others = [*(_rounded(word, phones) for phones in known), *_british().get(word, ())]
-        new = [phones for phones in dict.fromkeys(others) if phones not in known]
-        for number, phones in enumerate(new, start=len(known) + 1):
-            more[f"{word}({number})"] = phones
+        new = [way for way in dict.fromkeys(variants(word, known)) if way not in known]
+        for number, way in enumerate(new, start=len(known) + 1):
+            more[f"{word}({number})"] = way
     return more
 
 

@@ -86,7 +86,7 @@ def load_decoder(language: Language, **settings: Any) -> Any:
     )
     try:
         decoder = pocketsphinx.Decoder(config)
-        for word, phones in added(language.dictionary, language.pronunciations).items():
+        for word, phones in added(language.dictionary, language.pocketsphinx_words).items():
             decoder.add_word(word, " ".join(phones), False)
     except (RuntimeError, ValueError) as error:
         raise LanguageError(_unusable(language.files.dictionary)) from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from voz.language.acoustics.language_info import LanguageInfo
 from voz.language.generated.file_checks import check_files
@@ -14,7 +15,7 @@ from voz.language.generated.language_files import (
     read_pronunciations,
 )
 from voz.language.sentences.command_set import Commands
-from voz.recognition.accents import Phones, with_accents
+from voz.recognition.accents import Phones, with_british, with_rounded
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Language:
         files: the language files, which pocketsphinx reads too.
         commands: all commands.
         dictionary: the phones of each word; variants, as `the(2)`, are words.
-        pronunciations: the same, with those of other accents.
+        pronunciations: the same, with British ones.
         spoken: which language it is, and its acoustic model.
     """
 
@@ -34,6 +35,11 @@ class Language:
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
     spoken: LanguageInfo
+
+    @cached_property
+    def pocketsphinx_words(self) -> Mapping[str, Phones]:
+        """The pronunciations that pocketsphinx needs, with the rounded vowel."""
+        return with_rounded(self.pronunciations) if self.spoken.is_english else self.pronunciations
 
 
 def load_language(files: LanguageFiles) -> Language:
@@ -45,5 +51,5 @@ def load_language(files: LanguageFiles) -> Language:
         from voz.language.other_languages import check_acoustic_model
 
         check_acoustic_model(spoken, files.folder)
-    said = with_accents(dictionary) if spoken.is_english else dictionary
+    said = with_british(dictionary) if spoken.is_english else dictionary
     return Language(files, read_commands(files), dictionary, said, spoken)

@@ -41,7 +41,7 @@ class PocketsphinxFinder:
         self._command_search = CommandSearch(language, settings.never_missed, profile.mllr)
         alone = settings.search == "grammar" and self._command_search.finds_alone
         self._decoder = None if alone else Decoder(language, settings.search, profile.mllr)
-        self._phones_of = language.pronunciations
+        self._phones_of = language.pocketsphinx_words
         self._usual = language.spoken.frames
         self._model = model
         self._voice = shared_voice_detector()

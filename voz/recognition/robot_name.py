@@ -13,7 +13,7 @@ from voz.errors import CommandsError, ConfigError
 from voz.events import NO, YES
 from voz.language.generated.language_files import list_sources
 from voz.language.pronunciation.lexicon import dictionary_entries
-from voz.recognition.accents import spellings, with_accents
+from voz.recognition.accents import spellings, with_british
 from voz.recognition.confidence import sigmoid
 from voz.recognition.ctc import Floats, best_matches
 from voz.recognition.language import Language
@@ -91,7 +91,7 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     except CommandsError as error:
         raise ConfigError(str(error)) from None
     more = {word: tuple(phones.split()) for word, phones in dictionary_entries(entries)}
-    return replace(language, pronunciations={**language.pronunciations, **with_accents(more)})
+    return replace(language, pronunciations={**language.pronunciations, **with_british(more)})
 
 
 def allowance_of(network: PhonemeScorer, name: str) -> float:

@@ -89,11 +89,11 @@ class BrowserMicrophone:
         return self._expected
 
     @property
-    def is_held(self) -> bool:
-        """Whether sound is expected because the button is held."""
-        return self._expected and self._held
+    def is_hands_free(self) -> bool:
+        """Whether sound is expected without a button that is held."""
+        return self._expected and not self._held
 
-    def begin_stream(self, rate: float, held: bool = False) -> None:
+    def begin_stream(self, rate: float, held: bool) -> None:
         """Expect sound from now on, at so many Hz; `held`: for as long as the button is held."""
         self.end_stream(whole=False)
         self._last, self._rate, self._held = time.monotonic(), rate, held

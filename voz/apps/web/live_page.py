@@ -166,14 +166,15 @@ class LivePage:
     ) -> Record:
         """The current state, on the server's thread."""
         linear, angular = parts.controller.velocities
-        held = self._microphone is not None and self._microphone.is_held
+        needs_name = self._microphone is None or self._microphone.is_hands_free
+        awake = parts.controller.awake or not needs_name
         busy_until = max(
             self._playback.busy_until(), parts.mixer.busy_until() if parts.mixer else 0.0
         )
         return {
             "t": self._clock.now(),
             "listening": parts.controller.listening,
-            "asleep": "" if parts.controller.awake or held else parts.controller.name,
+            "asleep": "" if awake else parts.controller.name,
             "rehearsing": parts.controller.rehearsing,
             # A reply that the page plays is known: whoever speaks meanwhile is heard.
             "speaking": busy_until > time.monotonic() and self._playback.replies() is None,

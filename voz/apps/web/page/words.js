@@ -39,9 +39,7 @@ export function ear(state, { mine, browserListens, microphoneOn, wake }) {
   if (browserListens && !mine) return state.driver ? ["off", "watching", ""] : ["off", "microphone off", ""];
   if (state.speaking) return ["waiting", "robot speaks", "hears only stop"];
   if (browserListens && !microphoneOn) return ["off", "microphone off", ""];
-  const needsNoName = browserListens && !state.talking; // as what comes next is that the button is held
-  const asleep = needsNoName ? "" : state.asleep;
-  const words = [asleep, state.listening ? "" : wake].filter(Boolean).join(", ");
+  const words = [state.asleep, state.listening ? "" : wake].filter(Boolean).join(", ");
   if (words) return ["waiting", "asleep", (state.talking ? "hears you: " : "") + `say “${words}”`];
   if (!browserListens) return ["hearing", "listening", "robot's microphone"];
   return state.talking ? ["hearing", "hearing you", ""] : ["ready", "hold to talk", ""];

@@ -41,6 +41,9 @@ LIKE = (
 )
 """Phones that are taken for one another."""
 
+Labels = list[tuple[str, ...] | None]
+"""The phones of each clip, where they are known."""
+
 _LIKE = {phone: group.split() for group in LIKE for phone in group.split()}
 
 
@@ -71,23 +74,31 @@ class Phones:
 
     def loss(self, likely: Tensor, labels: Sequence[Sequence[str]]) -> Tensor:
         """Connectionist temporal classification of what `log_probabilities` gives, nats a clip."""
-        targets = [torch.tensor([self.numbers[phone] for phone in label]) for label in labels]
+        targets = [self.numbers[phone] for label in labels for phone in label]
         return functional.ctc_loss(
             likely.transpose(0, 1),
-            torch.cat(targets),
+            torch.tensor(targets, device=likely.device),
             torch.full((len(labels),), likely.shape[1]),
-            torch.tensor([len(target) for target in targets]),
+            torch.tensor([len(label) for label in labels]),
             reduction="none",
             zero_infinity=True,
         )
 
     def within(
-        self, symbols: Tensor, label: Sequence[str], begin: int, end: int
-    ) -> tuple[str, ...] | None:
-        """Those phones of a clip that are said between two moments; None if that is not clear."""
-        likely = self.log_probabilities(symbols).cpu().numpy()
-        spans = align(likely, [self.numbers[phone] for phone in label])
-        return phones_within(spans, label, begin, end) if spans else None
+        self, symbols: Tensor, labels: Labels, starts: Sequence[int], moments: int
+    ) -> Labels:
+        """Those phones of each clip that are said in a stretch of it; None if that is not clear."""
+        known = [clip for clip, label in enumerate(labels) if label]
+        found: Labels = [None] * len(labels)
+        if not known:
+            return found
+        likely = self.log_probabilities(symbols[known]).cpu().numpy()
+        numbers = [[self.numbers[phone] for phone in labels[clip] or ()] for clip in known]
+        for clip, spans in zip(known, align(likely, numbers), strict=True):
+            begin = starts[clip]
+            if spans:
+                found[clip] = phones_within(spans, labels[clip] or (), begin, begin + moments)
+        return found
 
 
 def loss_of(

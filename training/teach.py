@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -20,13 +20,14 @@ import numpy as np
 import torch
 import typer
 from jiwer import wer
-from loss import Phones, loss_of
+from loss import Labels, Phones, loss_of
 from mixing import NOTHING, at_level, heard
 from network import Network
 from noises import Random, Sound
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from speech import Clip, Pool, load_pools, prepared, read
 from torch import Tensor
+from torch.utils.data import DataLoader, Dataset
 
 from voz.audio import SAMPLE_RATE
 from voz.recognition.network_file import (
@@ -57,7 +58,9 @@ silence around them hears nothing in a stretch that begins with a word."""
 CHECKED = 192
 """Clips of held-back speakers by which the network is judged."""
 
-Labels = list[tuple[str, ...] | None]
+
+AHEAD = 4
+"""Batches that each worker mixes before they are needed."""
 
 
 @dataclass
@@ -93,7 +96,10 @@ def teach(
     ] = DEFAULT_NETWORK,
     seed: Annotated[int, typer.Option(help="Of all that is random.")] = 1,
     check_every: Annotated[int, typer.Option(min=1, help="Steps between two checks.")] = 250,
-    threads: Annotated[int, typer.Option(min=1, help="Processor cores.")] = 1,
+    threads: Annotated[int, typer.Option(min=1, help="Processor cores that learn.")] = 1,
+    workers: Annotated[
+        int, typer.Option(min=0, help="Processes that mix what is heard, as a GPU needs.")
+    ] = 0,
     origin: Annotated[
         str, typer.Option(help="What the file says of the data it was made from.")
     ] = "",
@@ -124,7 +130,14 @@ def teach(
             licence=first.description.licence,
         ),
     )
-    run.go(chosen(held_back), steps=steps, size=batch, rate=rate, seed=seed, every=check_every)
+    batches = DataLoader(
+        Batches(pool, batch, seed),
+        batch_size=None,
+        sampler=range(run.step, steps),
+        num_workers=workers,
+        prefetch_factor=AHEAD if workers else None,
+    )
+    run.go(chosen(held_back), batches, steps=steps, rate=rate, seed=seed, every=check_every)
 
 
 def fail(why: str) -> NoReturn:
@@ -160,9 +173,9 @@ class Run:
     def go(
         self,
         held_back: Sequence[Clip],
+        batches: Iterable[Batch],
         *,
         steps: int,
-        size: int,
         rate: float,
         seed: int,
         every: int,
@@ -179,9 +192,8 @@ class Run:
             if self.step == 0:
                 progress.update(shown, errors=self.check(held_back, [0.0, 0.0]))
             losses: list[list[float]] = []
-            while self.step < steps:
-                rng = np.random.default_rng([seed, self.step])
-                batch = make_batch(self.pool, size, rng)
+            for batch in batches:
+                rng = np.random.default_rng([seed, self.step, 1])
                 losses.append(self.learn(batch, rate_at(self.step, steps, rate), rng))
                 self.step += 1
                 mean = np.mean(losses[-50:], axis=0)
@@ -209,11 +221,10 @@ class Run:
         whole = self.teacher(batch.clean.to(self.device))
         if whole.shape[1] == moments:
             return whole, batch.labels
-        said, labels = [], []
-        for clip, label, start in zip(whole, batch.labels, batch.starts, strict=True):
-            said.append(clip[start : start + moments])
-            within = label and self.phones.within(clip, label, start, start + moments)
-            labels.append(within or None)
+        said = [
+            clip[start : start + moments] for clip, start in zip(whole, batch.starts, strict=True)
+        ]
+        labels = self.phones.within(whole, batch.labels, batch.starts, moments)
         return torch.stack(said), labels
 
     def check(self, held_back: Sequence[Clip], losses: Sequence[float]) -> str:
@@ -271,6 +282,16 @@ def chosen(held_back: Sequence[Clip]) -> list[Clip]:
     while len(found) < CHECKED and any(by_speaker.values()):
         found += [clips.pop() for clips in by_speaker.values() if clips]
     return found[:CHECKED]
+
+
+class Batches(Dataset[Batch]):
+    """The batch of each step, whoever makes it."""
+
+    def __init__(self, pool: Pool, size: int, seed: int) -> None:
+        self.pool, self.size, self.seed = pool, size, seed
+
+    def __getitem__(self, step: int) -> Batch:
+        return make_batch(self.pool, self.size, np.random.default_rng([self.seed, step]))
 
 
 def make_batch(pool: Pool, size: int, rng: Random) -> Batch:

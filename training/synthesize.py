@@ -3,7 +3,8 @@
     python training/synthesize.py OUT
 
 Voices of other languages read English respelled in their letters, which is near to what a heavy
-accent makes of it. Needs festival, flite and espeak-ng; voices that are not installed are left out.
+accent makes of it. Needs festival, flite, espeak-ng and PyPI's `ttspico`; voices that are not
+installed are left out.
 """
 
 from __future__ import annotations
@@ -31,12 +32,18 @@ from synthesis import Voice, synthesize
 
 RESPELLING = Path(__file__).with_name("respelling.tsv")
 
+
+def _pico(language: str) -> Voice:
+    return Voice((sys.executable, str(Path(__file__).with_name("pico.py")), language))
+
+
 ENGLISH = {
     **{f"flite-{name}": Voice.flite(name) for name in ("kal16", "awb", "rms", "slt")},
     **{
         f"festival-{name}": Voice.festival(name)
         for name in ("kal_diphone", "ked_diphone", "cmu_us_slt_arctic_hts")
     },
+    **{f"pico-{language}": _pico(language) for language in ("en-US", "en-GB")},
     **{
         f"espeak-{language}-{variant}": Voice.espeak(f"{language}+{variant}")
         for language in ("en-us", "en-gb", "en-gb-scotland", "en-029", "en-gb-x-rp")
@@ -52,19 +59,36 @@ FOREIGN = {
     },
     "festival-lp_diphone": ("it", Voice.festival("lp_diphone")),
     "festival-pc_diphone": ("it", Voice.festival("pc_diphone")),
-    "festival-czech_ph": ("es", Voice.festival("czech_ph")),
+    **{
+        f"festival-czech_{name}": ("es", Voice.festival(f"czech_{name}"))
+        for name in ("ph", "dita", "krb", "machac")
+    },
     "festival-hy_fi_mv_diphone": ("es", Voice.festival("hy_fi_mv_diphone")),
     "festival-suo_fi_lj_diphone": ("es", Voice.festival("suo_fi_lj_diphone")),
     "festival-upc_ca_ona_hts": ("es", Voice.festival("upc_ca_ona_hts")),
+    "festival-russian": ("ru", Voice.festival("msu_ru_nsh_clunits")),
+    "festival-hindi": ("hi", Voice.festival("hindi_NSK_diphone")),
+    "pico-de": ("de", _pico("de-DE")),
+    "pico-es": ("es", _pico("es-ES")),
+    "pico-fr": ("fr", _pico("fr-FR")),
+    "pico-it": ("it", _pico("it-IT")),
 }
 """Each with the column of `RESPELLING` by which it reads English."""
 
 KINDS = (
     [name for name in ENGLISH if not name.startswith("espeak")],
     [name for name in ENGLISH if name.startswith("espeak")],
-    [*FOREIGN],
+    [name for name in FOREIGN if not name.startswith("espeak")],
+    [name for name in FOREIGN if name.startswith("espeak")],
 )
 """Voices that are drawn from alike often."""
+
+DEVANAGARI_CONSONANTS = frozenset("कखगघङचछजझञटठडढणतथदधनपफबभमयरलवशषसह़")
+
+DEVANAGARI_SIGNS = dict(zip("अआइईउऊएऐओऔऑऍ", ["", *"ािीुूेैोौॉॅ"], strict=True))
+"""What a vowel is written as after a consonant."""
+
+NO_VOWEL = "्"
 
 SINGLE = 0.6
 """How many of the clips are one word; the others are two to four."""
@@ -141,7 +165,7 @@ def _speak(
     else:
         language, voice = FOREIGN[name]
         letters = spellings[language]
-        spelled = ["".join(letters[phone] for phone in known[word].split()) for word in text]
+        spelled = [joined([letters[phone] for phone in known[word].split()]) for word in text]
         sound, rate = synthesize(voice, f"{' '.join(spelled)}.\n")
     mono = sound.reshape(len(sound), -1)[:, 0]
     peak = np.abs(mono).max()
@@ -150,6 +174,20 @@ def _speak(
     resampled = soxr.resample(mono * (0.5 / peak), rate, SAMPLE_RATE)
     soundfile.write(path, resampled, SAMPLE_RATE, subtype="PCM_16")
     return len(resampled) / SAMPLE_RATE
+
+
+def joined(letters: list[str]) -> str:
+    """A word of its letters; in Devanagari signs join a vowel, or none, to a consonant."""
+    word = ""
+    for letter in letters:
+        after_consonant = bool(word) and word[-1] in DEVANAGARI_CONSONANTS
+        if after_consonant and letter[0] in DEVANAGARI_SIGNS:
+            word += DEVANAGARI_SIGNS[letter[0]] + letter[1:]
+        elif after_consonant and letter[0] in DEVANAGARI_CONSONANTS:
+            word += NO_VOWEL + letter
+        else:
+            word += letter
+    return word
 
 
 def _spellings() -> dict[str, dict[str, str]]:

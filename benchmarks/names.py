@@ -32,10 +32,11 @@ from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.arrays import to_samples
 from voz.language.generated.language_files import find_language
+from voz.recognition.ctc import best_matches
 from voz.recognition.language import load_language
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.robot_name import NameFinder, with_more_words
+from voz.recognition.robot_name import NameFinder, allowance_of, said_alone, with_more_words
 from voz.settings import Recognition
 
 ROOMS = (("quiet", None), ("kitchen", 10), ("motors", 10), ("babble", 10))
@@ -65,11 +66,13 @@ def read_names(path: Path) -> list[Clip]:
     ]
 
 
-def finder(name: str) -> tuple[PhonemeScorer, NameFinder, int]:
-    """What finds a name, and how many phones it has."""
-    language = with_more_words(load_language(find_language(None)), Recognition(name=name))
-    network = scorer_for(language)
-    return network, NameFinder(network, name), network.count_phones(name)
+@cache
+def network_of(*names: str) -> PhonemeScorer:
+    """The network, which knows the words of names, too."""
+    language = load_language(find_language(None))
+    for name in names:
+        language = with_more_words(language, Recognition(name=name))
+    return scorer_for(language)
 
 
 @cache
@@ -95,7 +98,8 @@ def hear_names(
     name, room, ratio = job
     stream, said = in_room([c for c in clips if c.text == name], room, ratio, others, seed)
     woken = [h for h in recognizer(name).decode(stream, SAMPLE_RATE) if h.named]
-    network, names, _ = finder(name)
+    network = network_of(name)
+    names = NameFinder(network, name)
     scores = []
     for begin, end in said:
         part = stream[max(0, int((begin - 0.5) * SAMPLE_RATE)) : int((end + 0.5) * SAMPLE_RATE)]
@@ -115,11 +119,11 @@ class Talk(NamedTuple):
 
 def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
     """Look for names in talk, and have voz hear each sentence in which one nearly fits."""
-    found = [finder(name) for name in names]
-    network = found[0][0]
-    rng, samples = np.random.default_rng(SEED), 0
-    scores: list[list[float]] = [[] for _ in names]
-    alarms = [0] * len(names)
+    network = network_of(*names)
+    lattice = network.lattice_of(*names)
+    allowances = np.array([allowance_of(network, name) for name in names])
+    rng, samples, alarms = np.random.default_rng(SEED), 0, [0] * len(names)
+    scores = []
     for clip in clips:
         sound = np.concatenate([read(clip), PAUSE])
         sound += (FLOOR * rng.standard_normal(len(sound))).astype(np.float32)
@@ -127,12 +131,14 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
         for at in range(0, len(sound), PIECE):
             piece = to_samples(sound[at : at + PIECE], SAMPLE_RATE)
             sounds = network.phone_likelihoods(piece)
-            for number, (_, finds, _) in enumerate(found):
-                scores[number].append(finds.best(sounds, alone=True).score)
-                if finds.best(sounds).score >= NEARLY:
-                    heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
-                    alarms[number] += sum(utterance.named for utterance in heard)
-    return Talk(samples / SAMPLE_RATE / 3600, scores, alarms)
+            before, after = said_alone(sounds)
+            scores.append(allowances + best_matches(sounds.relative, before, after, lattice).scores)
+            within = best_matches(sounds.relative, before, 0 * after, lattice).scores
+            for number in np.flatnonzero(allowances + within >= NEARLY).tolist():
+                heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
+                alarms[number] += sum(utterance.named for utterance in heard)
+    by_name = np.reshape(scores, (-1, len(names))).T.tolist()
+    return Talk(samples / SAMPLE_RATE / 3600, by_name, alarms)
 
 
 def in_parts(clips: Sequence[Clip], parts: int) -> Iterator[Sequence[Clip]]:
@@ -196,7 +202,7 @@ def main(
     print("\n| name | phones | false alarms in talk |\n| --- | --- | --- |")
     for at, name in enumerate(every):
         alarms = alarm_rate(sum(part.alarms[at] for part in of_talk), hours)
-        print(f"| {name} | {finder(name)[2]} | {alarm_rate_text(alarms)} |")
+        print(f"| {name} | {network_of(name).count_phones(name)} | {alarm_rate_text(alarms)} |")
     sounds = [read(clip) for clip in talk[:SENTENCES_TIMED]]
     plain, named = cost(sounds, ""), cost(sounds, every[0])
     print(f"\nCPU for an utterance without a name: {plain:.0f} ms; with the setting {named:.0f} ms")

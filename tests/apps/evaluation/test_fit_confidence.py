@@ -127,6 +127,13 @@ def test_too_little_talk_is_one_clear_line() -> None:
         with_alarms(MODEL, examples(), [0.9] * 600, hours=1.0)
 
 
+def test_talk_in_which_commands_are_said_is_one_line_that_names_it() -> None:
+    for surest in ([9.0] * 6, [9.1, 9.1, 9.1, 9.1, 9.1, 9.0], [-1.0] * 6):
+        heard, likely = talk([*surest, *[-3.0] * 100], "stop")
+        with pytest.raises(ConfigError, match=r'"stop" in 0.wav, "stop" in 1.wav.*give the texts'):
+            with_alarms(MODEL, heard, likely, hours=1.0)
+
+
 def test_other_speech_around_it_makes_an_utterance_unlikely() -> None:
     some = examples()
     amid = [dataclasses.replace(e, context=Context.SPEECH) for e in some]

@@ -41,6 +41,9 @@ where log-odds fall off more slowly than at the end: 8 give .48, 10 .53 and 15 .
 37 minutes is above .33.
 """
 
+LARGEST_POWER = 20.0
+"""Of e, by which false alarms at even odds are more than the likeliest ones."""
+
 USUAL_ALARMS_OF_ONE_EAR = 20.0
 """In an hour; so many single sentences of people it takes for commands where it obeys most."""
 
@@ -131,23 +134,33 @@ def with_alarms(
         hours: length of the talk, h.
 
     Raises:
-        ConfigError: there is too little talk.
+        ConfigError: there is too little talk, or commands are said in it.
     """
-    odds = sorted(
-        (
-            math.log(likely / (1 - likely))
-            for example, likely in zip(examples, probabilities, strict=True)
-            if example.clip.kind == "talk" and likely > 0 and not _is_in(example.text, example.clip)
-        ),
-        reverse=True,
-    )
-    if len(odds) <= LIKELIEST:
+    pairs = zip(examples, probabilities, strict=True)
+    false = [
+        (math.log(likely / (1 - likely)), example)
+        for example, likely in pairs
+        if example.clip.kind == "talk" and likely > 0 and not _is_in(example.text, example.clip)
+    ]
+    false.sort(key=lambda pair: pair[0], reverse=True)
+    if len(false) <= LIKELIEST:
         raise ConfigError(TOO_LITTLE_TALK)
-    tail = odds[LIKELIEST]
-    fall = LIKELIEST / sum(one - tail for one in odds[:LIKELIEST])
+    likeliest, tail = false[:LIKELIEST], false[LIKELIEST][0]
+    spread = sum(odds - tail for odds, _ in likeliest)
+    if spread <= 0 or LIKELIEST * tail > LARGEST_POWER * spread:
+        raise ConfigError(_talk_is_too_sure([example for _, example in likeliest]))
+    fall = LIKELIEST / spread
     # Where so many were seen, one more is to be expected, if every rate is as likely beforehand.
     alarms = (LIKELIEST + 1) / hours * math.exp(fall * tail)
     return replace(model, alarms=round(alarms, 4), alarms_fall=round(fall, 4))
+
+
+def _talk_is_too_sure(likeliest: Iterable[Example]) -> str:
+    heard = ", ".join(f'"{example.text}" in {example.clip.file}' for example in likeliest)
+    return (
+        f"talk sounds as much like commands as commands do: {heard}; give the texts of such "
+        "recordings in their manifest, or leave them out"
+    )
 
 
 def with_costs(

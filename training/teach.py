@@ -58,7 +58,6 @@ silence around them hears nothing in a stretch that begins with a word."""
 CHECKED = 192
 """Clips of held-back speakers by which the network is judged."""
 
-
 AHEAD = 4
 """Batches that each worker mixes before they are needed."""
 
@@ -107,6 +106,8 @@ def teach(
     """Teach the network, and keep the weights that do best on speakers it never learned from.
 
     Example: python training/teach.py taught --speech recordings --speech words --steps 5000
+
+    With a GPU: python training/teach.py taught --speech words --batch 64 --workers 16
     """
     torch.set_num_threads(threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -221,11 +222,9 @@ class Run:
         whole = self.teacher(batch.clean.to(self.device))
         if whole.shape[1] == moments:
             return whole, batch.labels
-        said = [
-            clip[start : start + moments] for clip, start in zip(whole, batch.starts, strict=True)
-        ]
-        labels = self.phones.within(whole, batch.labels, batch.starts, moments)
-        return torch.stack(said), labels
+        stretches = zip(whole, batch.starts, strict=True)
+        said = torch.stack([clip[start : start + moments] for clip, start in stretches])
+        return said, self.phones.within(whole, batch.labels, batch.starts, moments)
 
     def check(self, held_back: Sequence[Clip], losses: Sequence[float]) -> str:
         """Judge the network, keep it if it is the best, and keep what a later run goes on from."""

@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 from itertools import groupby, product
-from types import ModuleType
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recordings import ROOT
+from training_programs import load_training
 
 BLANK = 0
 
 
-def load(name: str) -> ModuleType:
-    """A module of the folder of programs, which no package holds."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "training" / f"{name}.py")
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-alignment = load("alignment")
+alignment = load_training("alignment")
 
 
 def phones_of(path: tuple[int, ...]) -> list[int]:

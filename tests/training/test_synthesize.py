@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
 
-from recordings import ROOT
+from training_programs import load_training
 
 from voz.language.pronunciation.lexicon import PHONES
 
-PROGRAM = ROOT / "training" / "synthesize.py"
-
-spec = importlib.util.spec_from_file_location("synthesize", PROGRAM)
-assert spec
-assert spec.loader
-synthesize = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(synthesize)
+synthesize = load_training("synthesize")
 
 
 def test_each_language_of_a_voice_has_letters_for_each_phone() -> None:

@@ -93,11 +93,11 @@ def test_the_installation_reads_the_file(tmp_path: Path) -> None:
     """By a line that pip complains of, before it fetches anything."""
     shutil.copytree(ROOT / "tools", tmp_path / "tools")
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    (tmp_path / "constraints.txt").write_text("pebble is wanted\n")
+    (tmp_path / "constraints.txt").write_text("numpy is wanted\n")
     (tmp_path / "other.txt").write_text("soxr is wanted\n")
     subprocess.run([sys.executable, "-m", "venv", tmp_path / ".venv"], check=True)
     install = ["sh", str(tmp_path / "tools" / "install.sh")]
-    for name, complaint in ("", "pebble is wanted"), ("other.txt", "soxr is wanted"):
+    for name, complaint in ("", "numpy is wanted"), ("other.txt", "soxr is wanted"):
         environment = os.environ | {"CONSTRAINTS": name}
         done = subprocess.run(install, capture_output=True, text=True, env=environment)
         assert done.returncode

@@ -3,46 +3,64 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, InvalidStateError
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager, suppress
+from concurrent.futures import Future, TimeoutError
+from contextlib import ExitStack, contextmanager
+from multiprocessing.connection import wait
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from multiprocessing.process import BaseProcess
-from threading import Lock
-from traceback import clear_frames
+from queue import SimpleQueue
+from threading import Lock, Thread
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 from voz.process.setup import set_up
 from voz.process.standard_streams import quiet_libraries
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
 
 PR_SET_PDEATHSIG = 1
 """The number of this setting in Linux's `prctl.h`."""
 
 _UNTIL_EXIT = ExitStack()
-_STARTING = Lock()
+_PROCESSES = Lock()
+"""multiprocessing asks after all its processes when it starts one: two threads would collide."""
+
+_PROGRAM = Lock()
 
 
 class WorkerDied(Exception):
     """A worker process ended during its task; the message says how."""
 
 
+class _Task(NamedTuple):
+    function: Callable[..., Any]
+    args: tuple[Any, ...]
+    timeout: float | None
+    future: Future[Any]
+
+
+class _Worker(NamedTuple):
+    process: BaseProcess
+    pipe: Any  # the only one to it: no lock of a dead worker can keep another from its own
+
+
 class WorkerPool:
     """A pool of worker processes; those that end are replaced."""
 
     def __init__(self, size: int, loads_program: bool = True) -> None:
-        """Prepare a pool; the processes start with the first task."""
-        self._size = size
+        """Prepare a pool; the processes start with the first tasks."""
         self._context = _context(loads_program)
-        self._pool = _start_pool(size, self._context)
-        self._under_way: set[Future[Any]] = set()
-        self._lock = Lock()
+        self._tasks: SimpleQueue[_Task | None] = SimpleQueue()
+        self._workers: set[_Worker] = set()
+        self._closed = False
+        self._threads = [
+            Thread(target=self._serve, name="voz-worker", daemon=True) for _ in range(size)
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def schedule(
         self, function: Callable[..., Any], args: tuple[Any, ...], timeout: float | None = None
@@ -52,36 +70,96 @@ class WorkerPool:
         Returns:
             The future; it raises `WorkerDied`, TimeoutError, or what the function raised.
         """
-        ended: Future[Any] = Future()
-        with self._lock:
-            if not self._pool.active:
-                self._restart()
-            self._under_way.add(ended)
-            asked = self._pool.schedule(function, args=args, timeout=timeout)
-        asked.add_done_callback(lambda done: self._pass_on(done, ended))
-        return ended
+        task = _Task(function, args, timeout, Future())
+        self._tasks.put(task)
+        return task.future
 
     def close(self) -> None:
-        """Kill all workers."""
-        _stop_pool(self._pool)
+        """Kill all workers; tasks that are not done end with `WorkerDied`."""
+        with _PROCESSES:
+            self._closed = True
+            for worker in self._workers:
+                worker.process.kill()
+        for _ in self._threads:
+            self._tasks.put(None)
+        for thread in self._threads:
+            thread.join()
 
-    def _restart(self) -> None:
-        """Start new workers: pebble gives up if all its workers end while none has a task."""
-        _stop_pool(self._pool)
-        lost, self._under_way = self._under_way, set()
-        self._pool = _start_pool(self._size, self._context)
-        for future in lost:
-            with suppress(InvalidStateError):
-                future.set_exception(WorkerDied("with all the workers"))
+    def _serve(self) -> None:
+        """Hand tasks to a worker, one at a time, until the pool is closed."""
+        worker: _Worker | None = None
+        while task := self._tasks.get():
+            try:
+                if worker and worker.pipe.poll():  # only its end can be read there
+                    self._end(worker)
+                    worker = None
+                worker = worker or self._start()
+                task.future.set_result(_answer(worker, task))
+            except BaseException as error:
+                task.future.set_exception(error)
+        if worker:
+            self._end(worker)
 
-    def _pass_on(self, done: Any, ended: Future[Any]) -> None:
-        self._under_way.discard(ended)
-        error = done.exception()
-        with suppress(InvalidStateError):
-            if error is None:
-                ended.set_result(done.result())
-            else:
-                ended.set_exception(_death_of(error))
+    def _start(self) -> _Worker:
+        with _PROCESSES:
+            if self._closed:
+                raise WorkerDied("with all the workers")
+            try:
+                ours, theirs = self._context.Pipe()
+                process = self._context.Process(target=_work, args=(theirs, os.getpid()))
+                process.start()
+            except OSError as error:
+                raise WorkerDied(f"could not be started: {error}") from error
+            self._workers.add(worker := _Worker(process, ours))
+        theirs.close()  # else the end of the worker would not close it
+        return worker
+
+    def _end(self, worker: _Worker) -> None:
+        worker.pipe.close()
+        with _PROCESSES:
+            self._workers.discard(worker)
+            worker.process.join()
+
+
+def _answer(worker: _Worker, task: _Task) -> Any:
+    """What a worker answers to a task; raises `WorkerDied`, TimeoutError, or the task's error."""
+    try:
+        worker.pipe.send((task.function, task.args))
+        answer = worker.pipe.recv()
+        if answer is None:  # it has begun; what it had to load for it is not counted
+            if not wait([worker.pipe], task.timeout):
+                worker.process.kill()
+                raise TimeoutError(f"{_end_of(worker.process)} after {task.timeout} s")
+            answer = worker.pipe.recv()
+    except (EOFError, ConnectionError):
+        raise WorkerDied(_end_of(worker.process)) from None
+    is_done, value = answer
+    if is_done:
+        return value
+    raise value
+
+
+def _end_of(process: BaseProcess) -> str:
+    with _PROCESSES:
+        process.join()
+        code = process.exitcode
+    return f"killed by signal {-code}" if code and code < 0 else f"ended with {code}"
+
+
+def _work(pipe: Any, parent: int) -> None:
+    """Be a worker: do tasks until the pipe is closed."""
+    begin_worker(parent)
+    while True:
+        try:
+            task = pipe.recv_bytes()
+        except EOFError:
+            return
+        try:
+            function, args = pickle.loads(task)
+            pipe.send(None)
+            pipe.send((True, function(*args)))
+        except Exception as error:
+            pipe.send((False, ExceptionWithTraceback(error, error.__traceback__)))
 
 
 @contextmanager
@@ -105,7 +183,7 @@ class _BareProcess(SpawnProcess):
 
     @staticmethod
     def _Popen(process: BaseProcess) -> Any:  # noqa: N802
-        with _STARTING:
+        with _PROGRAM:
             program = sys.modules["__main__"]
             sys.modules["__main__"] = ModuleType("__main__")
             try:
@@ -121,31 +199,6 @@ class _BareContext(SpawnContext):
 def _context(loads_program: bool) -> SpawnContext:
     # A fork would copy the locks of the progress bar's thread, locked forever.
     return SpawnContext() if loads_program else _BareContext()
-
-
-def _start_pool(size: int, context: SpawnContext) -> ProcessPool:
-    from pebble import ProcessPool
-
-    parent = (os.getpid(),)
-    return ProcessPool(size, initializer=begin_worker, initargs=parent, context=context)
-
-
-def _stop_pool(pool: ProcessPool) -> None:
-    pool.stop()  # type: ignore[no-untyped-call]
-    pool.join()
-
-
-def _death_of(error: BaseException) -> BaseException:
-    from pebble import ProcessExpired
-
-    if isinstance(error, BrokenProcessPool):
-        if error.__cause__:  # it holds the message, of which Python 3.13 complains later
-            clear_frames(error.__cause__.__traceback__)
-        return WorkerDied("with all the workers")
-    if not isinstance(error, ProcessExpired):
-        return error
-    code = error.exitcode
-    return WorkerDied(f"killed by signal {-code}" if code and code < 0 else f"ended with {code}")
 
 
 def cores() -> int:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from programs import is_alive
 from recordings import ROOT, Recording
 
 from voz.apps.batch.executors import InlineExecutor, ProcessExecutor, process_executor
@@ -152,13 +153,6 @@ def children_of(parent: int) -> list[int]:
         if is_child and b"spawn_main" in command:
             found.append(int(status.parent.name))
     return found
-
-
-def is_alive(process: int) -> bool:
-    try:
-        return "\nState:\tZ" not in Path(f"/proc/{process}/status").read_text()
-    except OSError:
-        return False
 
 
 def test_decoding_here_leaves_this_process_its_memory(names: list[str]) -> None:

@@ -32,11 +32,10 @@ from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.arrays import to_samples
 from voz.language.generated.language_files import find_language
-from voz.recognition.ctc import best_matches
 from voz.recognition.language import load_language
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.robot_name import NameFinder, allowance_of, said_alone, with_more_words
+from voz.recognition.robot_name import NameFinder, allowance_of, match_names, with_more_words
 from voz.settings import Recognition
 
 ROOMS = (("quiet", None), ("kitchen", 10), ("motors", 10), ("babble", 10))
@@ -131,10 +130,9 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
         for at in range(0, len(sound), PIECE):
             piece = to_samples(sound[at : at + PIECE], SAMPLE_RATE)
             sounds = network.phone_likelihoods(piece)
-            before, after = said_alone(sounds)
-            scores.append(allowances + best_matches(sounds.relative, before, after, lattice).scores)
-            within = best_matches(sounds.relative, before, 0 * after, lattice).scores
-            for number in np.flatnonzero(allowances + within >= NEARLY).tolist():
+            scores.append(allowances + match_names(sounds, lattice, alone=True).scores)
+            within = allowances + match_names(sounds, lattice).scores
+            for number in np.flatnonzero(within >= NEARLY).tolist():
                 heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
                 alarms[number] += sum(utterance.named for utterance in heard)
     by_name = np.reshape(scores, (-1, len(names))).T.tolist()

@@ -26,9 +26,8 @@ from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks
 from voz.language.pronunciation.lexicon import PHONE_NAMES, read_cmudict
-from voz.recognition.ctc import best_matches
 from voz.recognition.phoneme_scorer import PhonemeScorer
-from voz.recognition.robot_name import ALLOWANCES_FILE, said_alone
+from voz.recognition.robot_name import ALLOWANCES_FILE, match_names
 
 Floats = npt.NDArray[np.float64]
 
@@ -87,7 +86,7 @@ def hear(clips: Sequence[Clip], words: dict[str, list[str]]) -> Scores:
         samples += len(sound)
         for at in range(0, len(sound), PIECE):
             sounds = network.phone_likelihoods(sound[at : at + PIECE])
-            found.append(best_matches(sounds.relative, *said_alone(sounds), lattice).scores)
+            found.append(match_names(sounds, lattice, alone=True).scores)
     return Scores(samples, np.array(found).reshape(-1, len(words)))
 
 

@@ -15,7 +15,7 @@ from voz.language.generated.language_files import list_sources
 from voz.language.pronunciation.lexicon import dictionary_entries
 from voz.recognition.accents import spellings, with_british
 from voz.recognition.confidence import sigmoid
-from voz.recognition.ctc import Floats, best_matches
+from voz.recognition.ctc import Floats, Lattice, Matches, best_matches
 from voz.recognition.language import Language
 from voz.recognition.phoneme_network import MOMENT
 from voz.recognition.phoneme_scorer import (
@@ -175,15 +175,22 @@ class NameFinder:
         self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False
     ) -> NameMatch:
         """Find where the name fits best; arguments are those of `find`."""
-        before, after = said_alone(sounds)
-        too_early = np.where(np.arange(len(after)) < _moments(earliest_end), np.inf, 0.0)
-        found = best_matches(sounds.relative, before, too_early + after * alone, self._name)
+        found = match_names(sounds, self._name, earliest_end, alone)
         seconds = MOMENT / SAMPLE_RATE
         begin, end = int(found.begins[0]) * seconds, (int(found.ends[0]) + 1) * seconds
         return NameMatch(float(found.scores[0]) + self._allowance, begin, end)
 
 
-def said_alone(sounds: PhoneLikelihoods) -> tuple[Floats, Floats]:
+def match_names(
+    sounds: PhoneLikelihoods, names: Lattice, earliest_end: float = 0.0, alone: bool = False
+) -> Matches:
+    """Find where each of some names fits best; see `NameFinder.find`."""
+    before, after = _said_around(sounds)
+    too_early = np.where(np.arange(len(after)) < _moments(earliest_end), np.inf, 0.0)
+    return best_matches(sounds.relative, before, too_early + after * alone, names)
+
+
+def _said_around(sounds: PhoneLikelihoods) -> tuple[Floats, Floats]:
     """Nats against a name that begins at each moment, or ends there, for what is said around it."""
     begun = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
     before = PENALTY_JUST_BEFORE * (begun - _moved(begun, -JUST_BEFORE))

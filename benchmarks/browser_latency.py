@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 import soundfile
 from latency import FIXTURES, GIVEN_UP, MOVING, UNSEEN, first_effect, spoken
-from machine import machine
+from machine import machine, one_line_errors
 from playwright.sync_api import Page, sync_playwright
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
@@ -173,4 +173,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with one_line_errors():
+        main()

@@ -19,7 +19,7 @@ from zlib import crc32
 
 import numpy as np
 from loudspeakers import PATHS, ROOM_NOISE, EchoPath, Floats, Played, loud_power, reply, speech
-from machine import machine
+from machine import machine, one_line_errors
 from mix_rooms import is_held_back
 
 from voz.apps.evaluation.statistics import alarm_rate
@@ -243,4 +243,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with one_line_errors():
+        main()

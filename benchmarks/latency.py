@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 import soundfile
-from machine import machine
+from machine import machine, one_line_errors
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -233,4 +233,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with one_line_errors():
+        main()

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
-from machine import machine, peak_megabytes
+from machine import machine, one_line_errors, peak_megabytes
 
 SIZES = (14, 100, 1_000, 10_000)
 
@@ -105,4 +105,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

@@ -1,10 +1,24 @@
-"""What every benchmark prints or needs: which machine it ran on, and its peak memory."""
+"""What every benchmark prints or needs: its machine, its peak memory, and what is wrong."""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from voz.apps.evaluation.machine import machine as machine
+from voz.errors import VozError
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """End the program with one line and exit code 2 if a file is no good in a `with` block."""
+    try:
+        yield
+    except (VozError, OSError) as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)
 
 
 def peak_megabytes() -> float:

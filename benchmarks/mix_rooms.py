@@ -19,11 +19,13 @@ import numpy as np
 import numpy.typing as npt
 import soundfile
 import typer
+from machine import one_line_errors
 from rich.console import Console
 from rich.progress import track
 
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
+from voz.errors import ConfigError
 
 Sound = npt.NDArray[np.float32]
 Random = np.random.Generator
@@ -65,7 +67,7 @@ def background(name: str, length: int, clips: Sequence[Clip], rng: Random) -> So
     if name in NOISES:
         noises = [read(c) for c in clips if c.kind == "noise" and NOISES[name] in c.file]
         if not noises:
-            raise SystemExit(f"no manifest lists a noise that is called {NOISES[name]}")
+            raise ConfigError(f"no manifest lists a noise that is called {NOISES[name]}")
         sound = np.resize(np.concatenate(noises), length)
     else:
         people = 6 if name == "babble" else 1
@@ -97,7 +99,7 @@ def read(clip: Clip) -> Sound:
     """Samples of a recording, from -1 to 1."""
     samples, rate = soundfile.read(clip.path, dtype="float32", always_2d=True)
     if rate != SAMPLE_RATE:
-        raise SystemExit(f"{clip.path}: has {rate} Hz; convert it to {SAMPLE_RATE} Hz")
+        raise ConfigError(f"{clip.path}: has {rate} Hz; convert it to {SAMPLE_RATE} Hz")
     return np.ascontiguousarray(samples[:, 0])
 
 
@@ -145,11 +147,13 @@ def main(
         order = rng.permutation(len(of_kind))[:most]
         said += [of_kind[place] for place in order]
     if not said:
-        raise SystemExit("nobody says anything; give manifests of commands and near-misses")
+        raise ConfigError("nobody says anything; give manifests of commands and near-misses")
     said = [said[place] for place in rng.permutation(len(said))]
     out.mkdir(parents=True, exist_ok=True)
     listing = {}
-    for name, ratio in track(ROOMS, "mixing", console=Console(stderr=True), transient=True):
+    console = Console(stderr=True)
+    quiet = not console.is_terminal
+    for name, ratio in track(ROOMS, "mixing", console=console, transient=True, disable=quiet):
         sound = None if ratio is None else background(name, EVERY * (len(said) + 1), clips, rng)
         title = name if ratio is None else f"{name}-{ratio}"
         stream, listing[title] = mixed(said, sound, ratio, np.random.default_rng(seed))
@@ -162,4 +166,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

@@ -14,7 +14,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 
 from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
@@ -87,4 +87,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

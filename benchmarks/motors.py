@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from machine import machine
+from machine import machine, one_line_errors
 
 from voz.apps.evaluation.noise import speech_power
 from voz.apps.evaluation.statistics import estimate
@@ -174,4 +174,5 @@ def chosen(clips: Sequence[Clip], most: int) -> list[Clip]:
 
 
 if __name__ == "__main__":
-    main()
+    with one_line_errors():
+        main()

@@ -21,7 +21,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 from mix_rooms import EVERY, FLOOR, Sound, background, mixed, read
 from rich.console import Console
 from rich.progress import track
@@ -207,4 +207,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

@@ -15,7 +15,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import soundfile
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 from mix_rooms import read
 from rich.console import Console
 from rich.progress import track
@@ -128,4 +128,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

@@ -18,7 +18,7 @@ from typing import Annotated
 
 import typer
 import whisper  # noqa: F401  # adds itself to the engines
-from machine import machine, peak_megabytes
+from machine import machine, one_line_errors, peak_megabytes
 from msgspec.structs import replace
 from rich.console import Console
 from rich.progress import Progress
@@ -31,7 +31,7 @@ from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.statistics import estimate
 from voz.apps.evaluation.tables import alarm_rate_text, estimate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
-from voz.errors import AudioError, ConfigError, VozError
+from voz.errors import AudioError, ConfigError
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
 from voz.settings import Recognition
@@ -270,17 +270,14 @@ def main(
     Example: python benchmarks/recognition.py dev/manifest.tsv people/manifest.tsv
     """
     console = Console(stderr=True)
-    try:
-        with TemporaryDirectory() as folder:
-            others = [list_part(manifest, Path(folder)) for manifest in list_manifests(lists)]
-            parts = [robot_part(dev, people), *others]
-            columns = compare(parts, engine or ENGINES, jobs, console)
-    except VozError as error:
-        console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
-        raise typer.Exit(2) from error
+    with TemporaryDirectory() as folder:
+        others = [list_part(manifest, Path(folder)) for manifest in list_manifests(lists)]
+        parts = [robot_part(dev, people), *others]
+        columns = compare(parts, engine or ENGINES, jobs, console)
     print(f"{machine()}\n{len(parts[0].tasks)} recordings of the robot's commands\n")
     print(table(columns))
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 from rich.console import Console
 from rich.progress import Progress
 
@@ -23,7 +23,7 @@ from voz.apps.evaluation.results import OUT_OF_NOTHING, Result
 from voz.apps.evaluation.scores import alarms_in
 from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip
-from voz.errors import AudioError, ConfigError, VozError
+from voz.errors import AudioError, ConfigError
 from voz.files import read_json
 from voz.language.generated.language_files import LanguageFiles
 from voz.settings import Recognition
@@ -139,18 +139,14 @@ def main(
     Example: python benchmarks/rooms.py rooms babble-10 talk
     """
     console = Console(stderr=True)
-    try:
-        tasks = streams(folder, names or [])
-        choice = EngineChoice(engine, LanguageFiles(LM), Recognition(name=name))
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            outcomes = in_processes(partial(recognize, choice=choice), tasks, jobs)
-            heard = list(progress.track(outcomes, len(tasks), description=engine))
-        lines = table(heard)
-    except VozError as error:
-        console.print(str(error), style="red", markup=False, highlight=False, soft_wrap=True)
-        raise typer.Exit(2) from error
-    print(f"{machine()}\n\n{lines}")
+    tasks = streams(folder, names or [])
+    choice = EngineChoice(engine, LanguageFiles(LM), Recognition(name=name))
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        outcomes = in_processes(partial(recognize, choice=choice), tasks, jobs)
+        heard = list(progress.track(outcomes, len(tasks), description=engine))
+    print(f"{machine()}\n\n{table(heard)}")
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

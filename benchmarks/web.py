@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 from latency import FIXTURES as MANIFEST
 from latency import GIVEN_UP, MOVING, UNSEEN, first_effect, spoken
-from machine import machine
+from machine import machine, one_line_errors
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -190,4 +190,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with one_line_errors():
+        main()

@@ -17,7 +17,7 @@ from typing import Annotated
 import numpy as np
 import soundfile
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 from rich.console import Console
 from rich.table import Table
 
@@ -113,4 +113,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

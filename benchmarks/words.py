@@ -24,7 +24,7 @@ import msgspec
 import numpy as np
 import soundfile
 import typer
-from machine import machine
+from machine import machine, one_line_errors
 from mix_rooms import is_held_back
 from rich.console import Console
 from rich.progress import track
@@ -231,4 +231,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with one_line_errors():
+        typer.run(main)

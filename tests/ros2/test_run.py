@@ -64,7 +64,8 @@ def driving(voz: Callable[..., Program], *more: str) -> tuple[Program, Callable[
     run = voz("ros2", *more)
 
     def drives() -> bool:
-        run.say("go forward")
+        run.say("go forward")  # what it has not read yet would count later, as a new command
+        run.wait_for(lambda event: event["type"] == "utterance")
         return velocity() == 0.1
 
     wait_until(drives)

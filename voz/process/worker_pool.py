@@ -28,8 +28,6 @@ _UNTIL_EXIT = ExitStack()
 _PROCESSES = Lock()
 """multiprocessing asks after all its processes when it starts one: two threads would collide."""
 
-_PROGRAM = Lock()
-
 
 class WorkerDied(Exception):
     """A worker process ended during its task; the message says how."""
@@ -183,13 +181,12 @@ class _BareProcess(SpawnProcess):
 
     @staticmethod
     def _Popen(process: BaseProcess) -> Any:  # noqa: N802
-        with _PROGRAM:
-            program = sys.modules["__main__"]
-            sys.modules["__main__"] = ModuleType("__main__")
-            try:
-                return SpawnProcess._Popen(process)
-            finally:
-                sys.modules["__main__"] = program
+        program = sys.modules["__main__"]  # the one who starts it holds _PROCESSES
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            return SpawnProcess._Popen(process)
+        finally:
+            sys.modules["__main__"] = program
 
 
 class _BareContext(SpawnContext):

@@ -20,11 +20,10 @@ import numpy.typing as npt
 import soundfile
 import typer
 from machine import one_line_errors
-from rich.console import Console
-from rich.progress import track
 
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
+from voz.cli.text_io import with_bar
 from voz.errors import ConfigError
 
 Sound = npt.NDArray[np.float32]
@@ -151,9 +150,7 @@ def main(
     said = [said[place] for place in rng.permutation(len(said))]
     out.mkdir(parents=True, exist_ok=True)
     listing = {}
-    console = Console(stderr=True)
-    quiet = not console.is_terminal
-    for name, ratio in track(ROOMS, "mixing", console=console, transient=True, disable=quiet):
+    for name, ratio in with_bar(ROOMS, "mixing"):
         sound = None if ratio is None else background(name, EVERY * (len(said) + 1), clips, rng)
         title = name if ratio is None else f"{name}-{ratio}"
         stream, listing[title] = mixed(said, sound, ratio, np.random.default_rng(seed))

@@ -23,14 +23,13 @@ import numpy as np
 import typer
 from machine import machine, one_line_errors
 from mix_rooms import EVERY, FLOOR, Sound, background, mixed, read
-from rich.console import Console
-from rich.progress import track
 
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.arrays import to_samples
+from voz.cli.text_io import with_bar
 from voz.language.generated.language_files import find_language
 from voz.recognition.language import load_language
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
@@ -175,16 +174,11 @@ def main(
     said = sorted({clip.text for clip in clips})
     every = [*said, *(also or ())]
     jobs = [(name, *room) for name in said for room in ROOMS]
-    console = Console(stderr=True)
     with ProcessPoolExecutor() as pool:
         parts = pool.map(partial(hear_talk, names=every), in_parts(talk, 16))
         heard = pool.map(partial(hear_names, clips=clips, others=others, seed=seed), jobs)
-        of_talk = list(track(parts, "talk", 16, console=console, transient=True))
-        in_rooms = dict(
-            zip(
-                jobs, track(heard, "names", len(jobs), console=console, transient=True), strict=True
-            )
-        )
+        of_talk = list(with_bar(parts, "talk", 16))
+        in_rooms = dict(zip(jobs, with_bar(heard, "names", len(jobs)), strict=True))
     hours = sum(part.hours for part in of_talk)
     scores = {
         name: [s for part in of_talk for s in part.scores[at]] for at, name in enumerate(every)

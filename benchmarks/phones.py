@@ -19,10 +19,9 @@ from typing import Annotated
 import numpy as np
 import soundfile
 import typer
-from rich.console import Console
-from rich.progress import track
 
 from voz.apps.recordings.manifest import parse_records
+from voz.cli.text_io import with_bar
 from voz.recognition.phoneme_network import BLANKS
 from voz.recognition.phoneme_scorer import PHONE_SYMBOLS_FILE, load_network
 
@@ -76,7 +75,7 @@ def read(manifest: Path) -> list[tuple[str, list[str], list[str]]]:
     network = load_network()
     found = []
     rows = [row for row in parse_records(manifest.read_text()) if row["phones"]]
-    for row in track(rows, console=Console(stderr=True), transient=True):
+    for row in with_bar(rows, "reading"):
         samples, rate = soundfile.read(manifest.parent / row["path"], dtype="int16")
         if len(samples) < LONGEST * rate:
             best = network.log_probabilities(samples).argmax(axis=1)

@@ -17,14 +17,13 @@ import soundfile
 import typer
 from machine import machine, one_line_errors
 from mix_rooms import read
-from rich.console import Console
-from rich.progress import track
 from rooms import LISTING, Said
 
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.evaluation.tables import alarm_rate_text
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
+from voz.cli.text_io import with_bar
 from voz.config import default_commands
 from voz.control.attention import SECONDS_PER_LETTER, question_about
 from voz.errors import ConfigError
@@ -106,12 +105,11 @@ def main(
     """
     listing = read_json(folder / LISTING, dict[str, list[Said]], ConfigError, "name a folder")
     clips = [c for path in talk or () for c in read_manifest(path) if c.kind == "talk"]
-    console = Console(stderr=True)
     jobs = [(folder / f"{name}.wav", said) for name, said in listing.items()]
     with ProcessPoolExecutor() as pool:
         parts = pool.map(hear_talk, [clips[part::8] for part in range(8)])
         found = pool.map(hear_stream, jobs)
-        counts = list(track(found, "rooms", len(jobs), console=console, transient=True))
+        counts = list(with_bar(found, "rooms", len(jobs)))
         spoken = list(parts)
     print(f"{machine()}\n")
     print("| room | accepted | asked right | asked wrong | near-misses asked | seconds |")

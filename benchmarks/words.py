@@ -26,11 +26,10 @@ import soundfile
 import typer
 from machine import machine, one_line_errors
 from mix_rooms import is_held_back
-from rich.console import Console
-from rich.progress import track
 
 from voz.apps.recordings.manifest import MANIFEST_NAME, Clip, read_manifest
 from voz.audio import SAMPLE_RATE
+from voz.cli.text_io import with_bar
 from voz.language.build import build
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.number_words import SMALL, TENS
@@ -117,7 +116,7 @@ def speak(folder: Path) -> Path:
     synthesis.VOICES.update(VOICES)
     words = sorted({word for words in LISTS.values() for word in words.split()})
     lines = ["path\ttext\tspeaker\tkind\n"]
-    for word in track(words, "speaking", console=Console(stderr=True), transient=True):
+    for word in with_bar(words, "speaking"):
         for voice in sorted(VOICES.keys() - {SAME}):
             file = f"{voice}__{word}.flac"
             if not (folder / file).exists():
@@ -143,7 +142,7 @@ def hear(clips: Sequence[Clip], names: Sequence[str]) -> list[Heard]:
             said = [clip for clip in clips if clip.text in words]
             others = [clip for clip in clips if clip.text not in words]
             some = sorted(others, key=lambda c: crc32(c.file.encode()))[:NEAR_MISSES]
-            for clip in track([*said, *some], name, console=Console(stderr=True), transient=True):
+            for clip in with_bar([*said, *some], name):
                 heard.append(hear_one(recognizer, clip, name))
     return heard
 

@@ -262,7 +262,9 @@ def nats(score: float) -> float:
 
 
 def main(
-    manifests: Annotated[list[Path], typer.Argument(metavar="MANIFEST...")],
+    manifests: Annotated[
+        list[Path], typer.Argument(metavar="MANIFEST...", exists=True, dir_okay=False)
+    ],
     condition: Annotated[
         list[str] | None, typer.Option(help="Only these recordings; may be repeated.")
     ] = None,

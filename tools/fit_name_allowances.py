@@ -20,11 +20,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import typer
-from rich.progress import track
 
 from voz.apps.recordings.manifest import Clip, read_manifest
 from voz.audio import SAMPLE_RATE
 from voz.audio.capture.sound_files import read_blocks
+from voz.cli.text_io import with_bar
+from voz.errors import VozError
 from voz.language.pronunciation.lexicon import PHONE_NAMES, read_cmudict
 from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.recognition.robot_name import ALLOWANCES_FILE, match_names
@@ -129,11 +130,16 @@ def main(
 
     Example: python tools/fit_name_allowances.py people/manifest.tsv
     """
-    talk = [clip for path in manifests for clip in read_manifest(path) if clip.kind == "talk"]
+    try:
+        talk = [clip for path in manifests for clip in read_manifest(path) if clip.kind == "talk"]
+    except VozError as error:
+        raise typer.BadParameter(str(error)) from None
+    if not talk:
+        raise typer.BadParameter("no recording is of the kind talk; give a manifest of talk")
     words = choose_words({word for clip in talk for word in clip.text.split()}, coverage)
     parts = list(in_parts(talk))
     with ProcessPoolExecutor() as pool:
-        heard = list(track(pool.map(partial(hear, words=words), parts), "Hearing", len(parts)))
+        heard = list(with_bar(pool.map(partial(hear, words=words), parts), "Hearing", len(parts)))
     hours = sum(part.samples for part in heard) / SAMPLE_RATE / 3600
     scores = reached(np.concatenate([part.best for part in heard]), hours)
     counts = np.array([[phones.count(p) for p in PHONES] for phones in words.values()], float)

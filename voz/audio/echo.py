@@ -25,8 +25,8 @@ ECHO_HOP = 256
 ECHO_EDGE = ECHO_WINDOW - ECHO_HOP
 """Samples at either end that are incomplete: some of their windows lie outside."""
 
-ROOM_TAPS = 12
-"""Frames of the past that the room reflects, 0.2 s."""
+ROOM_TAPS = 20
+"""Frames of the past that the room reflects, 0.32 s."""
 
 DISTORTION_TAPS = 4
 """The same of the distortion, 0.06 s: what comes later is too soft."""

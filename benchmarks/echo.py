@@ -4,7 +4,7 @@ Run `python benchmarks/echo.py MANIFEST... [--most N] [--hours H]`. Each `stop` 
 put somewhere into a reply, as loud as the speaker and 10 dB louder, by several loudspeakers, voices
 and delays; the speakers are those by whom nothing was chosen. Then H hours of replies alone are
 listened to. `--interrupt` does the same with other commands and `barge_in`; `--page` with a page
-that replies.
+that replies; `--softer` prints by how much the echo of replies alone becomes softer.
 """
 
 from __future__ import annotations
@@ -26,9 +26,16 @@ from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Clip, read_manifests
 from voz.apps.web.page_playback import PLAYBACK_DELAY
 from voz.audio import SAMPLE_RATE
+from voz.audio.echo import EchoCanceller
+from voz.audio.echo_alignment import MAX_ECHO_DELAY
 from voz.config import default_commands
 from voz.events import Partial, Utterance
-from voz.hearing.half_duplex import HalfDuplex
+from voz.hearing.half_duplex import (
+    CLEANED_END,
+    CLEANED_SAMPLES,
+    ECHO_FIT_SAMPLES,
+    HalfDuplex,
+)
 from voz.language.generated.language_files import find_language
 from voz.recognition.recognizer import Recognizer
 from voz.settings import Recognition
@@ -49,6 +56,9 @@ REPLIES = (
 
 SPEECH_POWER = 2000.0**2
 """Of a speaker, where there is none."""
+
+LOUD_POWER = 10 * SPEECH_POWER
+"""Of a reply 10 dB louder."""
 
 PAUSE = 3 * SAMPLE_RATE // 2
 """Before and after a reply."""
@@ -210,6 +220,33 @@ def print_page(recognizer: Recognizer, clips: list[Clip], rng: np.random.Generat
             print(f"{raised[known]} of {len(clips)} |", flush=True)
 
 
+def print_softer(rng: np.random.Generator) -> None:
+    """Print by how much the echo of replies becomes softer."""
+    print("\n| loudspeaker | the echo of replies alone becomes softer by |\n|---|---|")
+    for path in PATHS:
+        powers = np.sum([echo_powers(path, reply(*said), rng) for said in REPLIES], axis=0)
+        print(f"| {path.name} | {10 * np.log10(powers[0] / powers[1]):.1f} dB |", flush=True)
+
+
+def echo_powers(path: EchoPath, sound: Floats, rng: np.random.Generator) -> tuple[float, float]:
+    """The energy of a reply's echo, as it is heard and as it is left."""
+    before = [sound, np.zeros(PAUSE)] if path.spoken_before else []
+    played = np.concatenate([np.zeros(ECHO_FIT_SAMPLES), *before, sound, np.zeros(PAUSE)])
+    echo = path.echo(played, LOUD_POWER, rng) + noise(len(played), rng)
+    begin = len(played) - PAUSE - len(sound)
+    samples, robot, canceller = np.rint(echo).astype(np.int16), Played(played, 0.0), EchoCanceller()
+    heard = left = 0.0
+    for end in range(ECHO_FIT_SAMPLES, len(samples), CLEANED_SAMPLES):
+        robot.now = end / SAMPLE_RATE
+        source, _ = robot.recent((ECHO_FIT_SAMPLES + MAX_ECHO_DELAY) / SAMPLE_RATE)
+        cleaned = canceller.clean(samples[end - ECHO_FIT_SAMPLES : end], source)
+        part = cleaned.cut(slice(CLEANED_END - CLEANED_SAMPLES, CLEANED_END))
+        if end > begin:
+            heard += float(np.sum((part.samples + part.echo) ** 2))
+            left += float(np.sum(part.samples.astype(float) ** 2))
+    return heard, left
+
+
 def is_scored(speaker: str) -> bool:
     """Whether a speaker is of the half by whom nothing was chosen."""
     return crc32(speaker.encode()) % 2 == 0
@@ -223,6 +260,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of rooms, noise and places")
     parser.add_argument("--interrupt", action="store_true", help="other commands, with barge_in")
     parser.add_argument("--page", action="store_true", help="a page that replies")
+    parser.add_argument("--softer", action="store_true", help="what is left of the echo alone")
     arguments = parser.parse_args()
     every = [c for c in read_manifests(arguments.manifests) if c.kind == "command"]
     every = [c for c in every if c.condition != "robotic" and is_scored(c.speaker)]
@@ -234,7 +272,9 @@ def main() -> None:
     recognizer = Recognizer(find_language(None), Recognition())
     rng = np.random.default_rng(arguments.seed)
     print(f"{machine()}; {len(clips)} clips")
-    if arguments.page:
+    if arguments.softer:
+        print_softer(rng)
+    elif arguments.page:
         print_page(recognizer, clips, rng)
     else:
         if clips:

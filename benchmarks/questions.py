@@ -31,10 +31,13 @@ from voz.events import Utterance
 from voz.files import read_json
 from voz.language.generated.language_files import find_language
 from voz.recognition.recognizer import Recognizer
-from voz.settings import Recognition
+from voz.settings import Ask, Recognition
 
 ANSWER = 1.0
 """How long it takes to begin an answer, say it, and have it understood, s."""
+
+ASK: tuple[Ask, ...] = ("standing", "always")
+"""What a robot may ask about."""
 
 PAUSE = np.zeros(SAMPLE_RATE, np.float32)
 
@@ -56,9 +59,9 @@ def recognizer() -> Recognizer:
     return Recognizer(find_language(None), Recognition(ask="always"))
 
 
-def asked(heard: Utterance) -> str | None:
+def asked(heard: Utterance, ask: Ask = "always") -> str | None:
     """The question that the robot would ask, if any."""
-    question = question_about(heard, "always", default_commands())
+    question = question_about(heard, ask, default_commands())
     return question.text if question else None
 
 
@@ -85,13 +88,14 @@ def hear_stream(job: tuple[Path, list[Said]]) -> Counts:
     return Counts(commands, accepted, right, wrong, len(said) - commands, nothing, seconds)
 
 
-def hear_talk(clips: list[Clip]) -> tuple[float, int]:
-    """The hours of some talk, and the questions that the robot would ask about it."""
-    hears, samples, questions = recognizer(), 0, 0
+def hear_talk(clips: list[Clip]) -> tuple[float, list[int]]:
+    """The hours of some talk, and how many questions the robot would ask, by `ASK`."""
+    hears, samples, questions = recognizer(), 0, [0] * len(ASK)
     for clip in clips:
         sound = np.concatenate([read(clip), PAUSE])
         samples += len(sound)
-        questions += sum(asked(heard) is not None for heard in hears.decode(sound, SAMPLE_RATE))
+        for heard in hears.decode(sound, SAMPLE_RATE):
+            questions = [n + bool(asked(heard, a)) for n, a in zip(questions, ASK, strict=True)]
     return samples / SAMPLE_RATE / 3600, questions
 
 
@@ -110,7 +114,7 @@ def main(
         parts = pool.map(hear_talk, [clips[part::8] for part in range(8)])
         found = pool.map(hear_stream, jobs)
         counts = list(with_bar(found, "rooms", len(jobs)))
-        spoken = list(parts)
+        spoken = list(with_bar(parts, "talk", 8))
     print(f"{machine()}\n")
     print("| room | accepted | asked right | asked wrong | near-misses asked | seconds |")
     print("| --- | --- | --- | --- | --- | --- |")
@@ -121,8 +125,10 @@ def main(
         cells = [*(f"{share:.3f}" for share in (*shares, nothing)), seconds]
         print(f"| {name} | {' | '.join(cells)} |")
     if clips:
-        rate = alarm_rate(sum(n for _, n in spoken), sum(h for h, _ in spoken))
-        print(f"\nQuestions in talk: {alarm_rate_text(rate)}")
+        print()
+        for place, ask in enumerate(ASK):
+            rate = alarm_rate(sum(n[place] for _, n in spoken), sum(h for h, _ in spoken))
+            print(f"Questions in talk, ask = {ask}: {alarm_rate_text(rate)}")
 
 
 if __name__ == "__main__":

@@ -77,14 +77,16 @@ def silence(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def going_on(
     out: Path, folder: Path, silence: Path
 ) -> Iterator[tuple[subprocess.Popen[str], Path]]:
-    """Begin a run that does not end soon, as its last recording is long; gives its journal too."""
+    """Begin a run that goes on for a second, its last recording being long; gives its journal."""
     last = folder / "99.flac"
     last.hardlink_to(silence)
     journal = out.with_name(f"{out.name}.journal")
-    with begun(out, folder) as program:
-        wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 5)
-        yield program, journal
-    last.unlink()
+    try:
+        with begun(out, folder) as program:
+            wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 5)
+            yield program, journal
+    finally:
+        last.unlink()  # the other tests have the same folder
 
 
 @settings(max_examples=4)
@@ -128,8 +130,11 @@ def test_ctrl_c_says_how_to_go_on(
 def test_two_runs_on_one_output_are_refused(folder: Path, silence: Path, tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     with going_on(out, folder, silence) as (program, _):
-        assert "is being written by another run" in decode(out, folder, "--resume").complaint
+        program.send_signal(signal.SIGSTOP)  # it might end before the other begins
+        other = decode(out, folder, "--resume")
+        program.send_signal(signal.SIGCONT)
         program.communicate()
+    assert "is being written by another run" in other.complaint
     assert program.returncode == 3
 
 

@@ -363,6 +363,7 @@ def test_a_page_that_is_busy_for_half_a_second_again_and_again_speaks_and_drives
 HANGS = "() => { const end = Date.now() + 2500; while (Date.now() < end); }"
 
 
+@pytest.mark.realtime
 def test_s5_a_page_that_hangs_stops_the_robot(robot: PageRobot, context: BrowserContext) -> None:
     page = opened(context, robot.link)
     drive(page)

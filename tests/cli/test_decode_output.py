@@ -77,14 +77,18 @@ def silence(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def going_on(
     out: Path, folder: Path, silence: Path
 ) -> Iterator[tuple[subprocess.Popen[str], Path]]:
-    """Begin a run that goes on for a second, its last recording being long; gives its journal."""
+    """Begin a run, and suspend it before its last, long recording; gives its journal too."""
     last = folder / "99.flac"
     last.hardlink_to(silence)
     journal = out.with_name(f"{out.name}.journal")
     try:
         with begun(out, folder) as program:
             wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") > 5)
-            yield program, journal
+            program.send_signal(signal.SIGSTOP)
+            try:
+                yield program, journal
+            finally:
+                program.send_signal(signal.SIGCONT)
     finally:
         last.unlink()  # the other tests have the same folder
 
@@ -115,6 +119,7 @@ def test_ctrl_c_says_how_to_go_on(
     out = tmp_path / "heard.csv"
     with going_on(out, folder, silence) as (program, journal):
         program.send_signal(signal.SIGINT)
+        program.send_signal(signal.SIGCONT)
         _, told = program.communicate()
     assert program.returncode == 128 + signal.SIGINT
     assert told.splitlines() == [
@@ -130,11 +135,9 @@ def test_ctrl_c_says_how_to_go_on(
 def test_two_runs_on_one_output_are_refused(folder: Path, silence: Path, tmp_path: Path) -> None:
     out = tmp_path / "heard.jsonl"
     with going_on(out, folder, silence) as (program, _):
-        program.send_signal(signal.SIGSTOP)  # it might end before the other begins
-        other = decode(out, folder, "--resume")
+        assert "is being written by another run" in decode(out, folder, "--resume").complaint
         program.send_signal(signal.SIGCONT)
         program.communicate()
-    assert "is being written by another run" in other.complaint
     assert program.returncode == 3
 
 

@@ -21,11 +21,11 @@ import numpy as np
 import numpy.typing as npt
 import pocketsphinx
 import typer
-from rich.progress import track
 
 from voz.apps.recordings.manifest import parse_records
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
+from voz.cli.text_io import with_bar
 from voz.language.acoustics.language_info import ENGLISH_MODEL
 from voz.language.acoustics.phone_distances import DISTANCES_FILE
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
@@ -199,7 +199,7 @@ def measure(chosen: Sequence[Clip]) -> Losses:
         )
     size = len(PHONES)
     losses = Losses(np.zeros((size, size)), np.zeros((size, size)), [[] for _ in PHONES])
-    for clip in track(chosen, "Measuring"):
+    for clip in with_bar(chosen, "Measuring"):
         measure_clip(decoder, clip.phones, np.concatenate(list(read_blocks(clip.path))), losses)
     return losses
 

@@ -17,7 +17,6 @@ import numpy as np
 import soxr
 import typer
 from rich.console import Console
-from rich.progress import Progress
 from synthesis import (
     VOICES,
     Fixture,
@@ -36,6 +35,7 @@ from synthesis import (
 )
 
 from voz.audio import SAMPLE_RATE
+from voz.cli.text_io import with_bar
 from voz.errors import ConfigError, VozError
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -230,14 +230,10 @@ def clinks(length: int, noise: np.random.Generator) -> Sound:
     return sound
 
 
-def speak_all(planned: list[Fixture], console: Console, description: str) -> list[Sound]:
+def speak_all(planned: list[Fixture], description: str) -> list[Sound]:
     """Make the samples of all recordings; the engines are other processes, one on each core."""
-    with (
-        ThreadPoolExecutor(os.cpu_count()) as pool,
-        Progress(console=console, transient=True) as progress,
-    ):
-        made = pool.map(Fixture.samples, planned)
-        return list(progress.track(made, total=len(planned), description=description))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(with_bar(pool.map(Fixture.samples, planned), description, len(planned)))
 
 
 def main(
@@ -272,7 +268,7 @@ def main(
             planned = {output: list(fixtures(lines(commands)))}
         for folder, recordings in planned.items():
             # Nothing is replaced before everything is made.
-            made = speak_all(recordings, console, f"Speaking {folder.name}")
+            made = speak_all(recordings, f"Speaking {folder.name}")
             write(folder, list(zip(recordings, made, strict=True)))
             console.print(f"{len(made)} recordings in {folder}", highlight=False, soft_wrap=True)
     except (OSError, VozError) as error:

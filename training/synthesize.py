@@ -20,9 +20,9 @@ import pocketsphinx
 import soundfile
 import soxr
 import typer
-from rich.progress import track
 
 from voz.audio import SAMPLE_RATE
+from voz.cli.text_io import with_bar
 from voz.errors import SpeechError
 from voz.language.pronunciation.lexicon import find_anywhere, look_up, read_cmudict
 
@@ -111,7 +111,7 @@ def main(
     missing: set[str] = set()
     heard: set[str] = set()
     rows = []
-    for number in track(range(clips), "Synthesizing"):
+    for number in with_bar(range(clips), "Synthesizing"):
         many = 1 if rng.random() < SINGLE else rng.randint(2, 4)
         text = rng.sample([*known], many)
         voice = rng.choice(rng.choice(KINDS))

@@ -19,10 +19,10 @@ from jiwer import wer
 from loss import Phones
 from mixing import at_level
 from network import Network
-from rich.progress import track
 from speech import load_pools, read
 
 from voz.audio import SAMPLE_RATE
+from voz.cli.text_io import with_bar
 from voz.recognition.network_file import DEFAULT_NETWORK, read_network
 
 AROUND = SAMPLE_RATE // 4
@@ -40,7 +40,7 @@ def words(
     loaded = Network(file.weights).eval()
     phones = Phones(file.description.symbols, torch.device("cpu"))
     readings: dict[str, list[str]] = defaultdict(list)
-    for clip in track(clips, "Reading"):
+    for clip in with_bar(clips, "Reading"):
         sound = np.pad(at_level(read(clip.path)), AROUND)
         with torch.no_grad():
             symbols = loaded(torch.tensor(sound)[None])[0]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import random
+import time
 from collections import defaultdict
 from collections.abc import Sequence
 from functools import partial
@@ -105,6 +106,12 @@ def add_at(place: int, said: Floats, sound: Floats) -> Floats:
     return whole
 
 
+def played_by(path: EchoPath, sound: Floats) -> Floats:
+    """A reply with silence around it, which a loudspeaker may have played before."""
+    before = [sound, np.zeros(PAUSE)] if path.spoken_before else []
+    return np.concatenate([np.zeros(PAUSE), *before, sound, np.zeros(PAUSE)])
+
+
 class Tally:
     """What share of the commands is heard, by loudspeaker and level, and by reply."""
 
@@ -136,8 +143,7 @@ def print_said(
             if interrupt and set(text.split()) & set(clip.text.split()):
                 continue
             sound = reply(text, voice)
-            before = [sound, np.zeros(PAUSE)] if path.spoken_before else []
-            played = np.concatenate([np.zeros(PAUSE), *before, sound, np.zeros(PAUSE)])
+            played = played_by(path, sound)
             said = speech(clip.path)
             begin = len(played) - PAUSE - len(sound)
             at = begin + int(rng.uniform(0, 1) * max(1, len(sound) - len(said)))
@@ -221,30 +227,34 @@ def print_page(recognizer: Recognizer, clips: list[Clip], rng: np.random.Generat
 
 
 def print_softer(rng: np.random.Generator) -> None:
-    """Print by how much the echo of replies becomes softer."""
-    print("\n| loudspeaker | the echo of replies alone becomes softer by |\n|---|---|")
+    """Print by how much the echo of replies becomes softer, and what that costs."""
+    print("\n| loudspeaker | the echo of replies alone becomes softer by | CPU, each time |")
+    print("|---|---|---|")
     for path in PATHS:
-        powers = np.sum([echo_powers(path, reply(*said), rng) for said in REPLIES], axis=0)
-        print(f"| {path.name} | {10 * np.log10(powers[0] / powers[1]):.1f} dB |", flush=True)
+        heard, left, times, seconds = np.sum([softened(path, reply(*r), rng) for r in REPLIES], 0)
+        softer, cost = 10 * np.log10(heard / left), 1000 * seconds / times
+        print(f"| {path.name} | {softer:.1f} dB | {cost:.0f} ms |", flush=True)
 
 
-def echo_powers(path: EchoPath, sound: Floats, rng: np.random.Generator) -> tuple[float, float]:
-    """The energy of a reply's echo, as it is heard and as it is left."""
-    before = [sound, np.zeros(PAUSE)] if path.spoken_before else []
-    played = np.concatenate([np.zeros(ECHO_FIT_SAMPLES), *before, sound, np.zeros(PAUSE)])
+def softened(path: EchoPath, sound: Floats, rng: np.random.Generator) -> tuple[float, ...]:
+    """The energy of a reply's echo, before and after; how often it is cleaned, and CPU time, s."""
+    played = np.pad(played_by(path, sound), (ECHO_FIT_SAMPLES - PAUSE, 0))
     echo = path.echo(played, LOUD_POWER, rng) + noise(len(played), rng)
     begin = len(played) - PAUSE - len(sound)
     samples, robot, canceller = np.rint(echo).astype(np.int16), Played(played, 0.0), EchoCanceller()
-    heard = left = 0.0
-    for end in range(ECHO_FIT_SAMPLES, len(samples), CLEANED_SAMPLES):
+    heard = left = seconds = 0.0
+    ends = range(ECHO_FIT_SAMPLES, len(samples), CLEANED_SAMPLES)
+    for end in ends:
         robot.now = end / SAMPLE_RATE
         source, _ = robot.recent((ECHO_FIT_SAMPLES + MAX_ECHO_DELAY) / SAMPLE_RATE)
+        begun = time.process_time()
         cleaned = canceller.clean(samples[end - ECHO_FIT_SAMPLES : end], source)
+        seconds += time.process_time() - begun
         part = cleaned.cut(slice(CLEANED_END - CLEANED_SAMPLES, CLEANED_END))
         if end > begin:
             heard += float(np.sum((part.samples + part.echo) ** 2))
             left += float(np.sum(part.samples.astype(float) ** 2))
-    return heard, left
+    return heard, left, len(ends), seconds
 
 
 def is_scored(speaker: str) -> bool:
@@ -262,6 +272,11 @@ def main() -> None:
     parser.add_argument("--page", action="store_true", help="a page that replies")
     parser.add_argument("--softer", action="store_true", help="what is left of the echo alone")
     arguments = parser.parse_args()
+    rng = np.random.default_rng(arguments.seed)
+    if arguments.softer:
+        print(machine())
+        print_softer(rng)
+        return
     every = [c for c in read_manifests(arguments.manifests) if c.kind == "command"]
     every = [c for c in every if c.condition != "robotic" and is_scored(c.speaker)]
     if arguments.interrupt or arguments.page:
@@ -270,11 +285,8 @@ def main() -> None:
         clips = [c for c in every if c.text == "stop"]
     clips = random.Random(0).sample(clips, min(len(clips), arguments.most))
     recognizer = Recognizer(find_language(None), Recognition())
-    rng = np.random.default_rng(arguments.seed)
     print(f"{machine()}; {len(clips)} clips")
-    if arguments.softer:
-        print_softer(rng)
-    elif arguments.page:
+    if arguments.page:
         print_page(recognizer, clips, rng)
     else:
         if clips:

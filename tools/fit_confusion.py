@@ -22,10 +22,11 @@ import numpy.typing as npt
 import pocketsphinx
 import typer
 
-from voz.apps.recordings.manifest import parse_records
+from voz.apps.recordings.manifest import read_manifest
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.cli.text_io import with_bar
+from voz.errors import VozError
 from voz.language.acoustics.language_info import ENGLISH_MODEL
 from voz.language.acoustics.phone_distances import DISTANCES_FILE
 from voz.language.pronunciation.lexicon import PHONE_NAMES, look_up, read_cmudict, split_compound
@@ -136,13 +137,12 @@ def articulatory_distance(one: str, other: str) -> float:
 def clips(manifest: Path, conditions: Sequence[str]) -> Iterator[Clip]:
     """Go through the recordings of a manifest whose words are all in the dictionary."""
     cmudict = read_cmudict()
-    for row in parse_records(manifest.read_text(encoding="utf-8")):
-        if conditions and row.get("condition") not in conditions:
+    for clip in read_manifest(manifest):
+        if conditions and clip.condition not in conditions:
             continue
-        phones = pronunciation(cmudict, row["text"].lower())
+        phones = pronunciation(cmudict, clip.text)
         if 0 < len(phones) <= MOST_PHONES:
-            path = manifest.parent / (row.get("path") or row["file"])
-            yield Clip(path, phones, row.get("speaker") or row["voice"])
+            yield Clip(clip.path, phones, clip.speaker)
 
 
 def pronunciation(cmudict: bytes, text: str) -> list[str]:
@@ -274,10 +274,13 @@ def main(
 ) -> None:
     """Measure how far apart the acoustic model holds the phones.
 
-    A manifest is a table with tabs, with columns path (or file), text, speaker (or voice) and
+    A manifest is a table with tabs, with columns path (or file), text, speaker (or voice), kind and
     perhaps condition. A second of speech takes about a second.
     """
-    chosen = [clip for manifest in manifests for clip in clips(manifest, condition or [])]
+    try:
+        chosen = [clip for manifest in manifests for clip in clips(manifest, condition or [])]
+    except VozError as error:
+        raise typer.BadParameter(str(error)) from None
     if not chosen:
         raise typer.BadParameter("no recording of known words is left; see --condition")
     losses = measure(chosen)

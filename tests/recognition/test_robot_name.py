@@ -16,7 +16,7 @@ from voz.recognition.confidence import Context
 from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.robot_name import MIN_ALLOWANCE, allowance_of
+from voz.recognition.robot_name import usual_log_odds
 from voz.speech.speech_cache import cached_speech
 
 NAME = "hey robot"
@@ -159,12 +159,12 @@ def test_a_short_name_is_told_to_be_one(named: Recognizer, recognizer: Recognize
     assert 'better is "hey max"' in short.name_advice
 
 
-def test_a_name_of_rare_sounds_may_be_said_less_clearly() -> None:
-    said = {"snowboy": "S N OW B OY", "athena": "AH TH IY N AH", "hey": "HH EY"}
+def test_a_long_name_is_heard_more_surely() -> None:
+    said = {"snowboy": "S N OW B OY", "hey": "HH EY", "max": "M AE K S"}
     network = PhonemeScorer({word: [phones.split()] for word, phones in said.items()})
-    rare, common, longer = (allowance_of(network, n) for n in ("snowboy", "athena", "hey snowboy"))
-    assert MIN_ALLOWANCE <= common < rare < longer
-    assert allowance_of(network, "hey") == MIN_ALLOWANCE
+    names = ("max", "hey max", "hey snowboy")
+    short, longer, longest = (usual_log_odds(network, name) for name in names)
+    assert short < longer < longest
 
 
 @pytest.mark.parametrize(("name", "command"), [("point deer", "point beer"), ("hey robot", "")])

@@ -126,30 +126,56 @@ def best_matches(relative: Floats, before: Floats, behind: Floats, sentences: La
     return found
 
 
-def align(
-    relative: Floats, before: Floats, behind: Floats, sentence: Lattice
-) -> list[tuple[int, int]]:
-    """Find the first and last moment of each word of a sentence where it fits best.
+class Path(NamedTuple):
+    """Where a sentence fits best.
+
+    Attributes:
+        score: its relative log-likelihood, nats.
+        begin: its first moment.
+        nodes: the node of its lattice at each moment from then on; none if it fits nowhere.
+    """
+
+    score: float
+    begin: int
+    nodes: list[int]
+
+
+def best_path(relative: Floats, before: Floats, behind: Floats, sentence: Lattice) -> Path:
+    """Find the way through a sentence where it fits best.
 
     Args:
-        relative: as for `best_matches`, like the next two; the sentence must fit somewhere.
+        relative: as for `best_matches`, like the next two.
         before: cost of beginning at each moment, nats.
         behind: cost of ending at each moment, nats.
         sentence: a lattice of one.
     """
-    best, moment, node = -np.inf, 0, 0
+    best, moment, node = -np.inf, 0, NOWHERE
     came: list[Places] = []
     for now, (scores, source, entered) in enumerate(_forward(relative, before, sentence)):
         came.append(np.where(entered, NOWHERE, source))
         last = sentence.ends[scores[sentence.ends].argmax()]
         if scores[last] - behind[now] > best:
-            best, moment, node = scores[last] - behind[now], now, int(last)
-    places: dict[int, tuple[int, int]] = {}
+            best, moment, node = float(scores[last] - behind[now]), now, int(last)
+    nodes: list[int] = []
     while node != NOWHERE:
-        word = int(sentence.words[node])
-        places[word] = moment, places.get(word, (moment, moment))[1]
+        nodes.append(node)
         node = int(came[moment][node])
         moment -= 1
+    return Path(best, moment + 1, nodes[::-1])
+
+
+def align(
+    relative: Floats, before: Floats, behind: Floats, sentence: Lattice
+) -> list[tuple[int, int]]:
+    """Find the first and last moment of each word of a sentence where it fits best.
+
+    The arguments are those of `best_path`; the sentence must fit somewhere.
+    """
+    path = best_path(relative, before, behind, sentence)
+    places: dict[int, tuple[int, int]] = {}
+    for moment, node in enumerate(path.nodes, path.begin):
+        word = int(sentence.words[node])
+        places[word] = places.get(word, (moment, moment))[0], moment
     return [places[word] for word in sorted(places.keys() - {NO_WORD})]
 
 

@@ -173,7 +173,7 @@ class NetworkFinder:
             segment,
             self._name,
             spoken_until=_in_stream(segment, name.end),
-            values={SCORE: name.score},
+            values={SCORE: name.log_odds},
             trust=trust,
             probability=name.confidence * trust,
             named=True,

@@ -144,7 +144,6 @@ class PhonemeScorer:
             word: [[numbers[phone] for phone in phones] for phones in spelled]
             for word, spelled in known.items()
         }
-        self._phone_names = list(symbols)
         self._blank = len(symbols)
         self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
         self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
@@ -211,14 +210,16 @@ class PhonemeScorer:
         words = [[self._pronunciations[word] for word in text.split()] for text in sentences]
         return lattice(words, self._blank)
 
-    def phones(self, text: str) -> list[str]:
-        """The phones of a sentence by the first pronunciation of each word."""
-        numbers = (number for word in text.split() for number in self._pronunciations[word][0])
-        return [self._phone_names[number] for number in numbers]
+    def phone_numbers(self, text: str) -> list[int]:
+        """The phones of a sentence, as they are numbered in `relative` of `PhoneLikelihoods`.
+
+        By the first pronunciation of each word.
+        """
+        return [number for word in text.split() for number in self._pronunciations[word][0]]
 
     def count_phones(self, text: str) -> int:
         """Count the phones of a sentence by the first pronunciation of each word."""
-        return len(self.phones(text))
+        return len(self.phone_numbers(text))
 
     def _make_lattice(self, commands: tuple[str, ...]) -> tuple[Floats, Lattice]:
         phones = np.array([*map(self.count_phones, commands)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +14,9 @@ from voz.language.generated.language_files import list_sources
 from voz.language.pronunciation.lexicon import dictionary_entries
 from voz.recognition.accents import spellings, with_british
 from voz.recognition.confidence import sigmoid
-from voz.recognition.ctc import Floats, Lattice, Matches, best_matches
+from voz.recognition.ctc import Floats
 from voz.recognition.language import Language
+from voz.recognition.name_evidence import find_evidence, read_weights
 from voz.recognition.phoneme_network import MOMENT
 from voz.recognition.phoneme_scorer import (
     PENALTY_PER_OTHER_PHONE,
@@ -30,26 +30,11 @@ SETTING = "[recognition] name"
 NAME_THRESHOLD = 0.5
 """The confidence that a name needs, 0 to 1."""
 
-ALLOWANCES_FILE = Path(__file__).with_name("name_allowances.tsv")
-"""For each phone: how much less often talk sounds like a name that has it, nats."""
-
-SHARE, NAME_COST = 0.85, 5.3
-"""A name may fit worse than the likeliest phones by so much of the sum over its phones, less this,
-nats. The whole sum would be as many false alarms for each name (`tools/fit_name_allowances.py`),
-but those of few or common phones miss more for each nat than the others win.
-"""
-
-MIN_ALLOWANCE = 5.0
-"""So much worse may any name fit, nats."""
-
-CONFIDENCE_SCALE = 3.5
-"""Nats by which the odds of a name change by a factor of e."""
-
 NAME_SAMPLES_BEFORE = SAMPLE_RATE
 """A name may begin so long before a segment: a speaker may pause between two words of it."""
 
-GOOD_ALLOWANCE = 10.0
-"""A name that may fit worse by less, nats, is missed more often."""
+GOOD_LOG_ODDS = 3.8
+"""A name whose log-odds are usually lower is missed more often."""
 
 COMMANDS_BESIDE_NAME = 1000
 """Commands with which a name is compared; of more, a sample."""
@@ -94,24 +79,17 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     return replace(language, pronunciations={**language.pronunciations, **with_british(more)})
 
 
-def allowance_of(network: PhonemeScorer, name: str) -> float:
-    """How much worse a name may fit than the likeliest phones, nats."""
-    allowances = read_allowances()
-    total = sum(allowances[phone] for phone in network.phones(name))
-    return max(MIN_ALLOWANCE, SHARE * total - NAME_COST)
-
-
-def read_allowances() -> dict[str, float]:
-    """Read what each phone adds to the allowance of a name, nats."""
-    lines = ALLOWANCES_FILE.read_text(encoding="utf-8").splitlines()
-    return {phone: float(nats) for phone, nats in (line.split("\t") for line in lines)}
+def usual_log_odds(network: PhonemeScorer, name: str) -> float:
+    """The log-odds of a name, in the mean, that is said in noise."""
+    weights = read_weights()
+    return weights.constant + float(weights.typical[network.phone_numbers(name)].sum())
 
 
 def advice_on_name(language: Language, network: PhonemeScorer, name: str) -> str:
     """Say what would make a name better; empty if it is good."""
     if command := _sounds_like(language, name):
         return f'the name "{name}" sounds like "{command}"; better is one of other sounds'
-    if allowance_of(network, name) >= GOOD_ALLOWANCE:
+    if usual_log_odds(network, name) >= GOOD_LOG_ODDS:
         return ""
     longer = f"{name} robot" if name.startswith("hey ") else f"hey {name}"
     return (
@@ -138,16 +116,16 @@ def _sounds_like(language: Language, name: str) -> str:
 
 
 class NameMatch(NamedTuple):
-    """Where a name fits best in a sound, s, and how much better than it must, nats."""
+    """The log-odds that a name was said where it fits best in a sound, and where that is, s."""
 
-    score: float
+    log_odds: float
     begin: float
     end: float
 
     @property
     def confidence(self) -> float:
         """How sure it is, 0 to 1."""
-        return sigmoid(self.score / CONFIDENCE_SCALE)
+        return sigmoid(self.log_odds)
 
 
 class NameFinder:
@@ -156,12 +134,11 @@ class NameFinder:
     def __init__(self, network: PhonemeScorer, name: str) -> None:
         """Prepare to find a name, the words of which have pronunciations."""
         self._name = network.lattice_of(name)
-        self._allowance = allowance_of(network, name)
 
     def find(
         self, sounds: PhoneLikelihoods, earliest_end: float, alone: bool = False
     ) -> NameMatch | None:
-        """Find the name where it fits best; None if it does not fit.
+        """Find the name where it fits best; None if it was not said.
 
         Args:
             sounds: the phones.
@@ -169,33 +146,26 @@ class NameFinder:
             alone: whether nothing is said just after it.
         """
         match = self.best(sounds, earliest_end, alone)
-        return match if match.score >= 0 else None
+        return match if match.log_odds >= 0 else None
 
     def best(
         self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False
     ) -> NameMatch:
         """Find where the name fits best; arguments are those of `find`."""
-        found = match_names(sounds, self._name, earliest_end, alone)
+        before, behind = costs_around(sounds, alone)
+        too_early = np.where(np.arange(len(behind)) < _moments(earliest_end), np.inf, 0.0)
+        found = find_evidence(sounds.relative, before, behind + too_early, self._name)
         seconds = MOMENT / SAMPLE_RATE
-        begin, end = int(found.begins[0]) * seconds, (int(found.ends[0]) + 1) * seconds
-        return NameMatch(float(found.scores[0]) + self._allowance, begin, end)
+        log_odds = found.log_odds(read_weights())
+        return NameMatch(log_odds, found.begin * seconds, found.end * seconds)
 
 
-def match_names(
-    sounds: PhoneLikelihoods, names: Lattice, earliest_end: float = 0.0, alone: bool = False
-) -> Matches:
-    """Find where each of some names fits best; see `NameFinder.find`."""
-    before, after = _said_around(sounds)
-    too_early = np.where(np.arange(len(after)) < _moments(earliest_end), np.inf, 0.0)
-    return best_matches(sounds.relative, before, too_early + after * alone, names)
-
-
-def _said_around(sounds: PhoneLikelihoods) -> tuple[Floats, Floats]:
+def costs_around(sounds: PhoneLikelihoods, alone: bool = False) -> tuple[Floats, Floats]:
     """Nats against a name that begins at each moment, or ends there, for what is said around it."""
     begun = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
     before = PENALTY_JUST_BEFORE * (begun - _moved(begun, -JUST_BEFORE))
     after = PENALTY_JUST_AFTER * (_moved(begun, JUST_AFTER + 1) - _moved(begun, 1))
-    return before, after
+    return before, after * alone
 
 
 def _moved(counted: Floats, moments: int) -> Floats:

@@ -1,0 +1,102 @@
+"""The program that fits by which sounds a name is known, on a few recordings as words and talk."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import FIXTURES, ROOT, Recording
+from training_programs import load_training
+
+from voz.recognition.name_evidence import LENGTH_LIMITS, NameEvidence, read_weights
+
+PROGRAM = (sys.executable, ROOT / "training" / "name_weights.py")
+
+PHONES = 39
+
+AS_USED, AS_CHECK = "speaker-0", "speaker-3"
+"""Two speakers of talk: by the first the weights are fitted, by the second their threshold."""
+
+
+@pytest.fixture
+def words(tmp_path: Path, recordings: list[Recording]) -> Path:
+    folder = tmp_path / "words"
+    folder.mkdir()
+    chosen = [r for r in recordings if r.kind == "command" and r.path.parent.name == "commands"]
+    lines = [f"{r.path}\t{r.text}\t{r.voice}\t{len(r.samples()) / 16000}\n" for r in chosen]
+    (folder / "manifest.tsv").write_text("path\ttext\tspeaker\tseconds\n" + "".join(lines))
+    return folder
+
+
+def talk_by(folder: Path, *speakers: str) -> Path:
+    manifest = folder / "talk.tsv"
+    files = sorted((FIXTURES / "near_misses").glob("*.flac"))
+    assert len(files) > 10
+    lines = [
+        f"{file}\tsome talk\t{speakers[number % len(speakers)]}\ttalk\n"
+        for number, file in enumerate(files)
+    ]
+    manifest.write_text("path\ttext\tspeaker\tkind\n" + "".join(lines))
+    return manifest
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [*map(str, PROGRAM), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300)
+
+
+def test_a_few_recordings_give_weights_that_voz_reads(tmp_path: Path, words: Path) -> None:
+    out = tmp_path / "weights.npz"
+    talk = talk_by(tmp_path, AS_USED, AS_CHECK)
+    done = run("--speech", words, "--names", 20, "--out", out, talk)
+    assert done.returncode == 0, done.stderr
+    assert "words in noise are missed" in done.stdout
+    found, usual = read_weights(out), read_weights()
+    for name, values in usual._asdict().items():
+        assert np.shape(getattr(found, name)) == np.shape(values)
+    assert found.fit > 0
+    assert not np.array_equal(found.heard, usual.heard)
+
+
+def test_speakers_who_are_scored_by_teach_nothing(tmp_path: Path, words: Path) -> None:
+    done = run("--speech", words, talk_by(tmp_path, "speaker-4", "speaker-5"))
+    assert done.returncode == 2
+    assert "too few speakers of talk" in done.stderr
+
+
+def test_what_cannot_be_read_is_a_message(tmp_path: Path, words: Path) -> None:
+    talk = talk_by(tmp_path, AS_USED)
+    for arguments in (("--speech", tmp_path / "nowhere", talk), ("--speech", words, tmp_path)):
+        done = run(*arguments)
+        assert done.returncode == 2
+        assert "Traceback" not in done.stderr
+
+
+def made_up(fit: float, mistaken: bool, rng: np.random.Generator) -> NameEvidence:
+    """A name of one phone three times, which is heard as the next phone if it is mistaken."""
+    heard = np.full((3, PHONES + 1), -4.6)
+    heard[:, 7 if mistaken else 6] = 4.6
+    phones = np.full(3, 6)
+    return NameEvidence(fit, 0.0, 0, 9, phones, heard, rng.integers(len(LENGTH_LIMITS) + 1, size=3))
+
+
+def test_a_phone_that_is_often_mistaken_counts_little_against_a_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "training")
+    program = load_training("name_weights")
+    rng = np.random.default_rng(1)
+    said = [made_up(-6.0 * (number % 2), number % 2 == 1, rng) for number in range(400)]
+    other = [made_up(-6.0, False, rng) for _ in range(400)]
+    weights = program.fit(program.examples(said), program.examples(other))
+    mistaken = made_up(-6.0, True, rng)
+    assert mistaken.log_odds(weights) > 0 > other[0].log_odds(weights)
+    nearest = [*other[:100], *said[:4]]
+    moved = program.with_threshold(weights, [nearest, other[:9]], 4.0)
+    assert sum(one.log_odds(moved) > 0 for one in nearest) == 4
+    typical = program.with_typical(moved, said).typical
+    mean = np.mean([one.log_odds(moved) for one in said]) - moved.constant
+    assert typical[6] == pytest.approx(mean / 3)

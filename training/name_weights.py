@@ -1,0 +1,197 @@
+"""Fit by which sounds the robot's name is known: `voz/recognition/name_weights.npz`.
+
+    python training/name_weights.py --speech FOLDER MANIFEST...
+
+FOLDER has words whose phones are known, as `synthesize.py` makes them, and MANIFEST lists hours of
+talk. Where a word fits best in its own recording, clean or in noise, it was said. Where a made-up
+name fits best in talk, clean or in noise, or in another word in noise, it was not. A logistic
+regression over what is heard there tells the two apart. One half of the speakers of talk, by a
+checksum of their names, is left to who measures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
+from zlib import crc32
+
+import numpy as np
+import typer
+from name_examples import LENGTHS, made_up, of_others, of_words, seconds_of
+from speech import Clip, Pool, load_pools
+
+from voz.apps.recordings.manifest import read_manifests
+from voz.errors import VozError
+from voz.recognition.ctc import Floats, Places
+from voz.recognition.name_evidence import (
+    AROUND,
+    LENGTH_LIMITS,
+    WEIGHTS_FILE,
+    NameEvidence,
+    NameWeights,
+    write_weights,
+)
+from voz.recognition.phoneme_scorer import read_phone_symbols
+
+PHONES = len(read_phone_symbols())
+
+CHECKED = 4
+"""One of so many speakers tells how often talk is taken for a name; by the others it is fitted."""
+
+OTHER_WORDS = 5
+"""One of so many words is heard as what is no name: alone, and in noise."""
+
+OFTEN = 0.1
+"""False alarms of each name in an hour."""
+
+STEPS, BATCH, RATE = 700, 512, 5e-3
+"""Steps of the regression, examples of each kind in one, and the first rate of learning, which
+falls to nothing."""
+
+FORGETTING = (0.9, 0.999)
+"""Of the means of the gradient and of its square (Adam, Kingma and Ba 2015, arXiv:1412.6980)."""
+
+SHRINKAGE = 3e-4
+"""What the sum of the squares of the weights costs, nats."""
+
+
+class Examples(NamedTuple):
+    """Evidence of names, padded with zeros to the same number of phones.
+
+    Attributes:
+        fits: of each example, nats.
+        others: log-odds of each example for what no weight is fitted for.
+        phones: examples x phones.
+        told: examples x phones x what is heard of each and how long it is.
+    """
+
+    fits: Floats
+    others: Floats
+    phones: Places
+    told: Floats
+
+    def some(self, rng: np.random.Generator) -> Examples:
+        """A batch of them."""
+        chosen = rng.integers(len(self.fits), size=BATCH)
+        return Examples(*(array[chosen] for array in self))
+
+
+def examples(evidence: Sequence[NameEvidence]) -> Examples:
+    """Put evidence side by side."""
+    shape = len(evidence), max(LENGTHS)
+    kinds = np.eye(len(LENGTH_LIMITS) + 1, dtype=np.float32)
+    phones = np.zeros(shape, np.intp)
+    told = np.zeros((*shape, PHONES + 1 + len(kinds)), np.float32)
+    for number, one in enumerate(evidence):
+        phones[number, : len(one.phones)] = one.phones
+        told[number, : len(one.phones)] = np.hstack([one.heard, kinds[one.lengths]])
+    fits = np.array([one.fit for one in evidence], np.float32)
+    others = np.array([-AROUND * one.around for one in evidence], np.float32)
+    return Examples(fits, others, phones, told)
+
+
+def fit(said: Examples, not_said: Examples) -> NameWeights:
+    """Fit the regression to examples of both kinds, each of which counts for a half."""
+    rng = np.random.default_rng(1)
+    weights = np.zeros(2 + PHONES * said.told.shape[-1], np.float32)
+    mean, square = np.zeros((2, *weights.shape), np.float32)
+    was_said = np.repeat([1, 0], BATCH)
+    for step in range(1, STEPS + 1):
+        kinds = zip(said.some(rng), not_said.some(rng), strict=True)
+        batch = Examples(*(np.concatenate(both) for both in kinds))
+        gradient = _gradient(weights, batch, was_said)
+        mean += (1 - FORGETTING[0]) * (gradient - mean)
+        square += (1 - FORGETTING[1]) * (gradient**2 - square)
+        first, second = (m / (1 - f**step) for m, f in zip((mean, square), FORGETTING, strict=True))
+        weights -= RATE * (1 - step / STEPS) * first / (np.sqrt(second) + 1e-8)
+    table = weights[2:].reshape(PHONES, -1)
+    heard, lengths = np.split(table, [PHONES + 1], axis=1)
+    return NameWeights(*map(float, weights[:2]), heard, lengths, np.zeros(PHONES))
+
+
+def _gradient(weights: Floats, batch: Examples, was_said: Places) -> Floats:
+    """The gradient of the mean loss of a batch, and of what large weights cost."""
+    table = weights[2:].reshape(PHONES, -1)
+    log_odds = weights[0] + weights[1] * batch.fits + batch.others
+    log_odds += np.einsum("epk,epk->e", table[batch.phones], batch.told)
+    error = (1 / (1 + np.exp(-log_odds)) - was_said) / BATCH
+    one_hot = np.eye(PHONES, dtype=np.float32)[batch.phones].reshape(-1, PHONES)
+    told = (error[:, np.newaxis, np.newaxis] * batch.told).reshape(len(one_hot), -1)
+    of_table = one_hot.T @ told + 2 * SHRINKAGE * table
+    return np.concatenate([[error.sum(), error @ batch.fits], of_table.ravel()]).astype(np.float32)
+
+
+def with_threshold(
+    weights: NameWeights, rooms: Iterable[Sequence[NameEvidence]], alarms: float
+) -> NameWeights:
+    """Move the log-odds so that at most so many of what is nearest in any room are above zero."""
+    limits = [
+        sorted((one.log_odds(weights) for one in room), reverse=True)[round(alarms)]
+        for room in rooms
+    ]
+    return weights._replace(constant=weights.constant - max(limits))
+
+
+def with_typical(weights: NameWeights, said: Sequence[NameEvidence]) -> NameWeights:
+    """Add what each phone of a name that is said counts for, by least squares."""
+    counts = [np.bincount(one.phones, minlength=PHONES) for one in said]
+    more = np.array([one.log_odds(weights) for one in said]) - weights.constant
+    return weights._replace(typical=np.linalg.lstsq(np.array(counts, float), more)[0])
+
+
+def words_in(folders: Sequence[Path]) -> tuple[list[Clip], Pool]:
+    """The recordings of words as long as a name, and what is mixed into them."""
+    pool, held_back = load_pools(folders)
+    every = [clip for group in (*pool.groups, held_back) for clip in group]
+    return [clip for clip in every if len(clip.phones or ()) in LENGTHS], pool
+
+
+def talk_in(manifests: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    """The talk by which the weights are fitted, and that by which their threshold is chosen."""
+    learned, checked = [], []
+    for recording in read_manifests(manifests):
+        checksum = crc32(recording.speaker.encode())
+        if recording.kind == "talk" and checksum % 2:
+            (learned if checksum // 2 % CHECKED else checked).append(recording.path)
+    return learned, checked
+
+
+def main(
+    talk: Annotated[list[Path], typer.Argument(help="List talk.")],
+    speech: Annotated[
+        list[Path], typer.Option(help="A folder of words, with a manifest.tsv; may be repeated.")
+    ],
+    names: Annotated[int, typer.Option(min=1, help="Names that are made up.")] = 600,
+    out: Annotated[Path, typer.Option(help="The weights.")] = WEIGHTS_FILE,
+) -> None:
+    """Write the weights, and print how well they tell names from talk.
+
+    Example: python training/name_weights.py --speech words people/manifest.tsv
+    """
+    try:
+        words, pool = words_in(speech)
+        learned, checked = talk_in(talk)
+    except VozError as error:
+        raise typer.BadParameter(str(error)) from None
+    except (OSError, KeyError) as error:
+        raise typer.BadParameter(f"{error}; give folders with a manifest.tsv") from None
+    if not learned or not checked or not words:
+        raise typer.BadParameter("too few speakers of talk, or no word of 4 to 11 phones")
+    made = made_up(names, [clip.phones or () for clip in words])
+    said = of_words(words, pool)
+    others = of_others(learned, made)
+    others += of_others(learned, made, pool)
+    others += of_others([clip.path for clip in words[::OTHER_WORDS]], made, pool)
+    weights = fit(examples(said), examples(others))
+    nearest = [of_others(checked, made, mixed) for mixed in (None, pool)]
+    weights = with_threshold(weights, nearest, OFTEN * names * seconds_of(checked) / 3600)
+    write_weights(with_typical(weights, said[1::2]), out)
+    for title, some in (("clean", said[::2]), ("in noise", said[1::2])):
+        missed = np.mean([one.log_odds(weights) < 0 for one in some])
+        print(f"{missed:.3f} of {len(some)} words {title} are missed")
+    print(f"at {OFTEN} false alarms of each name in an hour, by other speakers")
+
+
+if __name__ == "__main__":
+    typer.run(main)

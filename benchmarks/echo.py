@@ -16,12 +16,11 @@ from collections import defaultdict
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from zlib import crc32
 
 import numpy as np
 from loudspeakers import PATHS, ROOM_NOISE, EchoPath, Floats, Played, loud_power, reply, speech
 from machine import machine, one_line_errors
-from mix_rooms import is_held_back
+from mix_rooms import is_held_back, is_scored
 
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Clip, read_manifests
@@ -255,11 +254,6 @@ def softened(path: EchoPath, sound: Floats, rng: np.random.Generator) -> tuple[f
             heard += float(np.sum((part.samples + part.echo) ** 2))
             left += float(np.sum(part.samples.astype(float) ** 2))
     return heard, left, len(ends), seconds
-
-
-def is_scored(speaker: str) -> bool:
-    """Whether a speaker is of the half by whom nothing was chosen."""
-    return crc32(speaker.encode()) % 2 == 0
 
 
 def main() -> None:

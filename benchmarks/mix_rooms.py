@@ -126,6 +126,11 @@ def is_held_back(speaker: str) -> bool:
     return crc32(speaker.encode()) % HELD_BACK == 0
 
 
+def is_scored(speaker: str) -> bool:
+    """Whether a speaker is of the half by whom nothing but the network was chosen."""
+    return crc32(speaker.encode()) % 2 == 0
+
+
 def main(
     out: Annotated[Path, typer.Argument(help="Folder of the streams and their list.")],
     manifests: Annotated[list[Path], typer.Argument(help="Lists of recordings.")],

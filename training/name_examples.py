@@ -37,19 +37,27 @@ AROUND = SAMPLE_RATE // 2
 PIECE = 20 * SAMPLE_RATE
 """Samples that are heard at once."""
 
+MOST_TRIED = 100
+"""So many halves are joined at most for each name."""
+
 PARTS = 32
 """Tasks for several processes."""
 
 
 def made_up(count: int, words: Sequence[Name]) -> list[Name]:
-    """Names that nobody says: the first half of one word and the second half of another."""
+    """Names that nobody says: the first half of one word and the second half of another.
+
+    Fewer than `count` if there are too few words.
+    """
     rng = random.Random(1)
     known, names = {*words}, set[Name]()
-    while len(names) < count:
+    for _ in range(MOST_TRIED * count):
         one, other = rng.choice(words), rng.choice(words)
         name = one[: len(one) // 2] + other[len(other) // 2 :]
         if len(name) in LENGTHS and name not in known:
             names.add(name)
+        if len(names) == count:
+            break
     return sorted(names)
 
 
@@ -138,8 +146,13 @@ def _network() -> PhonemeScorer:
     return PhonemeScorer({})
 
 
+@cache
+def _phone_numbers() -> dict[str, int]:
+    return {phone: number for number, phone in enumerate(read_phone_symbols())}
+
+
 def _lattice(*names: Name) -> Lattice:
-    numbers = {phone: number for number, phone in enumerate(read_phone_symbols())}
+    numbers = _phone_numbers()
     ways = ([numbers[phone] for phone in name] for name in names)
     return lattice([[[way]] for way in ways], len(numbers))
 

@@ -181,9 +181,9 @@ def main(
         raise typer.BadParameter(str(error)) from None
     except (OSError, KeyError) as error:
         raise typer.BadParameter(f"{error}; give folders with a manifest.tsv") from None
-    if not learned or not checked or not words:
-        raise typer.BadParameter("too few speakers of talk, or no word of 4 to 11 phones")
-    made = made_up(names, [clip.phones or () for clip in words])
+    made = made_up(names, [clip.phones or () for clip in words]) if words else []
+    if not learned or not checked or not made:
+        raise typer.BadParameter("too few speakers of talk, or too few words of 4 to 11 phones")
     said = of_words(words, pool)
     others = of_others(learned, made)
     others += of_others(learned, made, pool)
@@ -191,7 +191,7 @@ def main(
     weights = fit(examples(said), examples(others))
     weights = weights._replace(lengths=weights.lengths + PER_PHONE)
     nearest = [of_others(checked, made, mixed) for mixed in (None, pool)]
-    weights = with_threshold(weights, nearest, OFTEN * names * seconds_of(checked) / 3600)
+    weights = with_threshold(weights, nearest, OFTEN * len(made) * seconds_of(checked) / 3600)
     write_weights(with_typical(weights, said[1::2]), out)
     for title, some in (("clean", said[::2]), ("in noise", said[1::2])):
         missed = np.mean([one.log_odds(weights) < 0 for one in some])

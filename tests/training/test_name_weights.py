@@ -100,3 +100,11 @@ def test_a_phone_that_is_often_mistaken_counts_little_against_a_name(
     typical = program.with_typical(moved, said).typical
     mean = np.mean([one.log_odds(moved) for one in said]) - moved.constant
     assert typical[6] == pytest.approx(mean / 3)
+
+
+def test_few_words_give_few_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "training")
+    program = load_training("name_examples")
+    words = [("S", "T", "AA", "P"), ("F", "OW", "L", "D")]
+    assert program.made_up(600, words) == [("F", "OW", "AA", "P"), ("S", "T", "L", "D")]
+    assert len(program.made_up(1, words)) == 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,6 @@ LENGTH_LIMITS = np.array([2, 3, 4, 5, 7, 9, 12, 16, 25])
 
 MOST_BEFORE, MOST_AFTER = 1, 2
 """Moments around a phone in which the network may hear another in its place."""
-
 
 AROUND = 0.8
 """Log-odds against a name for each nat that is against what is said around it. Fitted like the
@@ -94,8 +93,8 @@ def read_weights(file: Path = WEIGHTS_FILE) -> NameWeights:
 
 def write_weights(weights: NameWeights, file: Path) -> None:
     """Write the weights."""
-    arrays = {name: np.float32(values) for name, values in weights._asdict().items()}
-    np.savez(file, allow_pickle=False, **arrays)
+    arrays: dict[str, Any] = {name: np.float32(v) for name, v in weights._asdict().items()}
+    np.savez(file, **arrays)
 
 
 def find_evidence(relative: Floats, before: Floats, behind: Floats, name: Lattice) -> NameEvidence:

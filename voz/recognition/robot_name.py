@@ -134,6 +134,7 @@ class NameFinder:
     def __init__(self, network: PhonemeScorer, name: str) -> None:
         """Prepare to find a name, the words of which have pronunciations."""
         self._name = network.lattice_of(name)
+        self._weights = read_weights()
 
     def find(
         self, sounds: PhoneLikelihoods, earliest_end: float, alone: bool = False
@@ -156,7 +157,7 @@ class NameFinder:
         too_early = np.where(np.arange(len(behind)) < _moments(earliest_end), np.inf, 0.0)
         found = find_evidence(sounds.relative, before, behind + too_early, self._name)
         seconds = MOMENT / SAMPLE_RATE
-        log_odds = found.log_odds(read_weights())
+        log_odds = found.log_odds(self._weights)
         return NameMatch(log_odds, found.begin * seconds, found.end * seconds)
 
 

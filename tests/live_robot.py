@@ -84,7 +84,8 @@ class LiveRobot:
             if found:
                 return found[0]
             assert self.process.poll() is None, self.words
-            assert time.monotonic() < deadline, (self.words, self.arrived[-1:])
+            last = self.warnings(since), self.arrived[-1:]
+            assert time.monotonic() < deadline, (self.words, *last)
             time.sleep(0.005)
 
     def of(self, kind: str, since: int = 0) -> list[dict[str, Any]]:

@@ -81,6 +81,7 @@ def test_stop_needs_no_script(robot: PageRobot) -> None:
     assert answer.json()["stopped"]
 
 
+@pytest.mark.realtime
 def test_the_state_tells_where_the_robot_is(robot: PageRobot) -> None:
     before = robot.state["now"]["pose"][0]
     robot.drives("go forward")
@@ -172,6 +173,7 @@ def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
         assert robot.command("go forward", page=secret, stops=1).json()["obeyed"]
 
 
+@pytest.mark.realtime
 def test_s5_the_robot_stops_when_the_page_that_drives_is_closed(robot: PageRobot) -> None:
     with opened(robot) as page:
         page.start_driving()
@@ -198,6 +200,7 @@ def test_s5_the_robot_stops_when_another_page_drives_at_once_in_place_of_one_tha
         robot.robot.wait_for(rests, since)
 
 
+@pytest.mark.realtime
 def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRobot) -> None:
     with opened(robot) as page:
         page.start_driving()
@@ -208,6 +211,7 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
         robot.robot.wait_for(rests, since)
 
 
+@pytest.mark.realtime
 def test_a_page_that_is_closed_while_the_robot_rests_is_no_trouble(robot: PageRobot) -> None:
     since = robot.since
     with opened(robot) as page:

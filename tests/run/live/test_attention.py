@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from live_robot import LiveRobot, live_robot, moves, rests, speak
@@ -39,6 +41,10 @@ def heard(robot: LiveRobot, pulse: dict[str, str], recording: Path) -> dict[str,
     return heard(robot, pulse, recording) if event.get("ignored") == "too_late" else event
 
 
+def is_attention(awake: bool) -> Callable[[dict[str, Any]], bool]:
+    return lambda event: event["type"] == "attention" and event["awake"] == awake
+
+
 def test_nothing_moves_before_the_name_and_an_answer_by_voice_does_what_was_asked(
     pulse: dict[str, str], tmp_path: Path
 ) -> None:
@@ -47,20 +53,21 @@ def test_nothing_moves_before_the_name_and_an_answer_by_voice_does_what_was_aske
     with live_robot(pulse, "--config", str(settings), "--listening", before=EASILY_ASKED) as robot:
         assert heard(robot, pulse, clip("go forward"))["ignored"] == "asleep"
         assert heard(robot, pulse, by_festival("hey robot"))["named"]
-        assert robot.of("attention")[-1]["awake"]
+        robot.wait_for(is_attention(awake=True))
         assert not any(map(moves, robot.of("cmd_vel")))
         assert heard(robot, pulse, clip("go forward"))["obeyed"]
         robot.wait_for(moves)
 
+        robot.wait_for(is_attention(awake=False), len(robot.arrived))
         since = len(robot.arrived)
-        robot.wait_for(lambda e: e["type"] == "attention" and not e["awake"], since)
         assert heard(robot, pulse, clip("stop"))["obeyed"]
         robot.wait_for(rests, since)
 
         time.sleep(PAUSE)
         heard(robot, pulse, by_festival("hey robot"))
-        assert not heard(robot, pulse, by_festival("joint pier"))["accepted"]
-        assert robot.of("reply")[-1]["text"] == "did you say point beer?"
+        asked = heard(robot, pulse, by_festival("joint pier"))
+        assert not asked["accepted"], [a for a in robot.arrived if a.event["type"] != "cmd_vel"]
+        robot.wait_for(lambda e: e["type"] == "reply" and e["text"] == "did you say point beer?")
         assert robot.of("selected_object") == []
         answered = heard(robot, pulse, by_festival("yes"))
         assert (answered["text"], answered["obeyed"]) == ("point beer", True)

@@ -70,6 +70,19 @@ def test_a_name_in_talk_that_goes_on_is_none(named: Recognizer, rest: str) -> No
     assert not any(utterance.named for utterance in utterances)
 
 
+@pytest.mark.parametrize(("rest", "gap"), [("tea for two", 0.2), ("obviously", 0.1), ("tom", 0.1)])
+def test_a_name_is_heard_once_whatever_follows(named: Recognizer, rest: str, gap: float) -> None:
+    pause = np.zeros(int(gap * SAMPLE_RATE), np.int16)
+    sound = np.concatenate([said(NAME)[:-SAMPLE_RATE], pause, said(rest)[SAMPLE_RATE:]])
+    utterances = named.decode(sound, SAMPLE_RATE)
+    assert [utterance.text for utterance in utterances].count(NAME) == 1
+
+
+def test_a_name_that_is_said_twice_is_heard_twice(named: Recognizer) -> None:
+    sound = np.concatenate([said(NAME)[:-SAMPLE_RATE], said(NAME)[SAMPLE_RATE:]])
+    assert [utterance.text for utterance in named.decode(sound, SAMPLE_RATE)] == [NAME, NAME]
+
+
 @pytest.mark.parametrize("gap", [0.0, 0.2, 0.4])
 def test_a_name_lets_no_command_amid_talk_through(
     named: Recognizer, recognizer: Recognizer, gap: float

@@ -182,9 +182,13 @@ class Interpreter:
         """What would make the robot's name better; empty if it is good, or there is none."""
         return self._name_advice() if self._name_advice else ""
 
+    def is_name(self, text: str) -> bool:
+        """Whether a text is the robot's name."""
+        return bool(text) and text == self._name
+
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""
-        return bool(text) and (text == self._name or self.commands.has_continuation(text))
+        return self.is_name(text) or (bool(text) and self.commands.has_continuation(text))
 
     def command_name(self, text: str) -> str | None:
         """The name of a sentence's command, if it is not the sentence itself."""

@@ -49,6 +49,7 @@ class Stream:
         self._paused: Hypothesis | None = None  # of the segment under way, up to its last pause
         self._waiting: Hypothesis | None = None  # hangs on what follows
         self._other: Segment | None = None  # speech just before that was no command
+        self._name_until = 0.0  # where the robot's name ended that was reported last
         self._partial_text, self._partial_until = "", 0.0  # reported last, and not again before
 
     @property
@@ -88,9 +89,15 @@ class Stream:
             waiting, self._waiting = self._heard_by_now(self._waiting, sound), None
             yield from self._report(waiting, _between(waiting.segment, sound), sound.decided)
         if isinstance(sound, Segment):
+            sound = self._after_name(sound)
             follow = self._over if sound.over else self._pause
             context = Context.SPEECH if sound.amid else _between(self._other, sound)
             yield from follow(sound, context)
+
+    def _after_name(self, segment: Segment) -> Segment:
+        """A segment without the name before it that was reported: it is heard once."""
+        since = max(0, int((segment.start - self._name_until) * SAMPLE_RATE))
+        return segment._replace(before=segment.before[max(0, len(segment.before) - since) :])
 
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:
         if spotted := self._interpreter.spot(sound.samples):
@@ -157,6 +164,8 @@ class Stream:
         is_speech = not heard.values or heard.trust > 0
         if utterance.accepted:
             self._segmenter.mark_command()
+            if self._interpreter.is_name(utterance.text):
+                self._name_until = heard.spoken_until
         self._other = heard.segment if is_speech and not utterance.accepted else None
         yield utterance
         self._interpreter.learn(heard)  # afterward, so that the robot need not wait for it

@@ -62,6 +62,16 @@ def test_a_name_that_ends_softly_in_noise_is_heard(
     assert (only.text, only.named, only.accepted) == (NAME, True, True)
 
 
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_name_in_noise_that_hides_its_voice_is_heard(named: Recognizer, seed: int) -> None:
+    speech = said(NAME).astype(float)
+    power = np.mean(speech[SAMPLE_RATE:-SAMPLE_RATE] ** 2)
+    sound = np.concatenate([PAUSE, speech])
+    sound += np.random.default_rng(seed).normal(0, np.sqrt(4 * power), len(sound))
+    (only,) = named.decode(np.rint(sound).astype(np.int16), SAMPLE_RATE)
+    assert (only.text, only.accepted) == (NAME, True)
+
+
 @pytest.mark.parametrize(
     "rest", ["makers have sold a million of them", "parts are cheap these days"]
 )

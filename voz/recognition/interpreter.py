@@ -188,7 +188,7 @@ class Interpreter:
 
     def has_continuation(self, text: str) -> bool:
         """Whether a longer command begins with this one, or a command follows: it is the name."""
-        return self.is_name(text) or (bool(text) and self.commands.has_continuation(text))
+        return bool(text) and (self.is_name(text) or self.commands.has_continuation(text))
 
     def command_name(self, text: str) -> str | None:
         """The name of a sentence's command, if it is not the sentence itself."""

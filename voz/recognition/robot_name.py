@@ -147,7 +147,7 @@ class NameFinder:
             alone: whether nothing is said just after it.
         """
         match = self.best(sounds, earliest_end, alone)
-        return match if match.log_odds >= 0 else None
+        return match if match.confidence >= NAME_THRESHOLD else None
 
     def best(
         self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False

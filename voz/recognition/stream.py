@@ -96,7 +96,7 @@ class Stream:
 
     def _after_name(self, segment: Segment) -> Segment:
         """A segment without the name before it that was reported: it is heard once."""
-        since = max(0, int((segment.start - self._name_until) * SAMPLE_RATE))
+        since = max(0, round((segment.start - self._name_until) * SAMPLE_RATE))
         return segment._replace(before=segment.before[max(0, len(segment.before) - since) :])
 
     def _spot(self, sound: Ongoing) -> Iterator[Partial]:

@@ -209,6 +209,7 @@ def test_a_signal_at_any_moment_of_the_start_ends_it_with_zero(
     run.wait_until(lambda: run.got()[-2:] in ([], [0.0, "closed"], ["closed"]))
 
 
+@pytest.mark.realtime
 def test_outputs_that_nobody_reads_hold_up_neither_stop_nor_the_end(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:

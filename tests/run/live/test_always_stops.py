@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from calls import VOZ
@@ -25,6 +26,8 @@ from voz.config import default_commands
 from voz.speech.speech_cache import cached_speech
 
 pytestmark = pytest.mark.slow
+
+EVENTS = ("--events", "log.jsonl")
 
 BASE = """
 import json, re, sys, time
@@ -83,8 +86,17 @@ class Watched:
     def wait_until(self, happens: Callable[[], bool]) -> None:
         deadline = time.monotonic() + 30
         while not happens():
-            assert time.monotonic() < deadline, self.got()[-20:]
+            assert time.monotonic() < deadline, f"{self.got()[-5:]}\n{self.told()}"
             time.sleep(0.01)
+
+    def events(self) -> list[dict[str, Any]]:
+        log = self.folder / "log.jsonl"
+        lines = log.read_text().splitlines(keepends=True) if log.exists() else []
+        return [json.loads(line) for line in lines if line.endswith("\n")]
+
+    def told(self) -> list[dict[str, Any]]:
+        """Return the last events besides velocities: what was heard, and warnings."""
+        return [event for event in self.events() if event["type"] != "cmd_vel"][-10:]
 
     def type(self, text: bytes) -> None:
         assert self.process.stdin
@@ -103,7 +115,7 @@ def watched(
     (folder / "base.py").write_text(BASE)
     ours, theirs = os.pipe()
     with subprocess.Popen(
-        [*VOZ, "run", "--listening", "--robot", f"base:{kind}", *arguments],
+        [*VOZ, "run", "--listening", "--robot", f"base:{kind}", *EVENTS, *arguments],
         cwd=folder,
         env=environment,
         stdin=subprocess.PIPE,
@@ -235,7 +247,7 @@ def test_a_byte_that_is_no_text_is_no_command_and_stop_still_works(
     locale: str, tmp_path: Path, pulse: dict[str, str]
 ) -> None:
     environment = pulse | {"LC_ALL": locale}
-    with watched(tmp_path, environment, "Base", "--no-sound", "--events", "log.jsonl") as run:
+    with watched(tmp_path, environment, "Base", "--no-sound") as run:
         run.type(b"go forward\n")
         run.wait_for(0.1)
         run.type(b"\xff\xfe\n\xc3\nstop\n")
@@ -244,31 +256,26 @@ def test_a_byte_that_is_no_text_is_no_command_and_stop_still_works(
         run.wait_for(-0.1)
         run.process.terminate()
         assert run.process.wait(30) == 143
-    events = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
-    assert "��" in [event.get("text") for event in events]
+    assert "��" in [event.get("text") for event in run.events()]
 
 
 def test_a_stop_behind_thousands_of_lines_comes_before_them_and_all_are_counted(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:
-    log = tmp_path / "log.jsonl"
-
-    def events() -> list[dict[str, object]]:
-        return [json.loads(line) for line in log.read_text().splitlines(True) if line[-1] == "\n"]
-
     def dropped() -> list[int]:  # one number, and one more for each 5 s that it takes
-        told = [re.match("([0-9]+) messages came too fast", str(e.get("text"))) for e in events()]
+        texts = [str(event.get("text")) for event in run.events()]
+        told = [re.match("([0-9]+) messages came too fast", text) for text in texts]
         return [int(found[1]) for found in told if found]
 
     def refused() -> int:
-        return sum(event.get("reason") == "not_a_command" for event in events())
+        return sum(event.get("reason") == "not_a_command" for event in run.events())
 
-    with watched(tmp_path, pulse, "Base", "--no-sound", "--events", str(log)) as run:
+    with watched(tmp_path, pulse, "Base", "--no-sound") as run:
         run.type(b"go forward\n")
         run.wait_for(0.1)
         run.type(b"what is all this nonsense here\n" * 3000 + b"stop\n")
-        run.wait_until(lambda: any(event.get("text") == "stop" for event in events()))
-        so_far = events()
+        run.wait_until(lambda: any(event.get("text") == "stop" for event in run.events()))
+        so_far = run.events()
         run.wait_for(0.0)
         run.wait_until(lambda: sum(dropped()) + refused() >= 3000)
         run.process.terminate()
@@ -311,7 +318,7 @@ def test_a_cache_of_replies_that_hangs_does_not_hold_up_stop(
 def test_a_robot_that_fails_is_stopped_and_closed_and_the_run_goes_on(
     fault: str, tmp_path: Path, pulse: dict[str, str]
 ) -> None:
-    with watched(tmp_path, pulse, "Faulty", "--no-sound", "--events", "log.jsonl") as run:
+    with watched(tmp_path, pulse, "Faulty", "--no-sound") as run:
         run.type(b"go forward\n")
         run.wait_for(0.1)
         run.fault(fault)
@@ -331,7 +338,7 @@ def test_a_robot_that_fails_is_stopped_and_closed_and_the_run_goes_on(
 def test_a_robot_that_never_lets_go_of_python_holds_up_nobody_else(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:
-    with watched(tmp_path, pulse, "Faulty", "--no-sound", "--events", "log.jsonl") as run:
+    with watched(tmp_path, pulse, "Faulty", "--no-sound") as run:
         run.type(b"go forward\n")
         run.wait_for(0.1)
         run.fault("re.fullmatch('(a+)+', 'a' * 60 + 'b')")

@@ -32,9 +32,10 @@ from voz.audio.capture.arrays import to_samples
 from voz.cli.text_io import with_bar
 from voz.language.generated.language_files import find_language
 from voz.recognition.language import load_language
+from voz.recognition.name_finder import LEAST_LOG_ODDS, NameFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.recognizer import Recognizer
-from voz.recognition.robot_name import NameFinder, with_more_words
+from voz.recognition.robot_name import with_more_words
 from voz.settings import Recognition
 
 ROOMS = (("quiet", None), ("kitchen", 10), ("motors", 10), ("babble", 10))
@@ -49,9 +50,6 @@ PAUSE = np.zeros(SAMPLE_RATE // 2, np.float32)
 SEED = 1
 
 SENTENCES_TIMED = 100
-
-NEARLY = -4.0
-"""A name with lower log-odds in a whole sentence is in no part of it either."""
 
 
 def read_names(path: Path) -> list[Clip]:
@@ -101,8 +99,9 @@ def hear_names(
     scores = []
     for begin, end in said:
         part = stream[max(0, int((begin - 0.5) * SAMPLE_RATE)) : int((end + 0.5) * SAMPLE_RATE)]
-        sounds = network.phone_likelihoods(to_samples(part, SAMPLE_RATE))
-        scores.append(names.best(sounds, alone=True).log_odds)
+        samples = to_samples(part, SAMPLE_RATE)
+        match = names.listen(samples, network.phone_likelihoods(samples), alone=True)
+        scores.append(match.log_odds)
     heard = [any(h.start < end and h.end > begin for h in woken) for begin, end in said]
     return heard, scores
 
@@ -128,9 +127,9 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
         for at in range(0, len(sound), PIECE):
             piece = to_samples(sound[at : at + PIECE], SAMPLE_RATE)
             sounds = network.phone_likelihoods(piece)
-            scores.append([finder.best(sounds, alone=True).log_odds for finder in finders])
+            scores.append([f.listen(piece, sounds, alone=True).log_odds for f in finders])
             for number, finder in enumerate(finders):
-                if finder.best(sounds).log_odds >= NEARLY:
+                if finder.best(sounds).log_odds >= LEAST_LOG_ODDS:
                     heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
                     alarms[number] += sum(utterance.named for utterance in heard)
     by_name = np.reshape(scores, (-1, len(names))).T.tolist()

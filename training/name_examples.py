@@ -19,8 +19,8 @@ from voz.audio.capture.arrays import to_samples
 from voz.cli.text_io import with_bar
 from voz.recognition.ctc import Floats, Lattice, best_matches, lattice
 from voz.recognition.name_evidence import NameEvidence, find_evidence
+from voz.recognition.name_finder import costs_around
 from voz.recognition.phoneme_scorer import PhonemeScorer, read_phone_symbols
-from voz.recognition.robot_name import costs_around
 
 Name = tuple[str, ...]
 """The phones of a name."""

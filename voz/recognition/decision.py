@@ -8,7 +8,7 @@ from voz.language.sentences.command_set import Commands
 from voz.recognition.confidence import Context, discount_for_context, multiply_odds
 from voz.recognition.confidence_model import Model
 from voz.recognition.hypothesis import Hypothesis
-from voz.recognition.robot_name import NAME_THRESHOLD
+from voz.recognition.name_finder import NAME_THRESHOLD
 from voz.recognition.slot_rivals import highest_confidence
 from voz.recognition.thresholds import thresholds_of
 from voz.settings import Recognition

@@ -20,11 +20,12 @@ from voz.recognition.decoder import mean_start
 from voz.recognition.details import NO_DETAILS, Details, with_details
 from voz.recognition.hypothesis import CommandFinder, Hypothesis
 from voz.recognition.language import Language
+from voz.recognition.name_finder import NAME_SAMPLES_BEFORE
 from voz.recognition.network_file import UnknownNetworkError
 from voz.recognition.network_finder import MAX_COMPARED, NetworkFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.pocketsphinx_finder import PocketsphinxFinder
-from voz.recognition.robot_name import NAME_SAMPLES_BEFORE, advice_on_name
+from voz.recognition.robot_name import advice_on_name
 from voz.recognition.shortlist import MAX_NEVER_MISSED
 from voz.recognition.speaker.adaptation import Aligner, StartVector, teaches
 from voz.recognition.speaker.profiles import Profile

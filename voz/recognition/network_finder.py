@@ -21,9 +21,9 @@ from voz.recognition.confidence_model import SCORE, Model
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
+from voz.recognition.name_finder import NameFinder, NameMatch, from_time
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.refusal import refusal_by_network, unusable_sound
-from voz.recognition.robot_name import NameFinder, NameMatch, from_time
 from voz.recognition.sentence_search import SentenceSearch
 from voz.recognition.shortlist import Shortlist
 from voz.recognition.slot_rivals import Rival, find_rival, is_too_close
@@ -145,7 +145,7 @@ class NetworkFinder:
             return None
         pause = 0 if alone else MAX_PAUSE_SAMPLES
         earliest_end = max(0, len(segment.before) - pause) / SAMPLE_RATE
-        return self._name_finder.find(sounds, earliest_end, alone)
+        return self._name_finder.find(segment.with_surroundings, sounds, earliest_end, alone)
 
     def _heard_from(
         self, begin: float, sounds: PhoneLikelihoods, proposed: str, answers: Sequence[str]

@@ -1,51 +1,26 @@
-"""The robot's name: how it is said, and where in a sound."""
+"""The robot's name: how it is said, and how well it can be told from other speech."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
-import numpy as np
-
-from voz.audio import SAMPLE_RATE
 from voz.errors import CommandsError, ConfigError
 from voz.events import NO, YES
 from voz.language.generated.language_files import list_sources
 from voz.language.pronunciation.lexicon import dictionary_entries
 from voz.recognition.accents import spellings, with_british
-from voz.recognition.confidence import sigmoid
-from voz.recognition.ctc import Floats
 from voz.recognition.language import Language
-from voz.recognition.name_evidence import find_evidence, read_weights
-from voz.recognition.phoneme_network import MOMENT
-from voz.recognition.phoneme_scorer import (
-    PENALTY_PER_OTHER_PHONE,
-    PhoneLikelihoods,
-    PhonemeScorer,
-)
+from voz.recognition.name_evidence import read_weights
+from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.settings import Recognition
 
 SETTING = "[recognition] name"
-
-NAME_THRESHOLD = 0.5
-"""The confidence that a name needs, 0 to 1."""
-
-NAME_SAMPLES_BEFORE = SAMPLE_RATE
-"""A name may begin so long before a segment: a speaker may pause between two words of it."""
 
 GOOD_LOG_ODDS = 3.8
 """A name whose log-odds are usually lower is missed more often."""
 
 COMMANDS_BESIDE_NAME = 1000
 """Commands with which a name is compared; of more, a sample."""
-
-JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
-PENALTY_JUST_BEFORE = 3.0
-"""Nats against a name for each phone in the moments before it: nobody speaks on with it."""
-
-JUST_AFTER = int(0.8 * SAMPLE_RATE / MOMENT)
-PENALTY_JUST_AFTER = 1.5
-"""Nats against a name alone for each phone in the moments after it: most talk goes on."""
 
 
 def with_more_words(language: Language, settings: Recognition) -> Language:
@@ -113,77 +88,3 @@ def _sounds_like(language: Language, name: str) -> str:
         for pair in find_similar((command, name), said, at_least=WARNING_SIMILARITY)
     ]
     return max(pairs, key=lambda pair: pair.similarity).first if pairs else ""
-
-
-class NameMatch(NamedTuple):
-    """The log-odds that a name was said where it fits best in a sound, and where that is, s."""
-
-    log_odds: float
-    begin: float
-    end: float
-
-    @property
-    def confidence(self) -> float:
-        """How sure it is, 0 to 1."""
-        return sigmoid(self.log_odds)
-
-
-class NameFinder:
-    """Finds the robot's name in a sound, whatever is said before and after it."""
-
-    def __init__(self, network: PhonemeScorer, name: str) -> None:
-        """Prepare to find a name, the words of which have pronunciations."""
-        self._name = network.lattice_of(name)
-        self._weights = read_weights()
-
-    def find(
-        self, sounds: PhoneLikelihoods, earliest_end: float, alone: bool = False
-    ) -> NameMatch | None:
-        """Find the name where it fits best; None if it was not said.
-
-        Args:
-            sounds: the phones.
-            earliest_end: when it ends at the earliest, s.
-            alone: whether nothing is said just after it.
-        """
-        match = self.best(sounds, earliest_end, alone)
-        return match if match.confidence >= NAME_THRESHOLD else None
-
-    def best(
-        self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False
-    ) -> NameMatch:
-        """Find where the name fits best; arguments are those of `find`."""
-        before, behind = costs_around(sounds, alone)
-        too_early = np.where(np.arange(len(behind)) < _moments(earliest_end), np.inf, 0.0)
-        found = find_evidence(sounds.relative, before, behind + too_early, self._name)
-        seconds = MOMENT / SAMPLE_RATE
-        log_odds = found.log_odds(self._weights)
-        return NameMatch(log_odds, found.begin * seconds, found.end * seconds)
-
-
-def costs_around(sounds: PhoneLikelihoods, alone: bool = False) -> tuple[Floats, Floats]:
-    """Nats against a name that begins at each moment, or ends there, for what is said around it."""
-    begun = sounds.begin_penalties / PENALTY_PER_OTHER_PHONE
-    before = PENALTY_JUST_BEFORE * (begun - _moved(begun, -JUST_BEFORE))
-    after = PENALTY_JUST_AFTER * (_moved(begun, JUST_AFTER + 1) - _moved(begun, 1))
-    return before, after * alone
-
-
-def _moved(counted: Floats, moments: int) -> Floats:
-    """What is counted so many moments later or earlier; beyond the sound nothing begins."""
-    places = np.arange(len(counted)) + moments
-    return np.where(places < 0, 0.0, counted[places.clip(0, len(counted) - 1)])
-
-
-def from_time(sounds: PhoneLikelihoods, seconds: float) -> PhoneLikelihoods:
-    """The phones from a time on."""
-    end = _moments(seconds)
-    return PhoneLikelihoods(
-        sounds.relative[end:],
-        sounds.begin_penalties[end:] - sounds.begin_penalties[end : end + 1],
-        sounds.end_penalties[end:],
-    )
-
-
-def _moments(seconds: float) -> int:
-    return round(seconds * SAMPLE_RATE / MOMENT)

@@ -1,0 +1,89 @@
+"""Where the robot's name is in a sound, and how surely."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.sound_files import read_blocks
+from voz.recognition.language import Language
+from voz.recognition.name_finder import (
+    LEAST_LOG_ODDS,
+    NAME_THRESHOLD,
+    SURE_LOG_ODDS,
+    NameFinder,
+)
+from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
+from voz.recognition.robot_name import with_more_words
+from voz.settings import Recognition
+from voz.speech.speech_cache import cached_speech
+
+NAME = "hey robot"
+PAUSE = np.zeros(SAMPLE_RATE, np.int16)
+
+
+@pytest.fixture(scope="module")
+def network(loaded: Language) -> PhonemeScorer:
+    return scorer_for(with_more_words(loaded, Recognition(name=NAME)))
+
+
+@pytest.fixture(scope="module")
+def finder(network: PhonemeScorer) -> NameFinder:
+    return NameFinder(network, NAME)
+
+
+def said(text: str, noise: float = 0, seed: int = 0) -> Samples:
+    """A text after a pause, in noise of so many times its power."""
+    speech = np.concatenate([*read_blocks(cached_speech(text, "kal_diphone"))]).astype(float)
+    deviation = np.sqrt(noise * np.mean(speech**2))
+    sound = np.concatenate([PAUSE, speech, PAUSE])
+    sound += np.random.default_rng(seed).normal(0, deviation, len(sound))
+    return np.rint(sound).clip(-32768, 32767).astype(np.int16)
+
+
+@pytest.mark.parametrize(("noise", "seed"), [(4, 2), (6, 7), (9, 5)])
+def test_a_name_that_is_doubtful_at_its_own_speed_is_found_by_others(
+    network: PhonemeScorer, finder: NameFinder, noise: float, seed: int
+) -> None:
+    samples = said(NAME, noise, seed)
+    sounds = network.phone_likelihoods(samples)
+    assert finder.best(sounds, alone=True).confidence < NAME_THRESHOLD
+    found = finder.find(samples, sounds, alone=True)
+    assert found
+    assert 1.2 < found.begin < found.end < 2.3
+
+
+@pytest.mark.parametrize(("text", "noise"), [(NAME, 0), ("the kettle is on", 0), ("go back", 0)])
+def test_what_is_sure_is_heard_at_its_own_speed_alone(
+    network: PhonemeScorer, finder: NameFinder, text: str, noise: float
+) -> None:
+    samples = said(text, noise)
+    sounds = network.phone_likelihoods(samples)
+    best = finder.best(sounds)
+    assert not LEAST_LOG_ODDS < best.log_odds < SURE_LOG_ODDS
+    assert finder.listen(samples, sounds) == best
+
+
+@pytest.mark.parametrize(("noise", "seed"), [(6, 4), (6, 7)])
+def test_a_name_that_ended_earlier_is_none(
+    network: PhonemeScorer, finder: NameFinder, noise: float, seed: int
+) -> None:
+    samples = said(NAME, noise, seed)
+    sounds = network.phone_likelihoods(samples)
+    found = finder.find(samples, sounds)
+    assert found
+    assert finder.find(samples, sounds, earliest_end=found.end) is not None
+    assert finder.find(samples, sounds, earliest_end=found.end + 0.9) is None
+
+
+def test_a_doubtful_name_is_found_where_it_is_in_a_long_sound(
+    network: PhonemeScorer, finder: NameFinder
+) -> None:
+    name = said(NAME, 4, 2)
+    samples = np.concatenate([np.zeros(3 * SAMPLE_RATE, np.int16), name, PAUSE])
+    sounds = network.phone_likelihoods(samples)
+    assert finder.best(sounds).log_odds < SURE_LOG_ODDS
+    found = finder.find(samples, sounds)
+    assert found
+    assert 4.2 < found.begin < found.end < 5.3

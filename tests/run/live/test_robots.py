@@ -106,6 +106,7 @@ def test_a_terminal_shows_the_simulated_room_beside_what_is_heard(pulse: dict[st
     os.close(ours)
 
 
+@pytest.mark.realtime
 def test_what_robots_and_programs_print_stands_above_the_panel(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:

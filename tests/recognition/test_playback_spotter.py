@@ -47,29 +47,6 @@ def test_a_stop_that_several_looks_find_is_one(spotter: PlaybackSpotter, stop: n
     assert looks(spotter, stop, np.zeros(len(stop)))[:1] == ["stop"]
 
 
-@pytest.mark.parametrize(
-    ("voice", "noise", "seed"),
-    [("espeak_gb", 6, 2), ("festival_ked", 4, 4), ("festival_ked", 6, 4)],
-)
-def test_a_stop_that_noise_hides_at_its_own_speed_is_found_by_others(
-    recognizer: Recognizer,
-    recordings: list[Recording],
-    monkeypatch: pytest.MonkeyPatch,
-    voice: str,
-    noise: float,
-    seed: int,
-) -> None:
-    clip = next(r for r in recordings if r.text == "stop" and r.voice == voice).samples()
-    said = np.pad(clip, 3 * SAMPLE_RATE // 2).astype(float)
-    power = noise * np.mean(clip.astype(float) ** 2)
-    said += np.random.default_rng(seed).normal(0, np.sqrt(power), len(said))
-    nothing = np.zeros(len(said))
-    found = looks(open_playback_spotter(recognizer, "microphone"), said, nothing)
-    monkeypatch.setattr("voz.recognition.playback_spotter.SPEEDS", ())
-    at_its_own = looks(open_playback_spotter(recognizer, "microphone"), said, nothing)
-    assert (found[:1], at_its_own) == (["stop"], [])
-
-
 def test_what_is_left_of_the_robots_own_stop_is_none(
     spotter: PlaybackSpotter, stop: np.ndarray
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from voz.audio.capture.sound_files import to_int16
 from voz.audio.echo import Cleaned
 from voz.events import Utterance
 from voz.recognition.interpreter import Interpreter
-from voz.recognition.speeds import at_speed, mean_odds
 from voz.recognition.spotting import SpottedCommand
 
 PLAYBACK_SECONDS = 1.4
@@ -27,15 +25,8 @@ LOOKS = 4
 SAME_PLACE = 0.1
 """Two looks find the same word if its ends are closer than this, s."""
 
-MIN_SCORES = {2: 7.5, 3: 6.0}
+MIN_SCORES = {2: 8.0, 3: 6.5}
 """Least mean score, nats, of a command that so many looks find."""
-
-
-LEAST_SCORE = 0.0
-"""A look in which a command has less has found none, nats."""
-
-SPEEDS = (0.89, 1.12)
-"""What may be a command is heard at these speeds, too. More of them find no more."""
 
 
 class Limits(NamedTuple):
@@ -82,11 +73,10 @@ class PlaybackSpotter:
             now: where they end in the stream, s.
         """
         found = self._interpreter.look(sound.samples, to_int16(sound.played))
-        if found is None or found.score < LEAST_SCORE:
+        if found is None:
             return None
         if sound.level_above_residue(found.begin, found.end) < STOP_LIMITS.level:
             return None
-        found = replace(found, score=self._mean_score(found, sound))
         look = found.moved(now - len(sound.samples) / SAMPLE_RATE)
         before = [other for other in self._looks if other.end > now - PLAYBACK_SECONDS]
         self._looks = [*before, look][-LOOKS:]
@@ -99,18 +89,6 @@ class PlaybackSpotter:
             return None
         self._looks = []
         return self._interpreter.spotted(look, now, self._source)
-
-    def _mean_score(self, found: SpottedCommand, sound: Cleaned) -> float:
-        """The score of a command, nats, by the mean of its likelihood at several speeds."""
-        again = [
-            self._interpreter.look(
-                at_speed(sound.samples, speed),
-                at_speed(to_int16(sound.played), speed),
-                found.text,
-            )
-            for speed in SPEEDS
-        ]
-        return mean_odds([found.score, *(look.score for look in again if look)])
 
     def is_said(self, text: str, sound: Cleaned, begin: float, end: float, limits: Limits) -> bool:
         """Whether a command is no echo: it stands out of the echo, and has phones of its own.

@@ -32,7 +32,7 @@ from voz.audio.capture.arrays import to_samples
 from voz.cli.text_io import with_bar
 from voz.language.generated.language_files import find_language
 from voz.recognition.language import load_language
-from voz.recognition.name_finder import LEAST_LOG_ODDS, NameFinder
+from voz.recognition.name_finder import NameFinder
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.robot_name import with_more_words
@@ -50,6 +50,9 @@ PAUSE = np.zeros(SAMPLE_RATE // 2, np.float32)
 SEED = 1
 
 SENTENCES_TIMED = 100
+
+NEARLY = -5.0
+"""A name with lower log-odds in a whole sentence is in no part of it either."""
 
 
 def read_names(path: Path) -> list[Clip]:
@@ -129,7 +132,7 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
             sounds = network.phone_likelihoods(piece)
             scores.append([f.listen(piece, sounds, alone=True).log_odds for f in finders])
             for number, finder in enumerate(finders):
-                if finder.best(sounds).log_odds >= LEAST_LOG_ODDS:
+                if finder.best(sounds).log_odds >= NEARLY:
                     heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)
                     alarms[number] += sum(utterance.named for utterance in heard)
     by_name = np.reshape(scores, (-1, len(names))).T.tolist()

@@ -103,7 +103,7 @@ def hear_names(
     for begin, end in said:
         part = stream[max(0, int((begin - 0.5) * SAMPLE_RATE)) : int((end + 0.5) * SAMPLE_RATE)]
         samples = to_samples(part, SAMPLE_RATE)
-        match = names.listen(samples, network.phone_likelihoods(samples), alone=True)
+        match = names.find(samples, network.phone_likelihoods(samples), alone=True)
         scores.append(match.log_odds)
     heard = [any(h.start < end and h.end > begin for h in woken) for begin, end in said]
     return heard, scores
@@ -130,7 +130,7 @@ def hear_talk(clips: Sequence[Clip], names: Sequence[str]) -> Talk:
         for at in range(0, len(sound), PIECE):
             piece = to_samples(sound[at : at + PIECE], SAMPLE_RATE)
             sounds = network.phone_likelihoods(piece)
-            scores.append([f.listen(piece, sounds, alone=True).log_odds for f in finders])
+            scores.append([f.find(piece, sounds, alone=True).log_odds for f in finders])
             for number, finder in enumerate(finders):
                 if finder.best(sounds).log_odds >= NEARLY:
                     heard = recognizer(names[number]).decode(piece, SAMPLE_RATE)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
@@ -13,6 +17,8 @@ from voz.recognition.name_finder import (
     NAME_THRESHOLD,
     SURE_LOG_ODDS,
     NameFinder,
+    at_speed,
+    mean_odds,
 )
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.robot_name import with_more_words
@@ -50,7 +56,7 @@ def test_a_name_that_is_doubtful_at_its_own_speed_is_found_by_others(
     sounds = network.phone_likelihoods(samples)
     assert finder.best(sounds, alone=True).confidence < NAME_THRESHOLD
     found = finder.find(samples, sounds, alone=True)
-    assert found
+    assert found.confidence >= NAME_THRESHOLD
     assert 1.2 < found.begin < found.end < 2.3
 
 
@@ -62,7 +68,7 @@ def test_what_is_sure_is_heard_at_its_own_speed_alone(
     sounds = network.phone_likelihoods(samples)
     best = finder.best(sounds)
     assert not LEAST_LOG_ODDS < best.log_odds < SURE_LOG_ODDS
-    assert finder.listen(samples, sounds) == best
+    assert finder.find(samples, sounds) == best
 
 
 @pytest.mark.parametrize(("noise", "seed"), [(9, 30), (9, 38)])
@@ -72,9 +78,11 @@ def test_a_name_that_ended_earlier_is_none(
     samples = said(NAME, noise, seed)
     sounds = network.phone_likelihoods(samples)
     found = finder.find(samples, sounds)
-    assert found
-    assert finder.find(samples, sounds, earliest_end=found.end) is not None
-    assert finder.find(samples, sounds, earliest_end=found.end + 0.9) is None
+    assert found.confidence >= NAME_THRESHOLD
+    again = finder.find(samples, sounds, earliest_end=found.end)
+    assert again.confidence >= NAME_THRESHOLD
+    later = finder.find(samples, sounds, earliest_end=found.end + 0.9)
+    assert later.confidence < NAME_THRESHOLD
 
 
 def test_a_doubtful_name_is_found_where_it_is_in_a_long_sound(
@@ -85,5 +93,26 @@ def test_a_doubtful_name_is_found_where_it_is_in_a_long_sound(
     sounds = network.phone_likelihoods(samples)
     assert finder.best(sounds).confidence < NAME_THRESHOLD
     found = finder.find(samples, sounds)
-    assert found
+    assert found.confidence >= NAME_THRESHOLD
     assert 4.2 < found.begin < found.end < 5.3
+
+
+@pytest.mark.parametrize("speed", [0.89, 1.12])
+def test_sound_at_another_speed_is_higher_and_shorter_by_as_much(speed: float) -> None:
+    tone = np.sin(2 * np.pi * 500 * np.arange(SAMPLE_RATE) / SAMPLE_RATE)
+    played = at_speed((10000 * tone).astype(np.int16), speed)
+    assert played.dtype == np.int16
+    assert len(played) == pytest.approx(SAMPLE_RATE / speed, abs=2)
+    loudest = np.abs(np.fft.rfft(played)).argmax() * SAMPLE_RATE / len(played)
+    assert loudest == pytest.approx(500 * speed, abs=2)
+
+
+@given(st.lists(st.floats(-50, 50), min_size=1))
+def test_the_mean_of_odds_is_that_of_their_exponentials(log_odds: list[float]) -> None:
+    expected = math.log(sum(map(math.exp, log_odds)) / len(log_odds))
+    assert mean_odds(log_odds) == pytest.approx(expected)
+    assert min(log_odds) - 1e-9 <= mean_odds(log_odds) <= max(log_odds) + 1e-9
+
+
+def test_odds_of_nothing_add_nothing() -> None:
+    assert mean_odds([0.0, -math.inf]) == pytest.approx(-math.log(2))

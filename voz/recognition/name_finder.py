@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ from voz.recognition.phoneme_scorer import (
     PhoneLikelihoods,
     PhonemeScorer,
 )
-from voz.recognition.speeds import at_speed, mean_odds
 
 NAME_THRESHOLD = 0.45
 """The confidence that a name needs, 0 to 1."""
@@ -75,28 +75,16 @@ class NameFinder:
         sounds: PhoneLikelihoods,
         earliest_end: float = 0.0,
         alone: bool = False,
-    ) -> NameMatch | None:
-        """Find the name where it fits best; None if it was not said.
+    ) -> NameMatch:
+        """Find where the name fits best, and how surely it was said.
+
+        In doubt the log-odds are those of the mean of its odds at several speeds.
 
         Args:
             samples: the sound, 16 kHz.
             sounds: its phones.
             earliest_end: when it ends at the earliest, s.
             alone: whether nothing is said just after it.
-        """
-        match = self.listen(samples, sounds, earliest_end, alone)
-        return match if match.confidence >= NAME_THRESHOLD else None
-
-    def listen(
-        self,
-        samples: Samples,
-        sounds: PhoneLikelihoods,
-        earliest_end: float = 0.0,
-        alone: bool = False,
-    ) -> NameMatch:
-        """Find where the name fits best; in doubt by the mean of its odds at several speeds.
-
-        The arguments are those of `find`.
         """
         match = self.best(sounds, earliest_end, alone)
         if not LEAST_LOG_ODDS < match.log_odds < SURE_LOG_ODDS:
@@ -124,6 +112,19 @@ class NameFinder:
         seconds = MOMENT / SAMPLE_RATE
         log_odds = found.log_odds(self._weights)
         return NameMatch(log_odds, found.begin * seconds, found.end * seconds)
+
+
+def at_speed(samples: Samples, speed: float) -> Samples:
+    """Play samples faster by a factor, and higher by it: as if another had spoken."""
+    import soxr  # takes 20 ms, and not every run needs it
+
+    played: Samples = soxr.resample(samples, speed, 1.0)
+    return played
+
+
+def mean_odds(log_odds: Sequence[float]) -> float:
+    """The logarithm of the mean of odds, from their logarithms."""
+    return float(np.logaddexp.reduce(log_odds)) - math.log(len(log_odds))
 
 
 def costs_around(sounds: PhoneLikelihoods, alone: bool = False) -> tuple[Floats, Floats]:

@@ -21,7 +21,7 @@ from voz.recognition.confidence_model import SCORE, Model
 from voz.recognition.decoder import Decoder, mean_start
 from voz.recognition.hypothesis import Hypothesis, Refusal
 from voz.recognition.language import Language
-from voz.recognition.name_finder import NameFinder, NameMatch, from_time
+from voz.recognition.name_finder import NAME_THRESHOLD, NameFinder, NameMatch, from_time
 from voz.recognition.phoneme_scorer import PhoneLikelihoods, PhonemeScorer, Ranking
 from voz.recognition.refusal import refusal_by_network, unusable_sound
 from voz.recognition.sentence_search import SentenceSearch
@@ -141,11 +141,13 @@ class NetworkFinder:
     def _find_name(
         self, segment: Segment, sounds: PhoneLikelihoods, alone: bool = False
     ) -> NameMatch | None:
+        """Where the robot's name was said; None if it was not."""
         if self._name_finder is None:
             return None
         pause = 0 if alone else MAX_PAUSE_SAMPLES
         earliest_end = max(0, len(segment.before) - pause) / SAMPLE_RATE
-        return self._name_finder.find(segment.with_surroundings, sounds, earliest_end, alone)
+        found = self._name_finder.find(segment.with_surroundings, sounds, earliest_end, alone)
+        return found if found.confidence >= NAME_THRESHOLD else None
 
     def _heard_from(
         self, begin: float, sounds: PhoneLikelihoods, proposed: str, answers: Sequence[str]

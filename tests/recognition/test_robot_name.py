@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import voz
 from voz.audio import SAMPLE_RATE, Samples
 from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segment import Segment
+from voz.language.build import build
 from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
 from voz.recognition.confidence import Context
 from voz.recognition.hypothesis import Hypothesis
@@ -180,6 +182,21 @@ def test_a_short_name_is_told_to_be_one(named: Recognizer, recognizer: Recognize
     short = Recognizer(LanguageFiles(PACKAGED_FOLDER), voz.Recognition(name="Max"))
     assert 'the name "max" has few sounds' in short.name_advice
     assert 'better is "hey max"' in short.name_advice
+
+
+def test_a_name_that_no_dictionary_has_is_told_to_be_a_guess(tmp_path: Path) -> None:
+    list_of_user = tmp_path / "comandos_voz.txt"
+    list_of_user.write_text("go forward\nturn left\nstop\n")
+
+    def advice() -> str:
+        build(list_of_user, tmp_path)
+        return Recognizer(LanguageFiles(tmp_path), voz.Recognition(name="hey hadouken")).name_advice
+
+    guessed = advice()
+    assert guessed.startswith('no dictionary has "hadouken" of the name "hey hadouken", and HH AE ')
+    assert guessed.endswith("is a guess: correct it in pronunciations.txt beside the command list")
+    (tmp_path / "pronunciations.txt").write_text("hadouken  HH AH D OW K EH N\n")
+    assert advice() == ""
 
 
 def test_a_long_name_is_heard_more_surely() -> None:

@@ -28,6 +28,7 @@ class Language:
         dictionary: the phones of each word; variants, as `the(2)`, are words.
         pronunciations: the same, with British ones.
         spoken: which language it is, and its acoustic model.
+        guessed: words that no dictionary has, beside those of the commands.
     """
 
     files: LanguageFiles
@@ -35,6 +36,7 @@ class Language:
     dictionary: Mapping[str, Phones]
     pronunciations: Mapping[str, Phones]
     spoken: LanguageInfo
+    guessed: frozenset[str] = frozenset()
 
     @cached_property
     def pocketsphinx_words(self) -> Mapping[str, Phones]:

@@ -7,7 +7,11 @@ from dataclasses import replace
 from voz.errors import CommandsError, ConfigError
 from voz.events import NO, YES
 from voz.language.generated.language_files import list_sources
-from voz.language.pronunciation.lexicon import dictionary_entries
+from voz.language.pronunciation.lexicon import (
+    GUESS_ORIGIN,
+    PRONUNCIATIONS_FILE,
+    dictionary_entries,
+)
 from voz.recognition.accents import spellings, with_british
 from voz.recognition.language import Language
 from voz.recognition.name_evidence import read_weights
@@ -51,7 +55,11 @@ def with_more_words(language: Language, settings: Recognition) -> Language:
     except CommandsError as error:
         raise ConfigError(str(error)) from None
     more = {word: tuple(phones.split()) for word, phones in dictionary_entries(entries)}
-    return replace(language, pronunciations={**language.pronunciations, **with_british(more)})
+    return replace(
+        language,
+        pronunciations={**language.pronunciations, **with_british(more)},
+        guessed=frozenset(word for word in entries if entries[word].origin == GUESS_ORIGIN),
+    )
 
 
 def usual_log_odds(network: PhonemeScorer, name: str) -> float:
@@ -64,6 +72,13 @@ def advice_on_name(language: Language, network: PhonemeScorer, name: str) -> str
     """Say what would make a name better; empty if it is good."""
     if command := _sounds_like(language, name):
         return f'the name "{name}" sounds like "{command}"; better is one of other sounds'
+    for word in name.split():
+        if word in language.guessed:
+            guess = " ".join(language.pronunciations[word])
+            return (
+                f'no dictionary has "{word}" of the name "{name}", and {guess} is a guess: '
+                f"correct it in {PRONUNCIATIONS_FILE} beside the command list"
+            )
     if usual_log_odds(network, name) >= GOOD_LOG_ODDS:
         return ""
     longer = f"{name} robot" if name.startswith("hey ") else f"hey {name}"

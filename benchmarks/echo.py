@@ -2,9 +2,10 @@
 
 Run `python benchmarks/echo.py MANIFEST... [--most N] [--hours H]`. Each `stop` of the manifests is
 put somewhere into a reply, as loud as the speaker and 10 dB louder, by several loudspeakers, voices
-and delays; the speakers are those by whom nothing was chosen. Then H hours of replies alone are
-listened to. `--interrupt` does the same with other commands and `barge_in`; `--page` with a page
-that replies; `--softer` prints by how much the echo of replies alone becomes softer.
+and delays; the speakers are those from whom the network learned nothing and by whom nothing was
+chosen. Then H hours of replies alone are listened to. `--interrupt` does the same with other
+commands and `barge_in`; `--page` with a page that replies; `--softer` prints by how much the echo
+of replies alone becomes softer.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from loudspeakers import PATHS, ROOM_NOISE, EchoPath, Floats, Played, loud_power, reply, speech
 from machine import machine, one_line_errors
-from mix_rooms import is_held_back, is_scored
+from mix_rooms import is_held_back
 
 from voz.apps.evaluation.statistics import alarm_rate
 from voz.apps.recordings.manifest import Clip, read_manifests
@@ -153,7 +154,6 @@ def print_said(
                 robot = Played(played, end, text if interrupt else None)
                 is_heard = clip.text in heard(recognizer, both, robot)
                 rows = ["all", path.name, f"`{text}` ({voice})"]
-                rows += ["speakers held back"] if is_held_back(clip.speaker) else []
                 tally.count(rows, level, is_heard)
     tally.print("heard of those said into a reply")
     alone = []
@@ -272,7 +272,7 @@ def main() -> None:
         print_softer(rng)
         return
     every = [c for c in read_manifests(arguments.manifests) if c.kind == "command"]
-    every = [c for c in every if c.condition != "robotic" and is_scored(c.speaker)]
+    every = [c for c in every if c.condition != "robotic" and is_held_back(c.speaker)]
     if arguments.interrupt or arguments.page:
         clips = [c for c in every if "stop" not in c.text and c.text != "start speech"]
     else:

@@ -60,11 +60,11 @@ class Unspeakable(Exception):
 
 class Faulty(Base):
     def receive(self, event):
+        super().receive(event)
         if (HERE / "fault").exists() and isinstance(event, Twist) and event.linear:
             fault = (HERE / "fault").read_text()
             (HERE / "fault").unlink()
             exec(fault)
-        super().receive(event)
 """
 
 
@@ -319,11 +319,11 @@ def test_a_robot_that_fails_is_stopped_and_closed_and_the_run_goes_on(
     fault: str, tmp_path: Path, pulse: dict[str, str]
 ) -> None:
     with watched(tmp_path, pulse, "Faulty", "--no-sound") as run:
-        run.type(b"go forward\n")
-        run.wait_for(0.1)
         run.fault(fault)
-        run.wait_until(lambda: not (tmp_path / "fault").exists())
+        run.type(b"go forward\n")
+        run.wait_until(lambda: 0.1 in run.got())
         run.wait_for(0.0)
+        assert not (tmp_path / "fault").exists()
         so_far = len(run.got())
         run.wait_until(lambda: len(run.got()) > so_far + 10)
         assert set(run.got()[so_far:]) == {0.0}
@@ -339,9 +339,8 @@ def test_a_robot_that_never_lets_go_of_python_holds_up_nobody_else(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:
     with watched(tmp_path, pulse, "Faulty", "--no-sound") as run:
-        run.type(b"go forward\n")
-        run.wait_for(0.1)
         run.fault("re.fullmatch('(a+)+', 'a' * 60 + 'b')")
+        run.type(b"go forward\n")
         log = tmp_path / "log.jsonl"
         run.wait_until(lambda: "does not take its events" in log.read_text())
         lines = len(log.read_text().splitlines())

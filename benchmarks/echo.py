@@ -285,7 +285,8 @@ def main() -> None:
     else:
         if clips:
             print_said(recognizer, clips, rng, arguments.interrupt)
-        print_alone(recognizer, arguments.hours, rng, arguments.interrupt)
+        if arguments.hours:
+            print_alone(recognizer, arguments.hours, rng, arguments.interrupt)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 """Echo cancellation: removes from the microphone's sound what the loudspeaker played.
 
 In each frequency band the echo is a weighted sum of the last frames of what was played, and of its
-square and cube, which a small loudspeaker adds; the weights are fitted by least squares to one
-window (convolutive transfer function, Talmon, Cohen and Gannot 2009).
+square and cube, which a small loudspeaker adds, with and without the frequencies that it is too
+small to play; the weights are fitted by least squares to one window (convolutive transfer function,
+Talmon, Cohen and Gannot 2009).
 """
 
 from __future__ import annotations
@@ -28,8 +29,17 @@ ECHO_EDGE = ECHO_WINDOW - ECHO_HOP
 ROOM_TAPS = 20
 """Frames of the past that the room reflects, 0.32 s."""
 
+LOWEST_PLAYED = 250.0
+"""What is lower hardly moves the cone of a small loudspeaker, Hz: it distorts the rest alone."""
+
+DISTORTION_POWERS = (2, 3)
+"""Of its samples, which a loudspeaker adds."""
+
+DISTORTIONS = 2 * len(DISTORTION_POWERS)
+"""Those of what was played, and of the same without what is lower than `LOWEST_PLAYED`."""
+
 DISTORTION_TAPS = 4
-"""The same of the distortion, 0.06 s: what comes later is too soft."""
+"""Frames of the past of each distortion, 0.06 s: what comes later is too soft."""
 
 LEAD_TAPS = 1
 """Frames by which the estimated delay may be too long."""
@@ -43,8 +53,8 @@ MOST_RIDGE = 1e3
 USUAL_POWERS = 10 ** (
     -6
     * (ECHO_HOP / SAMPLE_RATE / 0.5)
-    * np.array([*[0] * LEAD_TAPS, *range(ROOM_TAPS), *2 * [*range(DISTORTION_TAPS)]])
-) * np.repeat([1, 0.1], [LEAD_TAPS + ROOM_TAPS, 2 * DISTORTION_TAPS])
+    * np.array([*[0] * LEAD_TAPS, *range(ROOM_TAPS), *DISTORTIONS * [*range(DISTORTION_TAPS)]])
+) * np.repeat([1, 0.1], [LEAD_TAPS + ROOM_TAPS, DISTORTIONS * DISTORTION_TAPS])
 """Of each weight, relative to the first: rooms lose 60 dB in half a second, distortion is less."""
 
 ANALYSIS_WINDOW = np.sqrt(np.hanning(ECHO_WINDOW + 1)[:-1])
@@ -173,14 +183,24 @@ def _solved(power: Spectrum, cross: Spectrum, ridge: npt.NDArray[np.float32]) ->
 
 def _moments(played: npt.NDArray[np.float32]) -> Spectrum:
     """What a loudspeaker makes of its samples, around each frame: bands x frames x taps."""
-    top = np.abs(played).max(initial=1e-6)
-    shape = played / top
-    taps = (
-        _delayed_copies(_spectrum(played), LEAD_TAPS, ROOM_TAPS),
-        _delayed_copies(_spectrum(shape**2 * top), 0, DISTORTION_TAPS),
-        _delayed_copies(_spectrum(shape**3 * top), 0, DISTORTION_TAPS),
-    )
-    return np.concatenate(taps, axis=2)
+    distorted = [*_powers(played), *_powers(_without_lowest(played))]
+    taps = [_delayed_copies(_spectrum(sound), 0, DISTORTION_TAPS) for sound in distorted]
+    return np.concatenate([_delayed_copies(_spectrum(played), LEAD_TAPS, ROOM_TAPS), *taps], axis=2)
+
+
+def _powers(samples: npt.NDArray[np.float32]) -> list[npt.NDArray[np.float32]]:
+    """Return the powers of samples that distortion adds, each as loud as the samples at most."""
+    top = np.abs(samples).max(initial=1e-6)
+    return [(samples / top) ** power * top for power in DISTORTION_POWERS]
+
+
+def _without_lowest(samples: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Filter by a Butterworth high-pass of second order."""
+    length = 2 * len(samples)  # what rings beyond the end must not come back at the beginning
+    hertz = 1j * np.fft.rfftfreq(length, 1 / SAMPLE_RATE) / LOWEST_PLAYED
+    gain = hertz**2 / (1 + np.sqrt(2) * hertz + hertz**2)
+    filtered = np.fft.irfft(np.fft.rfft(samples, length) * gain, length)
+    return filtered[: len(samples)].astype(np.float32)
 
 
 def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:

@@ -49,7 +49,7 @@ MAX_RECORD_SAMPLES = 10 * SAMPLE_RATE
 """Of cleaned sound that is kept, to look again at what seems to be a command."""
 
 CLEANED_SAMPLES = int(0.24 * SAMPLE_RATE)
-"""Cleaned at a time, which costs 30 ms of CPU (`benchmarks/echo.py --softer`)."""
+"""Cleaned at a time, which costs 44 ms of CPU (`benchmarks/echo.py --softer`)."""
 
 CLEANED_END = ECHO_FIT_SAMPLES - ECHO_EDGE
 """Up to here the samples of a window are complete."""

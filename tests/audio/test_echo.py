@@ -127,3 +127,24 @@ def test_where_nothing_was_played_nothing_changes(session: Recording) -> None:
     played = np.zeros(MAX_ECHO_DELAY + LENGTH, np.float32)
     rest = EchoCanceller().clean(heard, played).samples
     assert np.abs(rest - heard.astype(int))[ECHO_EDGE:-ECHO_EDGE].max() <= 1
+
+
+def test_who_speaks_over_an_echo_is_told_from_it(
+    talk: np.ndarray, recordings: list[Recording]
+) -> None:
+    clip = without_silence(next(r for r in recordings if r.text == "stop"))
+    wave = (talk / 32768).astype(np.float32)
+    stop = np.zeros(LENGTH)
+    stop[8000 : 8000 + len(clip)] = clip[: LENGTH - 8000]
+    loud = np.abs(stop) > 0.2 * np.abs(stop).max()
+    for level, low, high in ((0.0, 0.8, 1.0), (0.5, 0.0, 0.4)):
+        heard = (echo_of(talk, 0.05) + level * stop).astype(np.int16)
+        alone = EchoCanceller().clean(heard, wave).may_be_played()
+        assert len(alone) == LENGTH
+        assert low <= alone[loud].mean() <= high
+
+
+def test_what_was_played_may_be_heard_where_no_echo_was_found(played: np.ndarray) -> None:
+    wave = (played / 32768).astype(np.float32)
+    heard = np.random.default_rng(2).normal(0, 8, LENGTH).astype(np.int16)
+    assert EchoCanceller().clean(heard, wave).may_be_played().all()

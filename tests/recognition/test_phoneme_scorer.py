@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from recordings import Recording, read_manifest
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.echo import Cleaned
 from voz.language.acoustics.phone_distances import read_distances
 from voz.recognition.language import Language
 from voz.recognition.network_file import UnknownNetworkError
@@ -55,6 +56,25 @@ def test_it_knows_which_command_was_said_and_where(
         loud = np.flatnonzero(np.abs(samples) > np.abs(samples).max() / 30) / SAMPLE_RATE
         assert loud[0] - 0.2 < best.begin < best.end < loud[-1] + 0.2
     assert np.mean(right) > 0.97
+
+
+def test_what_is_louder_than_the_residue_of_the_playback_is_no_playback(
+    scorer: PhonemeScorer, recordings: list[Recording]
+) -> None:
+    """Whoever says what is being played is heard, if its echo was removed."""
+    samples = said(recordings, "stop")
+    own = next(r for r in recordings if (r.text, r.voice) == ("stop", "festival_kal")).samples()
+    played = np.resize(own, len(samples)).astype(np.float32)
+    echo = 3 * np.resize(said(recordings, "go back"), len(samples)).astype(np.float32)
+
+    def score_over(samples: Samples, echo: np.ndarray) -> float:
+        sounds = scorer.phones_over_playback(Cleaned(samples, played / 32768, echo))
+        return scorer.rank(sounds, ["stop"]).matches["stop"].score
+
+    alone = score(scorer, samples, "stop")
+    assert score_over(samples, echo) > alone - 1
+    assert score_over(samples, np.zeros_like(echo)) < alone - 5
+    assert score_over((0.01 * samples).astype(np.int16), echo) < alone - 5
 
 
 def test_there_is_more_evidence_for_commands_than_for_what_is_none(

@@ -19,6 +19,7 @@ from voz.process.one_thread import on_one_thread
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Spectrum: TypeAlias = npt.NDArray[np.complex64]
+Powers: TypeAlias = npt.NDArray[np.float32]
 
 ECHO_WINDOW = 512
 ECHO_HOP = 256
@@ -66,8 +67,17 @@ RESIDUE_BANDS = np.array([4, 8, 12, 16, 22, 28, 36, 46, 58, 74, 94, 118, 150, 19
 LOUD_ECHO = 0.05
 """Of the loudest echo in a band; in softer frames the residue is noise."""
 
-USUAL_RESIDUE = 0.6
+USUAL_RESIDUE = 0.5
 """Quantile of the residue that counts as usual."""
+
+LEAST_RESIDUE = 0.01
+"""Of the echo's power, that counts as usually left: nobody is heard who is softer."""
+
+LEAST_OVER_RESIDUE = 2.0
+"""Where somebody is heard, so many times the power is left that usually is."""
+
+RESIDUE_FRAMES = 7
+"""Frames over which that is compared, 0.11 s."""
 
 ROOM_POWER = 8.0**2
 """Of a quiet room, in units of the 16 bits."""
@@ -119,11 +129,21 @@ class Cleaned(NamedTuple):
         beside = ~inside & (sounding >= LOUD_ECHO * sounding[inside].max())
         if np.sum(beside) >= MIN_SOUNDING and echo[beside].sum() < left[beside].sum():
             return np.inf
-        loud = ~inside[:, np.newaxis] & (echo >= LOUD_ECHO * echo[~inside].max(axis=0))
-        shares = np.where(loud, left / (echo + 1e-3), np.nan)
-        usual = echo[inside] * np.minimum(1, np.nanquantile(shares, USUAL_RESIDUE, axis=0))
+        usual = _usual_residue(left, echo, ~inside)[inside]
         noise = ROOM_POWER * np.sum(ANALYSIS_WINDOW**2) * np.diff(RESIDUE_BANDS, append=256)
         return float(10 * np.log10(max(1.0, left[inside].sum()) / (usual + noise).sum()))
+
+    def may_be_played(self) -> npt.NDArray[np.bool_]:
+        """Return for each sample whether it may be what was played, and nobody is heard over it.
+
+        That is where little more is left than usually of the echo, and where none was removed.
+        """
+        left, echo = _band_powers(self.samples), _band_powers(self.echo)
+        usual = _usual_residue(left, echo, np.ones(len(echo), np.bool_))
+        around = np.ones(RESIDUE_FRAMES)
+        heard, least = (np.convolve(p.sum(axis=1), around, "same") for p in (left, usual))
+        frames = np.repeat((heard < LEAST_OVER_RESIDUE * least) | (least == 0), ECHO_HOP)
+        return np.pad(frames, (ECHO_HOP // 2, ECHO_HOP), "edge")[: len(self.samples)]
 
 
 NOTHING_CLEANED = Cleaned(np.zeros(0, np.int16), *np.zeros((2, 0), np.float32))
@@ -209,9 +229,17 @@ def _spectrum(samples: npt.NDArray[np.int16 | np.float32]) -> Spectrum:
     return np.fft.rfft(frames * ANALYSIS_WINDOW, axis=1).astype(np.complex64)
 
 
-def _band_powers(samples: npt.NDArray[np.int16 | np.float32]) -> npt.NDArray[np.float32]:
+def _band_powers(samples: npt.NDArray[np.int16 | np.float32]) -> Powers:
     powers = np.abs(_spectrum(samples)[:, :256]) ** 2
     return np.add.reduceat(powers, RESIDUE_BANDS, axis=1)
+
+
+def _usual_residue(left: Powers, echo: Powers, among: npt.NDArray[np.bool_]) -> Powers:
+    """What is usually left of such an echo, frames x bands, by what is left in some frames."""
+    loud = among[:, np.newaxis] & (echo >= LOUD_ECHO * echo[among].max(axis=0))
+    shares = np.where(loud, left / (echo + 1e-3), np.nan)
+    usual = np.nanquantile(shares, USUAL_RESIDUE, axis=0)
+    return np.asarray(echo * np.clip(usual, LEAST_RESIDUE, 1), np.float32)
 
 
 def _samples(spectrum: Spectrum) -> Floats:

@@ -7,6 +7,7 @@ from functools import partial
 
 from voz.audio import Samples
 from voz.audio.denoise import denoise_if_noisy
+from voz.audio.echo import Cleaned
 from voz.audio.endpointing.open_segment import CONTEXT_SAMPLES
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS, Segment
 from voz.errors import ConfigError
@@ -119,14 +120,12 @@ class Interpreter:
         """Whether it can find commands amid other sound."""
         return self._spotter is not None
 
-    def look(
-        self, cleaned: Samples, playback: Samples, sought: str | None = None
-    ) -> SpottedCommand | None:
+    def look(self, sound: Cleaned, sought: str | None = None) -> SpottedCommand | None:
         """Find a command, or the likeliest that must not be missed; see `KeywordSpotter.look`."""
         if self._spotter is None:
             return None
         with self._lock:
-            return self._spotter.look(cleaned, playback, sought)
+            return self._spotter.look(sound, sought)
 
     def is_within(self, samples: Samples, text: str) -> bool:
         """Whether a command may be among the words of a sound, 16 kHz; False if not known."""

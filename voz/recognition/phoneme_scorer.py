@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.capture.sound_files import to_int16
+from voz.audio.echo import Cleaned
 from voz.errors import ConfigError
 from voz.language.generated.language_files import LanguageFiles
 from voz.language.sentences.automaton import Automaton
@@ -148,16 +150,23 @@ class PhonemeScorer:
         self._symbols_of_phones = _symbols_of_phones(self._network.symbols, symbols.values())
         self._rewards_and_lattice = lru_cache(CACHED_LATTICES)(self._make_lattice)
 
-    def phone_likelihoods(
-        self, samples: Samples, playback: Samples | None = None
-    ) -> PhoneLikelihoods:
-        """Find the phones in samples of 16 kHz, not denoised.
+    def phone_likelihoods(self, samples: Samples) -> PhoneLikelihoods:
+        """Find the phones in samples of 16 kHz, not denoised."""
+        return self._likelihoods(self._probabilities(samples))
 
-        Those of `playback`, as many samples, which may be left in them, are taken for silence.
+    def phones_over_playback(self, sound: Cleaned) -> PhoneLikelihoods:
+        """Find the phones in sound that was cleaned of playback.
+
+        Those of the playback are taken for silence where nobody is heard over it.
         """
-        probabilities = self._probabilities(samples)
-        if playback is not None:
-            _silence(probabilities, self._probabilities(playback))
+        probabilities = self._probabilities(sound.samples)
+        playback = self._probabilities(to_int16(sound.played))
+        middles = np.arange(len(probabilities)) * MOMENT + MOMENT // 2
+        may_be_played = sound.may_be_played()[np.minimum(middles, len(sound.samples) - 1)]
+        _silence(probabilities, playback * may_be_played[:, np.newaxis])
+        return self._likelihoods(probabilities)
+
+    def _likelihoods(self, probabilities: Floats) -> PhoneLikelihoods:
         blank = probabilities[:, -BLANKS:].sum(axis=1)
         likeliest = probabilities[:, :-BLANKS].max(axis=1)
         phones = np.where(blank < likeliest, probabilities[:, :-BLANKS].argmax(axis=1), -1)

@@ -25,7 +25,7 @@ LOOKS = 4
 SAME_PLACE = 0.1
 """Two looks find the same word if its ends are closer than this, s."""
 
-MIN_SCORES = {2: 8.0, 3: 6.5}
+MIN_SCORES = {2: 6.0, 3: 4.5}
 """Least mean score, nats, of a command that so many looks find."""
 
 
@@ -72,7 +72,7 @@ class PlaybackSpotter:
             sound: the last `PLAYBACK_WINDOW` samples.
             now: where they end in the stream, s.
         """
-        found = self._interpreter.look(sound.samples, to_int16(sound.played))
+        found = self._interpreter.look(sound)
         if found is None:
             return None
         if sound.level_above_residue(found.begin, found.end) < STOP_LIMITS.level:
@@ -105,7 +105,7 @@ class PlaybackSpotter:
             return False
         first = max(0.0, first)
         part = sound.cut(slice(round(first * SAMPLE_RATE), round((end + MARGIN) * SAMPLE_RATE)))
-        found = self._interpreter.look(part.samples, to_int16(part.played), text)
+        found = self._interpreter.look(part, text)
         if found is None:
             return True
         level = sound.level_above_residue(first + found.begin, first + found.end)

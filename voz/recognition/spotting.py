@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from voz.audio import SAMPLE_RATE, Samples
+from voz.audio.echo import Cleaned
 from voz.audio.endpointing.segment import MAX_WORD_SECONDS
 from voz.recognition.phoneme_scorer import MAX_LEAD_BONUS, PhoneLikelihoods, PhonemeScorer
 
@@ -54,12 +55,12 @@ class KeywordSpotter:
         match = ranking.matches[ranking.text]
         return SpottedCommand(ranking.text, ranking.score, *match[1:]) if found else None
 
-    def look(self, cleaned: Samples, playback: Samples, sought: str | None) -> SpottedCommand:
-        """Find a command in sound that was cleaned of the playback, 16 kHz.
+    def look(self, sound: Cleaned, sought: str | None) -> SpottedCommand:
+        """Find a command in sound that was cleaned of playback.
 
         That is `sought`, or the likeliest of those that it looks for.
         """
-        sounds = self._scorer.phone_likelihoods(cleaned, playback)
+        sounds = self._scorer.phones_over_playback(sound)
         own = [sought] if sought else self._commands
         every = dict.fromkeys([*own, *self._commands, *self._others])
         matches = self._scorer.rank(sounds, list(every)).matches

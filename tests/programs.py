@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import random
+import socket
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -59,6 +62,19 @@ class Program:
         with self.process:  # closes the pipes
             self.process.kill()
             self._reader.join()
+
+
+def free_port() -> int:
+    """A port of this computer that nobody uses.
+
+    It is below those of which the system gives one to whoever asks for any: such a one could be
+    somebody else's before a server takes it.
+    """
+    while True:
+        with socket.socket() as free, suppress(OSError):
+            free.bind(("127.0.0.1", random.randrange(20_000, 32_768)))
+            port: int = free.getsockname()[1]
+            return port
 
 
 def wait_until(true: Callable[[], object]) -> None:

@@ -13,7 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from programs import PATIENCE
+from programs import PATIENCE, free_port
 from recordings import ROOT
 
 HERE = Path(__file__).parent
@@ -24,9 +24,7 @@ class Ros:
     """A master on a port of its own; everything that is started here ends with it."""
 
     def __init__(self, folder: Path, parts: ExitStack, **environment: str) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
+        self.port = free_port()
         self.environment = os.environ | {
             "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
             "ROS_IP": "127.0.0.1",

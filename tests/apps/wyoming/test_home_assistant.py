@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 import yaml
-from programs import PATIENCE
+from programs import PATIENCE, free_port
 from recordings import ROOT
 from wyoming.client import AsyncClient
 from wyoming.info import Describe, Info
@@ -113,8 +113,7 @@ def test_it_starts_and_says_where_it_is(
     commands: list[str], supervisor: Supervisor, tmp_path: Path
 ) -> None:
     (tmp_path / "options.json").write_text(json.dumps({**CONFIG["options"], "commands": commands}))
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
         "VOZ_DATA": str(tmp_path),

@@ -12,7 +12,7 @@ import pytest
 from calls import in_process
 from live_robot import LiveRobot, live_robot, moves, rests
 from operator_page import PageRobot, opened, page_robot
-from programs import PATIENCE
+from programs import PATIENCE, free_port
 from wyoming.asr import Transcript
 from wyoming.client import AsyncClient
 from wyoming.event import Event, Eventable
@@ -42,11 +42,6 @@ lm = "lm"
 "turn" = { rotate = 0.5, degrees = "{angle}", say = "I turn to the {side}" }
 "dance" = [{ drive = 0.1, metres = 0.1, say = "one" }, { rotate = 0.5, degrees = 10, say = "two" }]
 """
-
-
-def free_address() -> str:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        return f"tcp://127.0.0.1:{free.getsockname()[1]}"
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +97,7 @@ class Assistant(str):
 @pytest.fixture(scope="module")
 def run(no_sound_card: dict[str, str], folder: Path) -> Iterator[tuple[LiveRobot, Assistant]]:
     """A robot without a microphone, and the assistant that drives it."""
-    uri = free_address()
+    uri = f"tcp://127.0.0.1:{free_port()}"
     arguments = ["--wyoming", uri, "--config", str(folder / "voz.toml")]
     with live_robot(no_sound_card, *arguments) as robot:
         yield robot, Assistant(uri)
@@ -163,7 +158,7 @@ def test_a_transcript_drives_and_is_answered_by_the_reply(
 @pytest.fixture(scope="module")
 def served(no_sound_card: dict[str, str]) -> Iterator[tuple[PageRobot, Assistant]]:
     """A robot with a page, and the assistant that drives it, too."""
-    assistant = Assistant(free_address())
+    assistant = Assistant(f"tcp://127.0.0.1:{free_port()}")
     with page_robot(no_sound_card, "--listening", "--wyoming", assistant) as robot:
         yield robot, assistant
 

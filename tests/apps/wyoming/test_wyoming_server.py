@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from calls import VOZ, in_process
 from operator_page import with_noise
-from programs import PATIENCE
+from programs import PATIENCE, free_port
 from recordings import FIXTURES, ROOT
 from spanish import spanish
 from wyoming.asr import Transcribe, Transcript
@@ -39,8 +39,7 @@ RATE = 16_000
 @contextmanager
 def serving(*options: object, cwd: Path | None = None) -> Iterator[str]:
     """A server for the length of a `with` block; yields where it is asked."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        uri = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    uri = f"tcp://127.0.0.1:{free_port()}"
     command = [*VOZ, "serve", "--wyoming", uri, *map(str, options)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=cwd) as server:
         assert server.stderr

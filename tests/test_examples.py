@@ -228,7 +228,7 @@ def drive(example: str, robot: str, folder: Path, *lines: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_an_arm_brings_what_was_said_and_asks_before_it_folds(tmp_path: Path) -> None:
     said = ["bring me the deep blue cup", "give me the water bottle", "open the gripper"]
     printed = drive("arm", "arm:Arm,console", tmp_path, *said, "fold the arm", "no", "stop")
@@ -240,7 +240,7 @@ def test_an_arm_brings_what_was_said_and_asks_before_it_folds(tmp_path: Path) ->
     assert "I fold the arm" not in told
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_a_drone_flies_as_far_as_was_said_and_never_on(tmp_path: Path) -> None:
     said = ["take off", "climb 2 metres", "fly backward one metre", *"-" * 25]
     said += ["turn left 90 degrees", *"-" * 35, "fly forward ten metres", "-", "hover"]

@@ -113,7 +113,7 @@ def test_a_picture_shows_what_a_recording_made_the_simulator_do(
     assert title.group().encode() in (ROOT / "docs" / "demo.png").read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_after_ctrl_c_it_says_what_it_draws_and_what_it_wrote(tmp_path: Path) -> None:
     picture, animation = tmp_path / "way.svg", tmp_path / "way.gif"
     command = [*VOZ, "run", "--text", "-", "--no-sound", "--realtime", "--events", "-"]
@@ -207,6 +207,7 @@ def test_a_collision_is_a_warning_among_the_events(voz: Any, tmp_path: Path) -> 
     assert "the robot hit a wall" in result.err  # the console is not among the robots
 
 
+@pytest.mark.realtime
 def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typed: Path) -> None:
     arguments = ["run", "--text", typed, "--no-sound", "--events", "-"]
     begun = time.monotonic()
@@ -219,6 +220,7 @@ def test_in_real_time_a_run_takes_its_time_and_has_the_same_events(voz: Any, typ
     assert "drives forward" in clocked.err
 
 
+@pytest.mark.realtime
 def test_a_robot_of_ten_lines_gets_every_velocity_and_zero_last(
     voz: Any, typed: Path, serial_robot: SerialPort
 ) -> None:
@@ -244,7 +246,7 @@ def test_where_no_serial_port_is_none_is_made(
     assert not is_there or port.read_text() == "a file\n"
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_a_robot_that_fails_stops_the_others_and_is_named(
     voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -271,7 +273,7 @@ def test_a_robot_that_fails_stops_the_others_and_is_named(
     assert "stands still" in result.err
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_where_no_robot_shows_it_a_loss_is_a_warning_and_what_is_back_is_none(
     voz: Any, typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -343,7 +345,7 @@ def wait_for(reached: Callable[[], bool], process: subprocess.Popen[str]) -> Non
         time.sleep(0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: SerialPort) -> None:
     with driven_by_text(serial_robot, "--events", "-") as process:
         assert process.stdout
@@ -356,6 +358,7 @@ def test_a_robot_stops_though_nobody_reads_the_events(serial_robot: SerialPort) 
         assert process.wait(20) == 143
 
 
+@pytest.mark.realtime
 def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: SerialPort) -> None:
     with driven_by_text(serial_robot) as process:
         assert process.stderr
@@ -365,6 +368,7 @@ def test_s7_a_signal_sends_zero_last_to_a_robot_with_a_thread(serial_robot: Seri
     assert serial_robot.read_text().splitlines()[-1] == "0.00 0.00"
 
 
+@pytest.mark.realtime
 def test_two_runs_never_drive_by_one_serial_port(serial_robot: SerialPort, typed: Path) -> None:
     with driven_by_text(serial_robot) as process:
         other = in_process(
@@ -382,7 +386,9 @@ def test_two_runs_never_drive_by_one_serial_port(serial_robot: SerialPort, typed
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("arguments", [[], ["--realtime"]])
+@pytest.mark.parametrize(
+    "arguments", [[], pytest.param(["--realtime"], marks=pytest.mark.realtime)]
+)
 def test_a_terminal_shows_the_room(arguments: list[str], typed: Path) -> None:
     ours, theirs = pty.openpty()
     command = [*VOZ, "run", "--text", str(typed), "--no-sound", "--robot", "simulator,console"]

@@ -36,7 +36,9 @@ def is_plain(shown: bytes) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("more", [[], ["--events", "-"], ["--realtime"]])
+@pytest.mark.parametrize(
+    "more", [[], ["--events", "-"], pytest.param(["--realtime"], marks=pytest.mark.realtime)]
+)
 @pytest.mark.parametrize("locale", LOCALES)
 def test_a_bad_byte_in_typed_text_is_no_command_and_not_the_end(
     locale: str, more: list[str]
@@ -73,6 +75,7 @@ def test_a_file_name_cannot_write_on_the_terminal(
         assert done.returncode == (0 if path == good else 3)
 
 
+@pytest.mark.realtime
 def test_typed_text_and_robots_cannot_write_on_the_terminal(tmp_path: Path) -> None:
     (tmp_path / "loud.py").write_text(
         "from voz.robot.base import Robot\n"

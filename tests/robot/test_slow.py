@@ -162,7 +162,7 @@ def test_too_much_work_loses_it_until_some_is_done() -> None:
         wait_until(lambda: drive(box, 0.0) or box.lost() is None)
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_a_run_drives_and_stops_a_robot_that_sleeps_at_each_command(tmp_path: Path) -> None:
     typed = tmp_path / "typed.txt"
     typed.write_text("start speech\ngo forward\n" + "-\n" * 10 + "stop\n" + "-\n" * 5)

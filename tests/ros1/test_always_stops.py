@@ -11,6 +11,8 @@ import pytest
 from ros1.ros import Client, Program, Ros, eventually
 from ros1.test_control_voz_node import connect
 
+pytestmark = pytest.mark.realtime
+
 DRIVING = ("_sound:=none", "_listening:=true")
 
 
@@ -37,7 +39,6 @@ class Unread(Program):
                 time.sleep(0.05)
 
 
-@pytest.mark.slow
 def test_an_output_that_nobody_reads_holds_up_neither_stop_nor_the_end(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING, kind=Unread)
     client = driven(ros, node)
@@ -56,7 +57,6 @@ def test_an_output_that_nobody_reads_holds_up_neither_stop_nor_the_end(ros: Ros)
     assert node.process.wait(30) == 0
 
 
-@pytest.mark.slow
 def test_after_a_pause_of_the_process_the_motion_is_over(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING)
     client = driven(ros, node)
@@ -84,7 +84,6 @@ def test_a_service_manager_that_ends_the_rest_of_a_crashed_node_lets_it_be_stopp
     client.wait_for_velocity(0, 0)
 
 
-@pytest.mark.slow
 def test_a_node_that_is_killed_leaves_zero_behind(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING)
     client = driven(ros, node)
@@ -92,7 +91,6 @@ def test_a_node_that_is_killed_leaves_zero_behind(ros: Ros) -> None:
     client.wait_for_velocity(0, 0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("per_second", [1000, 5000])
 def test_a_flood_of_other_strings_does_not_delay_stop(ros: Ros, per_second: int) -> None:
     node = ros.node("control_voz", *DRIVING)
@@ -106,7 +104,6 @@ def test_a_flood_of_other_strings_does_not_delay_stop(ros: Ros, per_second: int)
     node.wait_for("messages came too fast and were dropped")
 
 
-@pytest.mark.slow
 def test_a_watchdog_is_a_node_of_its_own_with_the_same_remappings(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING, "cmd_vel:=/base/velocity", "__name:=mine")
     client = ros.client("/base/velocity")
@@ -119,7 +116,6 @@ def test_a_watchdog_is_a_node_of_its_own_with_the_same_remappings(ros: Ros) -> N
     client.wait_for_velocity(0, 0, "/base/velocity")
 
 
-@pytest.mark.slow
 def test_the_watchdog_goes_with_the_node(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING)
     driven(ros, node)
@@ -128,7 +124,6 @@ def test_the_watchdog_goes_with_the_node(ros: Ros) -> None:
     eventually(lambda: "watchdog" not in ros.call("rosnode", "list").stdout)
 
 
-@pytest.mark.slow
 def test_a_watchdog_that_is_killed_stops_the_robot_and_is_there_again(ros: Ros) -> None:
     node = ros.node("control_voz", *DRIVING)
     client = driven(ros, node)

@@ -63,7 +63,7 @@ def test_the_last_it_sends_is_zero(base: Client, watchdog: Program) -> None:
     assert "Traceback" not in watchdog.text
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_voz_that_is_killed_together_with_its_own_watchdog_is_stopped(
     ros: Ros, base: Client
 ) -> None:

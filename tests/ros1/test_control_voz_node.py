@@ -12,6 +12,8 @@ import pytest
 from programs import PATIENCE
 from ros1.ros import Client, Program, Ros, eventually
 
+pytestmark = pytest.mark.realtime
+
 COMMANDS = {
     "go forward": (0.1, 0.0),
     "speed up": (0.15, 0.0),
@@ -51,7 +53,6 @@ def connect(client: Client, node: Program, topic: str = "/recognizer/output") ->
     eventually(is_heard, ROSPY_CONNECT_TIMEOUT + PATIENCE)
 
 
-@pytest.mark.slow
 def test_each_command_does_what_the_readme_says(ros: Ros) -> None:
     _, client = driving(ros)
     for command, velocity in COMMANDS.items():
@@ -64,7 +65,6 @@ def test_each_command_does_what_the_readme_says(ros: Ros) -> None:
     assert types == {("/cmd_vel", "geometry_msgs/Twist"), ("/selected_object", "std_msgs/Int16")}
 
 
-@pytest.mark.slow
 def test_nothing_is_obeyed_before_start_speech_and_case_does_not_matter(ros: Ros) -> None:
     node, client = driving(ros, "_listening:=false")
     client.say("go forward")
@@ -75,7 +75,6 @@ def test_nothing_is_obeyed_before_start_speech_and_case_does_not_matter(ros: Ros
     assert set(client.velocities()) == {(0, 0), (-0.1, 0)}
 
 
-@pytest.mark.slow
 def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
     node = ros.node(
         "control_voz", "_sound:=none", "_listening:=true", "cmd_vel:=/base/velocity",
@@ -89,7 +88,6 @@ def test_names_can_be_remapped_and_put_into_a_namespace(ros: Ros) -> None:
     client.wait_for_velocity(0.1, 0, "/base/velocity")
 
 
-@pytest.mark.slow
 def test_the_beat_is_10_hertz(ros: Ros) -> None:
     driving(ros)
     counting = ros.start("rostopic", "hz", "-w", "20", "/cmd_vel")
@@ -103,7 +101,6 @@ def rates_of_20(counting: Program) -> list[float]:
     return [float(rate) for rate in told]
 
 
-@pytest.mark.slow
 def test_rostopic_reads_what_is_published(ros: Ros) -> None:
     _, client = driving(ros)
     client.say("go back")
@@ -112,7 +109,6 @@ def test_rostopic_reads_what_is_published(ros: Ros) -> None:
     assert "linear: \n  x: -0.1\n" in echoed
 
 
-@pytest.mark.slow
 def test_replies_are_asked_for_on_robotsound(ros: Ros) -> None:
     _, client = driving(ros, "_listening:=false", "_sound:=ros", topics=("/robotsound",))
     client.say("start speech")
@@ -131,7 +127,6 @@ def test_replies_are_asked_for_on_robotsound(ros: Ros) -> None:
     }
 
 
-@pytest.mark.slow
 def test_sounds_are_asked_for_on_robotsound_too(ros: Ros, tmp_path: Path) -> None:
     (tmp_path / "ding.wav").write_bytes(b"")
     table = f'{{ play = "{tmp_path}/ding.wav" }}, {{ play = "backing-up" }}'
@@ -144,7 +139,6 @@ def test_sounds_are_asked_for_on_robotsound_too(ros: Ros, tmp_path: Path) -> Non
     assert asked == [(-2, 1, f"{tmp_path}/ding.wav"), (1, 1, "")]
 
 
-@pytest.mark.slow
 def test_without_festival_there_is_a_warning_and_the_robot_obeys(ros: Ros, tmp_path: Path) -> None:
     (tmp_path / "python3").symlink_to(shutil.which("python3", path="/usr/bin"))
     for tool in ("sh", "dirname", "readlink"):
@@ -158,7 +152,6 @@ def test_without_festival_there_is_a_warning_and_the_robot_obeys(ros: Ros, tmp_p
     client.wait_for_velocity(-0.1, 0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_s7_a_signal_ends_with_zero_velocity(ros: Ros, number: int) -> None:
     node, client = driving(ros)
@@ -170,7 +163,6 @@ def test_s7_a_signal_ends_with_zero_velocity(ros: Ros, number: int) -> None:
     client.wait_for_velocity(0, 0)
 
 
-@pytest.mark.slow
 def test_s7_rosnode_kill_ends_with_zero_velocity(ros: Ros) -> None:
     node, client = driving(ros)
     client.say("go forward")
@@ -180,7 +172,6 @@ def test_s7_rosnode_kill_ends_with_zero_velocity(ros: Ros) -> None:
     client.wait_for_velocity(0, 0)
 
 
-@pytest.mark.slow
 def test_s5_the_robot_stops_when_the_recognizer_is_killed(ros: Ros) -> None:
     node, client = driving(ros)
     watching = ros.client("/cmd_vel")
@@ -195,7 +186,6 @@ def test_s5_the_robot_stops_when_the_recognizer_is_killed(ros: Ros) -> None:
     watching.wait_for_velocity(-0.1, 0)
 
 
-@pytest.mark.slow
 def test_s5_the_robot_stops_when_the_master_is_killed_and_obeys_the_next_master(ros: Ros) -> None:
     node, client = driving(ros)
     client.say("go forward")
@@ -212,7 +202,6 @@ def test_s5_the_robot_stops_when_the_master_is_killed_and_obeys_the_next_master(
     another.wait_for_velocity(-0.1, 0)
 
 
-@pytest.mark.slow
 def test_the_robot_process_may_die_and_come_back(ros: Ros) -> None:
     node, client = driving(ros)
     base = ros.client("/cmd_vel")

@@ -87,6 +87,7 @@ def test_a_base_that_stands_whatever_it_is_told_is_told_of(ros: Ros) -> None:
     assert "no motion" in found["told"]
 
 
+@pytest.mark.realtime
 def test_a_base_that_another_program_drives_is_left_alone(ros: Ros) -> None:
     client = base(ros, 0.5)
     ros.node("control_voz", "_sound:=none")

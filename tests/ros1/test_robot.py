@@ -134,7 +134,7 @@ def test_without_a_master_it_cannot_be_opened(ros: Ros) -> None:
     assert done.text.startswith("there is no ROS master at http://127.0.0.1")
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_voz_run_drives_it_and_tells_where_the_simulated_robot_is(ros: Ros) -> None:
     client = ros.client("/robot1/cmd_vel", "/robot1/odom", "/tf", "/robot1/selected_object")
     run = ros.start(

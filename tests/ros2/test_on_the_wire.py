@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from programs import Program
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.realtime
 
 FORWARD = {"linear": {"x": 0.1, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}}
 STILL = {"linear": {"x": 0.0, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}}

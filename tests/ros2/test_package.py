@@ -65,6 +65,7 @@ def test_aments_own_index_finds_it(prefix: Path) -> None:
     assert done.stdout.strip() == str(prefix / "share" / "voz"), done.stderr
 
 
+@pytest.mark.realtime
 def test_its_program_drives_a_base(
     prefix: Path,
     domain: int,

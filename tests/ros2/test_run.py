@@ -15,8 +15,9 @@ from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
 from voz.settings import Ros2
 
+pytestmark = pytest.mark.realtime
 
-@pytest.mark.slow
+
 def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program]) -> None:
     node = Ros2Node(Ros2())
     base, odom = (
@@ -34,7 +35,6 @@ def test_voz_run_tells_where_the_simulated_robot_is(voz: Callable[..., Program])
     assert msg.velocity(0.1, 0.0) in base.take(1000)
 
 
-@pytest.mark.slow
 def test_voz_run_says_once_that_nobody_listens(voz: Callable[..., Program]) -> None:
     run = voz("ros2", wait=0)
     run.say("go forward")
@@ -78,7 +78,6 @@ def test_a_run_that_is_killed_leaves_zero_behind(voz: Callable[..., Program]) ->
     wait_until(lambda: velocity() == 0)
 
 
-@pytest.mark.slow
 def test_a_run_that_is_suspended_is_stopped_and_goes_on_only_by_a_new_command(
     voz: Callable[..., Program],
 ) -> None:
@@ -95,7 +94,6 @@ def test_a_run_that_is_suspended_is_stopped_and_goes_on_only_by_a_new_command(
     wait_until(lambda: velocity() == -0.1)
 
 
-@pytest.mark.slow
 def test_without_its_watchdog_a_base_hears_of_no_kill(voz: Callable[..., Program]) -> None:
     run, velocity = driving(voz, "--no-watchdog")
     run.process.kill()

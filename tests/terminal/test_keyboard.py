@@ -215,7 +215,7 @@ def terminal(pulse: dict[str, str], tmp_path: Path) -> Iterator[Terminal]:
     terminal.close()
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 def test_in_a_terminal_commands_are_typed_and_keys_stop(terminal: Terminal) -> None:
     terminal.wait_for_velocity(0)
     for key in STOP_KEYS:

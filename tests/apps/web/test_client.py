@@ -38,6 +38,7 @@ def robot(one_run: PageRobot) -> PageRobot:
     return one_run
 
 
+@pytest.mark.realtime
 def test_a_command_is_answered_and_the_robot_stops_when_the_block_ends(robot: PageRobot) -> None:
     since = robot.since
     with voz.Client(robot.link) as client:

@@ -55,6 +55,7 @@ def forward() -> np.ndarray:
 # What a program asks for
 
 
+@pytest.mark.realtime
 def test_a_command_is_answered_by_what_became_of_it(robot: PageRobot) -> None:
     since = robot.since
     answer = robot.command("Go  Forward").json()

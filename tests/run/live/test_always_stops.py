@@ -134,6 +134,7 @@ def watched(
             os.close(ours)
 
 
+@pytest.mark.realtime
 def test_after_a_pause_of_the_process_the_motion_is_over(
     tmp_path: Path, pulse: dict[str, str]
 ) -> None:

@@ -26,7 +26,7 @@ NOW = datetime.now(timezone.utc)
 NAMES = ["localhost", "127.0.0.1", "::1", "robot.local", "192.168.1.7"]
 
 
-def shake_hands(certificates: Certificates, trusted: bytes, name: str) -> None:
+def shake_hands(certificates: Certificates, trusted: bytes, name: str) -> ssl.SSLSession | None:
     """Let a client that trusts an authority ask for a name; raises what it does not believe."""
     client = ssl.create_default_context(cadata=trusted.decode())
     here, there = socket.socketpair()
@@ -40,7 +40,9 @@ def shake_hands(certificates: Certificates, trusted: bytes, name: str) -> None:
     server = threading.Thread(target=serve)
     server.start()
     try:
-        client.wrap_socket(here, server_hostname=name).close()
+        with client.wrap_socket(here, server_hostname=name) as shaken:
+            assert not shaken.recv(1)  # what comes after the handshake
+            return shaken.session
     finally:
         here.close()
         server.join()
@@ -50,7 +52,9 @@ def shake_hands(certificates: Certificates, trusted: bytes, name: str) -> None:
 def test_who_trusts_the_authority_believes_the_robot(name: str, tmp_path: Path) -> None:
     certificates = Certificates(tmp_path / "made")
     assert certificates.renew(NAMES, NOW)
-    shake_hands(certificates, certificates.authority, name)
+    session = shake_hands(certificates, certificates.authority, name)
+    assert session
+    assert not session.has_ticket  # it comes while the client begins to send
 
 
 def test_it_is_made_once_and_by_this_user_alone(tmp_path: Path) -> None:

@@ -59,6 +59,9 @@ class Certificates:
             ConfigError: the folder cannot be written, or holds no usable authority.
         """
         self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        # Tickets come after the handshake. A client whose threads read and write at once, as
+        # `voz.Client`, then loses what it sends: OpenSSL is not made for that.
+        self.context.num_tickets = 0
         self._folder = folder
         self._names: tuple[str, ...] = ()
         self._until = datetime.min.replace(tzinfo=timezone.utc)

@@ -462,6 +462,7 @@ def test_a_command_that_is_spoken_drives(robot: PageRobot, forward: np.ndarray) 
     assert said["latency"] < 1
 
 
+@pytest.mark.realtime
 def test_s5_what_is_settled_once_the_page_is_closed_does_not_drive(
     robot: PageRobot, forward: np.ndarray
 ) -> None:
@@ -499,6 +500,7 @@ def test_sound_that_comes_late_does_not_drive_and_is_told(
     robot.robot.wait_for(warns("late and is dropped"), since)
 
 
+@pytest.mark.realtime
 def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) -> None:
     since = robot.since
     middle = len(forward) // 3
@@ -515,6 +517,7 @@ def test_words_around_a_gap_do_not_drive(robot: PageRobot, forward: np.ndarray) 
     assert "go forward" not in obeyed
 
 
+@pytest.mark.realtime
 def test_s5_the_robot_stops_when_the_sound_does(robot: PageRobot) -> None:
     with opened(robot) as page:
         page.start_driving()

@@ -15,9 +15,8 @@ TWICE = $$(($(CORES) * 2))
 
 # No other test is tried again, and of these the report names each that was.
 ONE_BY_ONE = -m realtime --reruns 1 -r R
-# They mostly wait. The others run meanwhile. At a lower priority the beat of a robot in these is half a second late
-# now and then, and the robot stops.
-MEANWHILE = $$(($(CORES) + 1))
+# They mostly wait. The others run meanwhile, and give way to them: none of the others drives by the clock.
+RESTRAINED = nice
 
 # Containers often set it: then every process of the tests would compile voz anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -75,7 +74,7 @@ test: ## Install what the tests need, then check style and types and run all tes
 	.venv/bin/mypy examples
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" $(COUNTED)
 	.venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(CORES) -m "not realtime" $(QUICK)
-	@log=$$(mktemp); .venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(MEANWHILE) -m "not realtime" \
+	@log=$$(mktemp); $(RESTRAINED) .venv/bin/python -m pytest -q $(SIDE_BY_SIDE) $(TWICE) -m "not realtime" \
 		$(patsubst %,--ignore=%,tests/control $(QUICK)) >"$$log" 2>&1 & others=$$!; \
 	trap "kill $$others" INT TERM; failed=0; \
 	.venv/bin/python -m pytest -q $(ONE_BY_ONE) || failed=1; \

@@ -29,6 +29,13 @@ settings.register_profile("voz", deadline=None)  # a busy machine is no fault of
 settings.load_profile("voz")
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Show why a test was tried again: the next failure may be the second."""
+    for report in terminalreporter.getreports("rerun"):
+        terminalreporter.write_sep("_", f"tried again: {report.nodeid}")
+        terminalreporter.write_line(report.longreprtext)
+
+
 @pytest.fixture
 def begun() -> Callable[[], list[threading.Thread]]:
     """Which threads began in the test and go on; one of another test's may hang beside them."""

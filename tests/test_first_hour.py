@@ -178,7 +178,15 @@ def test_a_list_of_ones_own_is_warned_about_obeyed_and_asks(
     say_until(robot, say, "open gripper", is_event("publish", topic="gripper", value="open"))
     say_until(robot, say, "self destruct", is_event("reply", text="do you mean it?"))
     assert not any(map(is_event("publish", topic="destruct"), robot.events()))
-    say_until(robot, say, "yes", is_event("publish", topic="destruct", value=True))
+
+    def confirmed() -> bool:
+        say("yes")
+        done = any(map(is_event("publish", topic="destruct", value=True), robot.events()))
+        if not done:
+            say("self destruct")  # the answer may have come when the question was forgotten
+        return done
+
+    eventually(confirmed)
     end(robot)
 
 

@@ -11,12 +11,14 @@ import numpy as np
 from voz.audio import SAMPLE_RATE, Samples
 from voz.recognition.confidence import sigmoid
 from voz.recognition.ctc import Floats
-from voz.recognition.name_evidence import find_evidence, read_weights
+from voz.recognition.keyphrase import KeyphraseScorer
+from voz.recognition.name_evidence import AROUND, find_evidence, read_weights
 from voz.recognition.phoneme_network import MOMENT
 from voz.recognition.phoneme_scorer import (
     PENALTY_PER_OTHER_PHONE,
     PhoneLikelihoods,
     PhonemeScorer,
+    read_phone_symbols,
 )
 
 NAME_THRESHOLD = 0.45
@@ -38,6 +40,21 @@ SURE_LOG_ODDS = math.log(1 + len(SPEEDS))
 SECONDS_AROUND = 1.0
 """Sound before and after a doubtful name that is heard again, s."""
 
+KEYPHRASE_SPEEDS = (0.93, 1.0, 1.08)
+"""Speeds at which pocketsphinx hears a doubtful name."""
+
+KEYPHRASE_MARGIN = 0.4
+"""Sound before and after the name for pocketsphinx, s; its mean is that of the channel."""
+
+USUAL_KEYPHRASE_SCORE = -34.0
+"""Of a doubtful name, nats for each phone: a higher one speaks for it, a lower one against it."""
+
+KEYPHRASE_WEIGHT = 0.25
+"""Log-odds for each nat."""
+
+MOST_AGAINST = 1.5
+"""Log-odds against a name for a low score at most: in loud noise pocketsphinx makes out little."""
+
 JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
 PENALTY_JUST_BEFORE = 3.0
 """Nats against a name for each phone in the moments before it: nobody speaks on with it."""
@@ -48,11 +65,19 @@ PENALTY_JUST_AFTER = 1.5
 
 
 class NameMatch(NamedTuple):
-    """The log-odds that a name was said where it fits best in a sound, and where that is, s."""
+    """Where a name fits best in a sound.
+
+    Attributes:
+        log_odds: that it was said.
+        begin: when it begins, s.
+        end: when it ends, s.
+        against: log-odds that it lost for what is said around it.
+    """
 
     log_odds: float
     begin: float
     end: float
+    against: float = 0.0
 
     @property
     def confidence(self) -> float:
@@ -68,6 +93,8 @@ class NameFinder:
         self._network = network
         self._name = network.lattice_of(name)
         self._weights = read_weights()
+        phones = [*read_phone_symbols()]
+        self._keyphrase = KeyphraseScorer([phones[n] for n in network.phone_numbers(name)])
 
     def find(
         self,
@@ -78,7 +105,8 @@ class NameFinder:
     ) -> NameMatch:
         """Find where the name fits best, and how surely it was said.
 
-        In doubt the log-odds are those of the mean of its odds at several speeds.
+        In doubt the log-odds are those of the mean of its odds at several speeds, and how well it
+        fits by pocketsphinx is added.
 
         Args:
             samples: the sound, 16 kHz.
@@ -97,10 +125,24 @@ class NameFinder:
         for speed in SPEEDS:
             heard = self._network.phone_likelihoods(at_speed(part, speed))
             found = self.best(heard, earliest_end / speed, alone)
-            begin, end = (start + speed * place for place in found[1:])
+            begin, end = (start + speed * place for place in (found.begin, found.end))
             matches.append(NameMatch(found.log_odds, begin, end))
         surest = max(matches, key=lambda match: match.log_odds)
-        return surest._replace(log_odds=mean_odds([match.log_odds for match in matches]))
+        by_network = mean_odds([match.log_odds for match in matches])
+        return surest._replace(log_odds=by_network + self.by_pocketsphinx(samples, match))
+
+    def by_pocketsphinx(self, samples: Samples, match: NameMatch) -> float:
+        """The log-odds that pocketsphinx adds to those of a doubtful name.
+
+        None if the name itself is sure, and the doubt is whether it was said to the robot.
+        """
+        if match.log_odds + match.against >= SURE_LOG_ODDS:
+            return 0.0
+        first = max(0, round((match.begin - KEYPHRASE_MARGIN) * SAMPLE_RATE))
+        part = samples[first : round((match.end + KEYPHRASE_MARGIN) * SAMPLE_RATE)]
+        scores = [self._keyphrase.score(at_speed(part, speed)) for speed in KEYPHRASE_SPEEDS]
+        better = sum(scores) / len(scores) - USUAL_KEYPHRASE_SCORE
+        return max(KEYPHRASE_WEIGHT * better, -MOST_AGAINST)
 
     def best(
         self, sounds: PhoneLikelihoods, earliest_end: float = 0.0, alone: bool = False
@@ -111,7 +153,8 @@ class NameFinder:
         found = find_evidence(sounds.relative, before, behind + too_early, self._name)
         seconds = MOMENT / SAMPLE_RATE
         log_odds = found.log_odds(self._weights)
-        return NameMatch(log_odds, found.begin * seconds, found.end * seconds)
+        against = AROUND * found.around
+        return NameMatch(log_odds, found.begin * seconds, found.end * seconds, against)
 
 
 def at_speed(samples: Samples, speed: float) -> Samples:

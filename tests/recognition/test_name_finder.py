@@ -16,6 +16,7 @@ from voz.recognition.ctc import Floats
 from voz.recognition.language import Language
 from voz.recognition.name_finder import (
     LEAST_LOG_ODDS,
+    MOST_AGAINST,
     NAME_THRESHOLD,
     SURE_LOG_ODDS,
     NameFinder,
@@ -96,14 +97,21 @@ def test_a_name_amid_talk_of_which_the_network_is_not_sure_is_found_by_pocketsph
     assert sigmoid(by_network) < NAME_THRESHOLD
 
 
-@pytest.mark.parametrize("noise", [0, 0.05, 0.3])
 def test_other_words_that_the_network_takes_for_the_name_are_none(
-    network: PhonemeScorer, finder: NameFinder, noise: float
+    network: PhonemeScorer, finder: NameFinder
 ) -> None:
-    samples = said("they rub it", noise, 1)
+    samples = said("play robin", 0.02, 1)
     sounds = network.phone_likelihoods(samples)
     assert finder.best(sounds, alone=True).confidence >= NAME_THRESHOLD
     assert finder.find(samples, sounds, alone=True).confidence < NAME_THRESHOLD
+
+
+def test_in_loud_noise_pocketsphinx_says_little_against_a_name(
+    network: PhonemeScorer, finder: NameFinder
+) -> None:
+    samples = said(NAME, 9, 38)
+    match = finder.best(network.phone_likelihoods(samples), alone=True)
+    assert finder.by_pocketsphinx(samples, match) == -MOST_AGAINST
 
 
 def test_a_name_in_talk_that_goes_on_is_not_made_likelier(

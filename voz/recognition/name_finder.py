@@ -52,8 +52,9 @@ USUAL_KEYPHRASE_SCORE = -34.0
 KEYPHRASE_WEIGHT = 0.25
 """Log-odds for each nat."""
 
-MOST_AGAINST = 1.5
-"""Log-odds against a name for a low score at most: in loud noise pocketsphinx makes out little."""
+MOST_AGAINST = 0.5
+"""Log-odds against a name for a low score at most: in loud noise pocketsphinx makes out little, and
+where it makes out the name it counts in full."""
 
 JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
 PENALTY_JUST_BEFORE = 3.0

@@ -27,8 +27,8 @@ class KeyphraseScorer:
             hmm=pocketsphinx.get_model_path(ENGLISH_MODEL),
             dict=None,
             lm=None,
-            cmn="batch",
-            remove_noise=False,  # it would have to get to know it first
+            cmn="batch",  # the mean of the sound itself, not of those before
+            remove_noise=False,  # it would have to hear the noise for longer first
             beam=LEAST_PROBABILITY,
             kws_threshold=LEAST_PROBABILITY,
             kws_delay=1,  # ends at the end of a sound, too

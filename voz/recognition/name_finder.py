@@ -44,7 +44,7 @@ KEYPHRASE_SPEEDS = (0.93, 1.0, 1.08)
 """Speeds at which pocketsphinx hears a doubtful name."""
 
 KEYPHRASE_MARGIN = 0.4
-"""Sound before and after the name for pocketsphinx, s; its mean is that of the channel."""
+"""Sound before and after the name that pocketsphinx hears, s."""
 
 USUAL_KEYPHRASE_SCORE = -34.0
 """Of a doubtful name, nats for each phone: a higher one speaks for it, a lower one against it."""
@@ -53,8 +53,7 @@ KEYPHRASE_WEIGHT = 0.25
 """Log-odds for each nat."""
 
 MOST_AGAINST = 0.5
-"""Log-odds against a name for a low score at most: in loud noise pocketsphinx makes out little, and
-where it makes out the name it counts in full."""
+"""Log-odds that a low score takes from a name at most: in loud noise all scores are low."""
 
 JUST_BEFORE = int(0.4 * SAMPLE_RATE / MOMENT)
 PENALTY_JUST_BEFORE = 3.0
@@ -118,9 +117,7 @@ class NameFinder:
         match = self.best(sounds, earliest_end, alone)
         if not LEAST_LOG_ODDS < match.log_odds < SURE_LOG_ODDS:
             return match
-        first = max(0, round((match.begin - SECONDS_AROUND) * SAMPLE_RATE))
-        part = samples[first : round((match.end + SECONDS_AROUND) * SAMPLE_RATE)]
-        start = first / SAMPLE_RATE
+        part, start = _with_margin(samples, match, SECONDS_AROUND)
         earliest_end = max(0.0, earliest_end - start)
         matches = [match]
         for speed in SPEEDS:
@@ -135,12 +132,11 @@ class NameFinder:
     def by_pocketsphinx(self, samples: Samples, match: NameMatch) -> float:
         """The log-odds that pocketsphinx adds to those of a doubtful name.
 
-        None if the name itself is sure, and the doubt is whether it was said to the robot.
+        0 if the name itself is sure, and the doubt comes from what is said around it.
         """
         if match.log_odds + match.against >= SURE_LOG_ODDS:
             return 0.0
-        first = max(0, round((match.begin - KEYPHRASE_MARGIN) * SAMPLE_RATE))
-        part = samples[first : round((match.end + KEYPHRASE_MARGIN) * SAMPLE_RATE)]
+        part, _ = _with_margin(samples, match, KEYPHRASE_MARGIN)
         scores = [self._keyphrase.score(at_speed(part, speed)) for speed in KEYPHRASE_SPEEDS]
         better = sum(scores) / len(scores) - USUAL_KEYPHRASE_SCORE
         return max(KEYPHRASE_WEIGHT * better, -MOST_AGAINST)
@@ -156,6 +152,13 @@ class NameFinder:
         log_odds = found.log_odds(self._weights)
         against = AROUND * found.around
         return NameMatch(log_odds, found.begin * seconds, found.end * seconds, against)
+
+
+def _with_margin(samples: Samples, match: NameMatch, margin: float) -> tuple[Samples, float]:
+    """The part of a sound with a name and so much around it, s, and when it begins, s."""
+    first = max(0, round((match.begin - margin) * SAMPLE_RATE))
+    part = samples[first : round((match.end + margin) * SAMPLE_RATE)]
+    return part, first / SAMPLE_RATE
 
 
 def at_speed(samples: Samples, speed: float) -> Samples:

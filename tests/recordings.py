@@ -10,6 +10,7 @@ import numpy as np
 from voz.apps.recordings.manifest import MANIFEST_NAME, parse_records
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
+from voz.speech.speech_cache import cached_speech
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "audio_fixtures"
@@ -33,3 +34,8 @@ class Recording(NamedTuple):
 def read_manifest() -> list[Recording]:
     rows = parse_records((FIXTURES / MANIFEST_NAME).read_text(encoding="utf-8"))
     return [Recording(FIXTURES / r["file"], r["text"], r["voice"], r["kind"]) for r in rows]
+
+
+def spoken(text: str, voice: str = "kal_diphone") -> Samples:
+    """A text by a voice of festival."""
+    return np.concatenate([*read_blocks(cached_speech(text, voice))])

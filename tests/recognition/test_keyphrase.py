@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from recordings import spoken
 
-from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
+from voz.audio import SAMPLE_RATE
 from voz.recognition.keyphrase import LEAST_PROBABILITY, KeyphraseScorer
-from voz.speech.speech_cache import cached_speech
 
 PHONES = {
     "hey robot": ["HH", "EY", "R", "OW", "B", "AA", "T"],
@@ -24,24 +23,20 @@ def scorers() -> dict[str, KeyphraseScorer]:
     return {phrase: KeyphraseScorer(phones) for phrase, phones in PHONES.items()}
 
 
-def said(text: str) -> Samples:
-    return np.concatenate([*read_blocks(cached_speech(text, "kal_diphone"))])
-
-
 @pytest.mark.parametrize("text", PHONES)
 def test_what_is_said_fits_better_than_what_is_not(
     scorers: dict[str, KeyphraseScorer], text: str
 ) -> None:
-    scores = {phrase: scorer.score(said(text)) for phrase, scorer in scorers.items()}
+    scores = {phrase: scorer.score(spoken(text)) for phrase, scorer in scorers.items()}
     best = scores.pop(text)
     assert max(scores.values()) + 10 < best <= 0
 
 
 def test_what_was_heard_before_changes_nothing(scorers: dict[str, KeyphraseScorer]) -> None:
     scorer = scorers["computer"]
-    before = scorer.score(said("computer"))
+    before = scorer.score(spoken("computer"))
     scorer.score(np.full(SAMPLE_RATE, 20_000, np.int16))
-    assert scorer.score(said("computer")) == before
+    assert scorer.score(spoken("computer")) == before
 
 
 @pytest.mark.parametrize("seconds", [0.001, 0.01])

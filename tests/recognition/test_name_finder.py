@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from recordings import spoken
 
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
 from voz.recognition.confidence import sigmoid
 from voz.recognition.ctc import Floats
 from voz.recognition.language import Language
@@ -26,7 +26,6 @@ from voz.recognition.name_finder import (
 from voz.recognition.phoneme_scorer import PhonemeScorer, scorer_for
 from voz.recognition.robot_name import with_more_words
 from voz.settings import Recognition
-from voz.speech.speech_cache import cached_speech
 
 NAME = "hey robot"
 PAUSE = np.zeros(SAMPLE_RATE)
@@ -47,11 +46,7 @@ def finder(network: PhonemeScorer) -> NameFinder:
     return NameFinder(network, NAME)
 
 
-def spoken(text: str, voice: str = "kal_diphone") -> Floats:
-    return np.concatenate([*read_blocks(cached_speech(text, voice))]).astype(float)
-
-
-def after_a_pause(speech: Floats, others: Floats) -> Samples:
+def after_a_pause(speech: Samples | Floats, others: Floats) -> Samples:
     """Speech between two pauses, with other sound that is as long and repeated as needed."""
     sound = np.concatenate([PAUSE, speech, PAUSE])
     return np.rint(sound + np.resize(others, len(sound))).clip(-32768, 32767).astype(np.int16)
@@ -59,7 +54,7 @@ def after_a_pause(speech: Floats, others: Floats) -> Samples:
 
 def said(text: str, noise: float = 0, seed: int = 0) -> Samples:
     """A text after a pause, in noise of so many times its power."""
-    speech = spoken(text)
+    speech = spoken(text).astype(float)
     deviation = np.sqrt(noise * np.mean(speech**2))
     length = len(speech) + 2 * len(PAUSE)
     return after_a_pause(speech, np.random.default_rng(seed).normal(0, deviation, length))
@@ -67,7 +62,7 @@ def said(text: str, noise: float = 0, seed: int = 0) -> Samples:
 
 def amid_talk(text: str, at: int, level: float) -> Samples:
     """A text after a pause, while another talks, from a sample on, so many times as loud."""
-    speech, other = spoken(text), spoken(TALK, "cmu_us_slt_arctic_hts")
+    speech, other = spoken(text), spoken(TALK, "cmu_us_slt_arctic_hts").astype(float)
     return after_a_pause(speech, level * np.std(speech) / np.std(other) * other[at:])
 
 

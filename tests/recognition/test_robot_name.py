@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from recordings import spoken
 
 import voz
 from voz.audio import SAMPLE_RATE, Samples
-from voz.audio.capture.sound_files import read_blocks
 from voz.audio.endpointing.segment import Segment
 from voz.language.build import build
 from voz.language.generated.language_files import PACKAGED_FOLDER, LanguageFiles
@@ -19,7 +19,6 @@ from voz.recognition.hypothesis import Hypothesis
 from voz.recognition.phoneme_scorer import PhonemeScorer
 from voz.recognition.recognizer import Recognizer
 from voz.recognition.robot_name import usual_log_odds
-from voz.speech.speech_cache import cached_speech
 
 NAME = "hey robot"
 PAUSE = np.zeros(SAMPLE_RATE, np.int16)
@@ -32,8 +31,7 @@ def named() -> Recognizer:
 
 
 def said(text: str) -> Samples:
-    speech = np.concatenate(list(read_blocks(cached_speech(text, "kal_diphone"))))
-    return np.concatenate([PAUSE, speech, PAUSE])
+    return np.concatenate([PAUSE, spoken(text), PAUSE])
 
 
 def heard(recognizer: Recognizer, *texts: str) -> list[tuple[str, bool]]:

@@ -74,6 +74,25 @@ def test_nothing_is_taken_where_nothing_is() -> None:
     assert Inbox({"stop", "stop speech"}).take(0.01) is None
 
 
+def test_a_wait_of_a_microsecond_ends_whatever_arrives_meanwhile() -> None:
+    inbox = Inbox({"stop"})
+
+    def talk() -> None:
+        for _ in range(2_000):
+            inbox.put(said("go back"))
+
+    def listen() -> None:
+        for _ in range(10_000):
+            inbox.take(1e-6)
+
+    threads = [threading.Thread(target=work, daemon=True) for work in (talk, listen)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    assert not any(thread.is_alive() for thread in threads)
+
+
 def test_a_flood_from_many_threads_is_cut_and_counted() -> None:
     inbox = Inbox({"stop", "stop speech"})
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import queue
+import threading
+import time
 from collections import deque
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -76,8 +78,9 @@ class TakenMessage:
 class Inbox:
     """Messages to the control loop; `put` never waits, and signal handlers may call it.
 
-    These interrupt the thread that takes messages, so there is no lock: deques and `SimpleQueue`
-    are reentrant.
+    These interrupt the thread that takes messages, so no lock is ever held: deques are reentrant,
+    and releasing a lock that only wakes the taker is, too. `SimpleQueue.get` with a time limit is
+    no replacement: on CPython 3.10 to 3.12 it may wait forever if the limit passes as it wakes.
 
     Attributes:
         halts: names of the commands that stop the robot.
@@ -89,7 +92,8 @@ class Inbox:
         self._numbers = itertools.count(1)
         self._urgent: deque[tuple[int, Message]] = deque()
         self._usual: deque[tuple[int, Message]] = deque()
-        self._tokens: queue.SimpleQueue[None] = queue.SimpleQueue()  # one for each message
+        self._arrived = threading.Lock()  # held until there is something to take
+        self._arrived.acquire()
         self._newest_stop = 0
         self.dropped = 0
 
@@ -106,16 +110,23 @@ class Inbox:
             self.dropped += 1  # of those that stop, enough are on their way
             return
         waiting.append((number, message))
-        self._tokens.put(None)
+        with suppress(RuntimeError):  # not held: whoever takes messages is awake already
+            self._arrived.release()
 
     def take(self, timeout: float) -> TakenMessage | None:
-        """Take what stops the robot, else the oldest message; None if none came in `timeout` s."""
-        try:
-            self._tokens.get(timeout=timeout)
-        except queue.Empty:
-            return None
+        """Take what stops the robot, else the oldest message; None if none came in `timeout` s.
+
+        On one thread only.
+        """
+        until = time.monotonic() + timeout
+        while self.is_empty:
+            left = until - time.monotonic()
+            if left <= 0 or not self._arrived.acquire(timeout=left):
+                break
         if self._urgent:
             return TakenMessage(self._urgent.popleft()[1], False)
+        if not self._usual:
+            return None
         number, message = self._usual.popleft()
         return TakenMessage(message, number < self._newest_stop)
 

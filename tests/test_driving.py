@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from threading import Thread
 
 import pytest
@@ -96,6 +98,66 @@ def test_an_error_of_the_utterances_stops_the_robot_and_is_raised() -> None:
         controller.run(failing())
     assert (0.1, 0.0) in robot.velocities
     assert robot.velocities[-1] == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "error", [asyncio.CancelledError, SystemExit, KeyboardInterrupt, GeneratorExit]
+)
+def test_whatever_ends_the_utterances_stops_the_robot_and_is_raised(
+    error: type[BaseException],
+) -> None:
+    def ending() -> Iterator[voz.Utterance]:
+        yield from said("go forward")
+        raise error
+
+    robot = Wheels()
+    with voz.Controller(robot, listening=True) as controller, pytest.raises(error):
+        controller.run(ending())
+    assert (0.1, 0.0) in robot.velocities
+    assert robot.velocities[-1] == (0.0, 0.0)
+
+
+def test_what_is_no_utterance_is_one_line_and_stops_the_robot() -> None:
+    robot = Wheels()
+    with (
+        voz.Controller(robot, listening=True) as controller,
+        pytest.raises(voz.ConfigError, match="what is heard"),
+    ):
+        controller.run([*said("go forward"), "stop"])  # type: ignore[list-item]
+    assert robot.velocities[-1] == (0.0, 0.0)
+
+
+def breaks(event: object) -> None:
+    """A receiver that prints into a pipe that nobody reads."""
+    raise BrokenPipeError
+
+
+def test_a_receiver_that_raises_keeps_nothing_from_those_behind_it() -> None:
+    events: list[object] = []
+    raises = partial(pytest.raises, BrokenPipeError)
+    with raises(), voz.Controller([breaks, events.append], listening=True) as controller:
+        for text, linear in (("go forward", 0.1), ("stop", 0.0), ("go back", -0.1)):
+            with raises():
+                controller.hear(next(said(text)))
+            assert controller.velocities == (linear, 0)
+            with raises():
+                controller.send(0.2)
+            assert events[-1] == voz.Twist(0.2, linear, 0.0)
+    assert events[-1] == voz.Twist(0.2, 0.0, 0.0)
+
+
+def test_a_run_with_a_receiver_that_raises_ends_with_zero_for_all() -> None:
+    events: list[object] = []
+
+    def breaks_once_it_moves(event: object) -> None:
+        if isinstance(event, voz.Twist) and event.linear:
+            raise BrokenPipeError
+
+    controller = voz.Controller([breaks_once_it_moves, events.append], listening=True)
+    with pytest.raises(BrokenPipeError):
+        controller.run(said("go forward"))
+    last = [event for event in events if isinstance(event, voz.Twist)][-2:]
+    assert [event.linear for event in last] == [0.1, 0.0]
 
 
 def fail_while_moving(controller: voz.Controller) -> None:

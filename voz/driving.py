@@ -25,7 +25,7 @@ from voz.robot.base import Robot
 from voz.robot.factory import odometry_of, open_mailboxes
 from voz.run.clocks import WallClock
 from voz.run.command_check import begins_listening, check_list
-from voz.run.controller import Controller
+from voz.run.controller import Controller, check_time
 from voz.run.session import Session, answer_receiver
 from voz.settings import Safety
 
@@ -90,10 +90,10 @@ class RobotController(PublicNames):
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Stop the robot and close it."""
-        self.halt()
-        self.zero(self._now)
-        self._opened.close()
+        """Stop the robot and close it; raises what a receiver raises, after that."""
+        with self._opened:
+            self.halt()
+            self.zero(self._now)
 
     @property
     def velocities(self) -> tuple[float, float]:
@@ -125,8 +125,9 @@ class RobotController(PublicNames):
         Raises:
             ConfigError: the time is no number.
         """
-        self._controller.send(now)
+        check_time(now)
         self._now = now
+        self._controller.send(now)
 
     def halt(self) -> None:
         """Ask the robot to stand still from now on."""
@@ -213,8 +214,9 @@ def _forward(heard: Iterable[Utterance | Partial], inbox: Inbox, clock: WallCloc
     """Put what is heard into an inbox, in the time of the run, and its end."""
     try:
         for event in heard:
+            check_type((Utterance, Partial), event, "what is heard")
             inbox.put(shift_time(event, clock.now() - event.t))
-    except Exception as error:
+    except BaseException as error:  # `sys.exit` and a cancelled task, too: nobody commands any more
         inbox.put(End(error))
     else:
         while not inbox.is_empty:  # the end would overtake what was heard

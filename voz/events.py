@@ -29,7 +29,14 @@ Reason = Literal[
 """Why an utterance is not accepted; `unsure_between` comes with two commands."""
 
 Ignored = Literal[
-    "not_listening", "asleep", "robot_speaking", "too_late", "not_now", "nothing_asked", "rehearsal"
+    "not_listening",
+    "asleep",
+    "robot_speaking",
+    "too_late",
+    "not_now",
+    "asked_first",
+    "nothing_asked",
+    "rehearsal",
 ]
 """Why an accepted utterance is not obeyed: by the rules, not for doubt of what was said."""
 
@@ -375,6 +382,7 @@ IGNORED_IN_WORDS: Mapping[Ignored, str] = {
     "robot_speaking": "the robot was speaking",
     "too_late": "it came too late",
     "not_now": "it has no meaning now",
+    "asked_first": "it is done after a yes",
     "nothing_asked": "nothing was asked",
     "rehearsal": "this is a rehearsal",
 }

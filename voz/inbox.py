@@ -61,7 +61,7 @@ class Renewal:
 class End:
     """The run is over, or has failed by an error."""
 
-    error: Exception | None = None
+    error: BaseException | None = None
 
 
 Message: TypeAlias = Utterance | Partial | Ended | Notice | Halt | Rehearsal | Renewal | End

@@ -41,7 +41,7 @@ def until_rest(
     events: list[object] = []
     for beat in range(1, 2000):
         t = begin + beat / 10
-        state, more, _, _ = let_time_pass(state, t, SAFE, where(t))
+        state, more, *_ = let_time_pass(state, t, SAFE, where(t))
         events += more
         if not state.moving:
             return t, events

@@ -123,24 +123,24 @@ def test_stop_stops(spoken: list[str]) -> None:
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c != "start speech"])
 def test_nothing_is_obeyed_before_start_speech(command: str) -> None:
-    assert obey(State(), command) == (State(), (), False, "not_listening")
+    assert obey(State(), command) == Transition(State(), (), False, "not_listening")
 
 
 def test_an_unknown_sentence_changes_nothing() -> None:
-    assert obey(MOVING, "open the door") == (MOVING, (), True, None)
+    assert obey(MOVING, "open the door") == Transition(MOVING, (), True, None)
 
 
 def test_start_and_stop_speech_reply_once_each() -> None:
     state, replies = State(), []
     for command in ["stop speech", "start speech", "start speech", "stop speech", "stop speech"]:
-        state, events, _, _ = obey(state, command)
+        state, events, *_ = obey(state, command)
         replies.append(events)
     assert replies == [(), (Reply(0, STARTED),), (), (Reply(0, STOPPED),), ()]
 
 
 @pytest.mark.parametrize(("command", "value"), OBJECT_NUMBERS.items())
 def test_an_object_is_selected_once_and_the_motion_goes_on(command: str, value: int) -> None:
-    assert obey(MOVING, command) == (MOVING, (SelectedObject(0, value),), True, None)
+    assert obey(MOVING, command) == Transition(MOVING, (SelectedObject(0, value),), True, None)
 
 
 def test_stop_keeps_the_mode() -> None:
@@ -196,7 +196,7 @@ def say(state: State, name: str, t: float = 0.0, **slots: str | float) -> Transi
 
 def test_a_step_publishes_and_speaks() -> None:
     events = (Publish(1, "lamp", True), Reply(1, "it is light"))
-    assert say(LISTENING, "light", 1) == (LISTENING, events, True, None)
+    assert say(LISTENING, "light", 1) == Transition(LISTENING, events, True, None)
 
 
 def test_a_program_and_a_function_get_the_slots() -> None:
@@ -218,7 +218,7 @@ def test_a_slot_that_was_not_said_is_a_warning_and_nothing_is_done() -> None:
 def test_each_state_has_its_own_commands_and_what_stops_is_in_all() -> None:
     menu = say(MOVING, "menu").state
     assert menu.motion == MOVING.motion
-    assert say(menu, "go back") == (menu, (), False, "not_now")
+    assert say(menu, "go back") == Transition(menu, (), False, "not_now")
     assert not say(menu, "stop").state.moving
     assert say(menu, "stop").state.commands == "menu"
     assert say(menu, "back").state == MOVING
@@ -238,9 +238,9 @@ def test_what_is_to_be_confirmed_waits_for_a_yes() -> None:
 def test_a_no_another_command_or_silence_takes_it_back() -> None:
     asked = say(LISTENING, "knife", 1)
     assert asked.events == (Reply(1, "the knife?"),)
-    assert say(asked.state, "no", 2) == (LISTENING, (), True, None)
+    assert say(asked.state, "no", 2) == Transition(LISTENING, (), True, None)
     assert say(say(asked.state, "light", 2).state, "yes", 3).ignored == "nothing_asked"
     assert say(asked.state, "yes", 12).ignored == "nothing_asked"
-    assert let_time_pass(asked.state, 11, Safety()) == (asked.state, (), True, None)
+    assert let_time_pass(asked.state, 11, Safety()) == Transition(asked.state, (), True, None)
     told = Notice(11.1, 'no answer: "knife" is not done')
-    assert let_time_pass(asked.state, 11.1, Safety()) == (LISTENING, (told,), True, None)
+    assert let_time_pass(asked.state, 11.1, Safety()) == Transition(LISTENING, (told,), True, None)

@@ -27,6 +27,9 @@ def take(utterance):
     heard.append(utterance)
     if len(heard) == wanted:
         enough.set()
+    if sys.argv[2] == "exit":
+        enough.set()
+        sys.exit(3)
     if sys.argv[2] == "fail":
         enough.set()
         raise ValueError("not this one")
@@ -36,7 +39,7 @@ print("listening", flush=True)
 enough.wait(60)
 try:
     stop()
-except ValueError as error:
+except (ValueError, SystemExit) as error:
     print("raised:", error)
 print("threads:", threading.active_count())
 """
@@ -104,7 +107,7 @@ def test_a_stream_without_rate_is_refused_at_once(recognizer: Recognizer) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how", ["well", "fail"])
+@pytest.mark.parametrize("how", ["well", "fail", "exit"])
 def test_a_microphone_is_listened_to_in_the_background(
     how: str, pulse: dict[str, str], session: Recording
 ) -> None:
@@ -114,7 +117,8 @@ def test_a_microphone_is_listened_to_in_the_background(
         assert process.stdout.readline() == "listening\n"
         subprocess.run(["paplay", "--device=mic", str(session.path)], env=pulse, check=True)
         output, _ = process.communicate(timeout=60)
-    heard = session.commands if how == "well" else [session.commands[0], "raised: not this one"]
+    raised = {"fail": "raised: not this one", "exit": "raised: 3"}
+    heard = session.commands if how == "well" else [session.commands[0], raised[how]]
     assert output.splitlines() == [*heard, "threads: 1"]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +16,7 @@ from voz.config import Config, default_commands
 from voz.control.steps import Step
 from voz.control.table import DEFAULT_STATE
 from voz.errors import ConfigError
-from voz.events import Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
+from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.run.controller import Controller
 from voz.settings import Safety
 
@@ -331,3 +332,79 @@ def test_a_rehearsal_does_not_keep_stop_from_a_robot_that_moves() -> None:
     controller.rehearsing = True
     controller.hear(heard("stop"))
     assert controller.velocities == (0, 0)
+
+
+ASKING = """
+[commands]
+"self destruct" = { confirm = true }
+"tea for {cups}" = { drive = 0.2, confirm = "how many?" }
+"yes" = { answer = true }
+"no" = { answer = false }
+"""
+
+
+def asking_controller() -> tuple[Controller, list[Event]]:
+    events: list[Event] = []
+    table = convert(msgspec.toml.decode(ASKING), Config).table
+    return Controller([events.append], Safety(), listening=True, table=table), events
+
+
+def obeyed(events: list[Event]) -> list[str]:
+    return [event.text for event in events if isinstance(event, Utterance) and event.obeyed]
+
+
+@pytest.mark.parametrize("answer", ["no", "go back", "stop", None])
+def test_what_asks_first_is_obeyed_by_nobody_without_a_yes(answer: str | None) -> None:
+    controller, events = asking_controller()
+    controller.hear(heard("self destruct", now=1))
+    said = events[0]
+    assert isinstance(said, Utterance)
+    assert (said.obeyed, said.ignored) == (False, "asked_first")
+    if answer:
+        controller.hear(heard(answer, now=2))
+    controller.send(20)
+    controller.hear(heard("yes", now=21))
+    assert obeyed(events) == ([answer] if answer else [])
+
+
+def test_a_yes_does_what_was_asked_once_with_its_slots() -> None:
+    controller, events = asking_controller()
+    said = replace(heard("tea for two", now=1), command="tea for {cups}", slots={"cups": 2})
+    controller.hear(said)
+    assert not controller.moving
+    controller.hear(heard("yes", now=2))
+    controller.hear(heard("yes", now=3))
+    (done,) = [event for event in events if isinstance(event, Utterance) and event.obeyed]
+    assert (done.text, done.command, done.slots) == ("tea for two", said.command, {"cups": 2})
+    assert controller.velocities == (0.2, 0)
+
+
+def test_a_late_yes_does_nothing() -> None:
+    controller, events = asking_controller()
+    controller.hear(heard("self destruct", now=1))
+    controller.hear(heard("yes", now=2), late=True)
+    assert obeyed(events) == []
+
+
+def test_while_it_is_asked_receivers_know_what_may_be_answered() -> None:
+    controller, events = asking_controller()
+    for text in ("self destruct", "no"):
+        controller.hear(heard(text, now=1))
+    answers = [event.answers for event in events if isinstance(event, Attention)]
+    assert answers == [("yes", "no"), ()]
+
+
+def test_a_robot_with_a_name_stays_awake_for_the_answer_to_what_asks_first() -> None:
+    controller, events = asking_controller()
+    controller.name = "hey robot"
+    spoken = {"source": "microphone", "latency": 0.2}
+    controller.hear(replace(heard("self destruct", now=1), named=True, **spoken))
+    controller.send(9.5)
+    controller.hear(replace(heard("yes", now=10), **spoken))
+    assert obeyed(events) == ["self destruct"]
+
+
+def test_what_only_a_robot_s_own_code_knows_comes_not_too_late_either() -> None:
+    controller, events = listening_controller()
+    controller.hear(heard("wave"), late=True)
+    assert obeyed(events) == []

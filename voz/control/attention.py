@@ -59,7 +59,12 @@ def is_asleep(attention: AttentionState, t: float) -> bool:
 
 def wake(attention: AttentionState, said: Utterance) -> AttentionState:
     """Be awake after an utterance with the name."""
-    return replace(attention, awake_until=max(attention.awake_until, said.end + AWAKE_SECONDS))
+    return stay_awake(attention, said.end + AWAKE_SECONDS)
+
+
+def stay_awake(attention: AttentionState, until: float) -> AttentionState:
+    """Be awake until a time at least, s."""
+    return replace(attention, awake_until=max(attention.awake_until, until))
 
 
 def put_question(attention: AttentionState, question: Question) -> AttentionState:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
@@ -35,17 +36,18 @@ Slots: TypeAlias = Mapping[str, str | float]
 
 @dataclass(frozen=True, slots=True)
 class GivenCommand:
-    """A command, what was said in its slots, and when, s."""
+    """A command, what was said in its slots, when, s, and the whole sentence."""
 
     name: str
     slots: Slots = field(default_factory=dict)
     t: float = 0.0
+    text: str = ""
 
 
 class PendingCommand(msgspec.Struct, frozen=True):
     """A command that waits for a yes until a time, s."""
 
-    name: str
+    command: GivenCommand
     steps: Steps
     until: float
 
@@ -80,13 +82,15 @@ class State(msgspec.Struct, frozen=True):
 class Transition(NamedTuple):
     """The result of a command or of time: the new state, and events to send once.
 
-    A command that was not obeyed may have a reason in `ignored`.
+    A command that was not obeyed may have a reason in `ignored`. What was said may be a yes: then
+    the command that it `confirmed` is the one that is done.
     """
 
     state: State
     events: tuple[Event, ...] = ()
     obeyed: bool = True
     ignored: Ignored | None = None
+    confirmed: GivenCommand | None = None
 
 
 def at_rest(state: State) -> State:
@@ -130,7 +134,7 @@ def obey(
 def let_time_pass(state: State, t: float, safety: Safety, place: Place | None = None) -> Transition:
     """Let time pass until `t`, s: bounded motions end, next steps begin, questions expire."""
     if state.pending and t > state.pending.until:
-        told = Notice(t, f'no answer: "{state.pending.name}" is not done')
+        told = Notice(t, f'no answer: "{state.pending.command.name}" is not done')
         return Transition(replace(state, pending=None), (told,))
     if state.bounded is None:
         return Transition(state)
@@ -218,12 +222,14 @@ def _step_events(step: Step, t: float) -> list[Event]:
 
 
 def _ask(state: State, command: GivenCommand, steps: Steps) -> Transition:
-    """Ask first; another command before the answer cancels it."""
+    """Ask first; it is obeyed after a yes alone, and another command cancels it."""
     question = steps[0].confirm
     said = question if isinstance(question, str) else f"{command.name}?"
-    sure = (replace(steps[0], confirm=False), *steps[1:])
-    asked = PendingCommand(command.name, sure, command.t + ANSWER_TIMEOUT)
-    return Transition(replace(state, pending=asked), (Reply(command.t, said),))
+    first = () if steps[0].is_empty else (replace(steps[0], confirm=False),)
+    sure = (*first, *steps[1:])
+    asked = PendingCommand(command, sure, command.t + ANSWER_TIMEOUT)
+    told = (Reply(command.t, said),)
+    return Transition(replace(state, pending=asked), told, obeyed=False, ignored="asked_first")
 
 
 def _answer(
@@ -236,8 +242,9 @@ def _answer(
     said = _step_events(answer, command.t)
     if not answer.answer:
         return Transition(state, tuple(said))
-    done = _carry_out(state, GivenCommand(asked.name, t=command.t), asked.steps, safety, place)
-    return done._replace(events=(*said, *done.events))
+    now = dataclasses.replace(asked.command, t=command.t)
+    done = _carry_out(state, now, asked.steps, safety, place)
+    return done._replace(events=(*said, *done.events), confirmed=now)
 
 
 def _refuse(state: State, command: GivenCommand, why: str) -> Transition:

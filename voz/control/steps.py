@@ -70,7 +70,8 @@ class Step(
         metres: how far to `drive`.
         degrees: how far to `rotate` or `turn`.
         seconds: how long to move; how long a program or function may take.
-        confirm: whether it is asked first; or the question.
+        confirm: whether it is asked first; or the question. Alone, the command is only for the
+            robot's own code.
     """
 
     drive: Amount | None = None
@@ -100,8 +101,9 @@ class Step(
         if len(self.actions) > 1:
             one, other, *_ = self.actions
             raise ConfigError(f"`{one}` and `{other}` are two steps; write [{{...}}, {{...}}]")
-        if not self.actions and self.say is None and self.play is None:
-            raise ConfigError(f"does nothing; write one of {', '.join(ACTIONS)}, say, play")
+        if self.is_empty and not self.confirm:
+            words = f"{', '.join(ACTIONS)}, say, play, confirm"
+            raise ConfigError(f"does nothing; write one of {words}")
         self._check_bounds()
         self._check_amounts()
         if (self.publish is None) != (self.topic is None):
@@ -114,6 +116,11 @@ class Step(
         """The actions that it has; a valid step has one at most."""
         given = {name for name in ACTIONS if getattr(self, name) is not None}
         return tuple(a for a in ACTIONS if a in given and (a not in FLAGS or getattr(self, a)))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it does nothing by itself; it may still ask first."""
+        return not self.actions and self.say is None and self.play is None
 
     @property
     def moves(self) -> bool:

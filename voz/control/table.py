@@ -80,6 +80,11 @@ class CommandTable:
         said = (step.say for _, _, step in self.all_steps() if step.say and "{" not in step.say)
         return tuple(dict.fromkeys(said))
 
+    def answers(self, state: str = DEFAULT_STATE) -> tuple[str, ...]:
+        """Return the commands that answer a question in a state, those that mean yes first."""
+        given = [(steps[0].answer, name) for name, steps in self.sets[state].items() if steps]
+        return tuple(name for wanted in (True, False) for answer, name in given if answer is wanted)
+
     def error_at(self, state: str, name: str, why: str) -> ConfigError:
         """Return the error of an invalid command, with its place in the user's file."""
         return _error_at(self.places, state, name, why)

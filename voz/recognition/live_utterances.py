@@ -88,15 +88,15 @@ def in_background(
 
     What ends it raises the error by which it ended before: of the microphone, or of the function.
     """
-    failures: list[Exception] = []
+    failures: list[BaseException] = []
 
     def work() -> None:
         try:
             for heard in utterances:
                 callback(heard)
-        except Exception as error:
+        except BaseException as error:  # `sys.exit` in the function, too: nobody listens any more
             failures.append(error)
-            _log.error("the microphone is not listened to any more: %s", error)
+            _log.error("the microphone is not listened to any more: %s", str(error) or repr(error))
             utterances.close()
 
     thread = Thread(target=work, name="voz-background", daemon=True)

@@ -61,9 +61,9 @@ def in_words(event: Event) -> str:
     if isinstance(event, SelectedObject):
         return f"         robot selects object {event.value}"
     if isinstance(event, Attention):
-        answers = " or ".join(event.answers)
-        state = "awake" if event.awake else "asleep"
-        return f"         robot is {state}{f', and waits for {answers}' if answers else ''}"
+        if event.answers:
+            return f"         robot waits for {' or '.join(event.answers)}"
+        return f"         robot is {'awake' if event.awake else 'asleep'}"
     if isinstance(event, Reply):
         return f'         robot says "{event.text}"'
     if isinstance(event, Notice):

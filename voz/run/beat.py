@@ -27,7 +27,7 @@ Look: TypeAlias = Callable[[float], None]
 
 def beat(
     controller: Controller, clock: Clock, looks: Sequence[Look] = (), at_once: bool = False
-) -> Exception | None:
+) -> BaseException | None:
     """Drive until the run is over; return the error that ended it, if one did.
 
     Args:

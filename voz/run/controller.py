@@ -17,6 +17,7 @@ from voz.control.attention import (
     is_asleep,
     put_question,
     question_about,
+    stay_awake,
     wake,
 )
 from voz.control.bounded_motion import Place
@@ -125,21 +126,21 @@ class Controller:
             late: whether it is out of date; then it can move nothing.
         """
         if isinstance(event, Partial):
-            self.emit(event)
             # A needless halt is better than a late one; the utterance follows.
             if self.moving and not self._preview(event).state.moving:
                 self.halt()
+            self.emit(event)
         elif not event.accepted:
-            self.emit(replace(event, obeyed=False))
             if event.named:  # surely, though the command is not
                 self._attention = wake(self._attention, event)
-                self._tell_attention(event.t)
-            self._ask_back(event)
+            told = [replace(event, obeyed=False), *self._changed_attention(event.t)]
+            self.emit(*told, *self._ask_back(event))
         else:
             late = late or self._is_overtaken(event) or event.source in self._late_sources
             late = late or self._renewing
             why: Ignored | None = "too_late" if late else "rehearsal" if self.rehearsing else None
-            self._attend(replace(event, ignored=why) if why else event)
+            events = self._attend(replace(event, ignored=why) if why else event)
+            self.emit(*events, *self._changed_attention(event.t))
 
     def mark_late(self, source: str, behind: bool) -> None:
         """Note whether a source is behind; late commands move nothing."""
@@ -162,7 +163,7 @@ class Controller:
             ConfigError: the time is no number; the motion is ended all the same.
         """
         self.halt()
-        _check_time(now)
+        check_time(now)
         self.stopped_at = now
         # Good news stops nothing: the robot has stood still since the loss.
         self.emit(Notice(now, why, good, stops=not good))
@@ -179,8 +180,8 @@ class Controller:
             ConfigError: a time is no number; the motion is ended all the same.
         """
         self.halt()
-        _check_time(now)
-        _check_time(pressed)
+        check_time(now)
+        check_time(pressed)
         self._stop_begun = max(self._stop_begun, pressed)
         self.emit(Notice(now, why, good=True, stops=True))
 
@@ -212,12 +213,12 @@ class Controller:
         Raises:
             ConfigError: the time is no number.
         """
-        _check_time(now)
-        self._apply(let_time_pass(self._state, now, self._safety, self._place(now)))
+        check_time(now)
+        events = self._apply(let_time_pass(self._state, now, self._safety, self._place(now)))
         if motion_has_expired(self.moving, now - self._last_command, self._safety):
             self.halt()
             limit = self._safety.motion_time_limit
-            self.emit(Notice(now, f"no command for {limit:g} s: the robot stops", stops=True))
+            events.append(Notice(now, f"no command for {limit:g} s: the robot stops", stops=True))
         if (
             self._state.motion.moving
             and self._state.bounded is None
@@ -225,19 +226,26 @@ class Controller:
         ):
             self.halt()
             told = f"moved for {UNWATCHED_MOTION_LIMIT:g} s with nobody there: the robot stops"
-            self.emit(Notice(now, told, stops=True))
+            events.append(Notice(now, told, stops=True))
         self._attention = forget_old_question(self._attention, now)
-        self._tell_attention(now)
-        self.emit(Twist(now, *self.velocities))
+        events += self._changed_attention(now)
+        self.emit(*events, Twist(now, *self.velocities))
 
     def zero(self, now: float) -> None:
         """Send zero velocity once."""
         self.emit(Twist(now, 0.0, 0.0))
 
-    def emit(self, event: Event) -> None:
-        """Hand an event to all receivers."""
-        for receive in self.receivers:
-            receive(event)
+    def emit(self, *events: Event) -> None:
+        """Hand events to all receivers, whatever one raises; raises the first error afterward."""
+        errors: list[BaseException] = []
+        for event in events:
+            for receive in self.receivers:
+                try:
+                    receive(event)
+                except BaseException as error:  # zero has to reach those behind it
+                    errors.append(error)
+        if errors:
+            raise errors[0]
 
     def _is_overtaken(self, event: Utterance) -> bool:
         """Whether the robot was stopped after somebody began to say this."""
@@ -249,74 +257,81 @@ class Controller:
 
     def _preview(self, event: Utterance | Partial) -> Transition:
         slots = event.slots if isinstance(event, Utterance) else {}
-        command = GivenCommand(event.name, slots, event.t)
+        command = GivenCommand(event.name, slots, event.t, event.text)
         return obey(self._state, command, self.table, self._safety, self._place(event.t))
 
-    def _attend(self, utterance: Utterance) -> None:
+    def _attend(self, utterance: Utterance) -> list[Event]:
         """Obey what was said to the robot: after its name, or in answer to it."""
         attention, self._attention = self._attention, forget_question(self._attention)
         if not utterance.spoken:
-            self._obey(utterance)
-            return
+            return self._obey(utterance)
         if utterance.named and not utterance.ignored:
             self._attention = wake(self._attention, utterance)
         meant = answer(attention, utterance)
         is_name = utterance.named and utterance.text == self.name
         if self._is_asleep(utterance.start):
-            self._obey_asleep(utterance)
-        elif is_name or meant is NOTHING:
-            self.emit(replace(utterance, obeyed=not utterance.ignored))
-        elif meant:
-            self._obey(replace(utterance, **asdict(meant)))
-        else:
-            self._obey(utterance)
-        self._tell_attention(utterance.t)
+            return self._obey_asleep(utterance)
+        if is_name or meant is NOTHING:
+            return [replace(utterance, obeyed=not utterance.ignored)]
+        return self._obey(replace(utterance, **asdict(meant)) if meant else utterance)
 
-    def _obey_asleep(self, utterance: Utterance) -> None:
+    def _obey_asleep(self, utterance: Utterance) -> list[Event]:
         """Only what stops has an effect."""
         if utterance.name in self.table.halts:
             self.halt()
         if utterance.name in self.table.stops:
-            self._obey(utterance)
-        else:
-            self.emit(replace(utterance, obeyed=False, ignored="asleep"))
+            return self._obey(utterance)
+        return [replace(utterance, obeyed=False, ignored="asleep")]
 
-    def _ask_back(self, event: Utterance) -> None:
+    def _ask_back(self, event: Utterance) -> list[Event]:
         """Ask about an utterance that is not sure enough, once."""
         listens = self.listening and not (self.rehearsing or self._renewing)
         busy = self._state.pending or self._attention.question
         if not event.spoken or not listens or busy or self._is_asleep(event.start):
-            return
-        if question := question_about(event, self.ask, self.table):
-            self._attention = put_question(self._attention, question)
-            self.emit(Reply(event.t, question.text))
-            self._tell_attention(event.t)
+            return []
+        question = question_about(event, self.ask, self.table)
+        if question is None:
+            return []
+        self._attention = put_question(self._attention, question)
+        return [Reply(event.t, question.text), *self._changed_attention(event.t)]
 
     def _is_asleep(self, t: float) -> bool:
         return bool(self.name) and is_asleep(self._attention, t)
 
-    def _tell_attention(self, now: float) -> None:
-        asked = self._attention.question
-        answers = tuple(asked.answers) if asked else ()
-        awake = not self._is_asleep(now)
-        if (awake, answers) != (self._told.awake, self._told.answers):
-            self._told = Attention(now, awake, answers)
-            self.emit(self._told)
+    def _changed_attention(self, now: float) -> list[Event]:
+        """Return what receivers do not know yet of the robot's attention."""
+        awake, answers = not self._is_asleep(now), self._answers()
+        if (awake, answers) == (self._told.awake, self._told.answers):
+            return []
+        self._told = Attention(now, awake, answers)
+        return [self._told]
 
-    def _obey(self, utterance: Utterance) -> None:
+    def _answers(self) -> tuple[str, ...]:
+        """What may be said to the question that is open."""
+        if asked := self._attention.question:
+            return tuple(asked.answers)
+        return self.table.answers(self._state.commands) if self._state.pending else ()
+
+    def _obey(self, utterance: Utterance) -> list[Event]:
+        """Let a command take effect; returns what receivers are to know of it."""
         transition = self._preview(utterance)
+        if done := transition.confirmed:
+            command, slots = done.name, done.slots
+            utterance = replace(utterance, text=done.text, command=command, slots=slots)
         if utterance.ignored and not self._is_harmless(utterance, transition):
-            self.emit(replace(utterance, obeyed=False))
-        elif not transition.obeyed:
-            self.emit(replace(utterance, obeyed=False, ignored=transition.ignored))
-            self._apply(transition)
-        else:
-            self.emit(replace(utterance, obeyed=True, ignored=None))
+            return [replace(utterance, obeyed=False)]
+        if transition.obeyed:
+            utterance = replace(utterance, obeyed=True, ignored=None)
             self._last_command = utterance.t
             self._note_who_watches(utterance, transition)
             if utterance.name in self.table.halts:
                 self._stop_begun = max(self._stop_begun, utterance.start)
-            self._apply(transition)
+        else:
+            utterance = replace(utterance, obeyed=False, ignored=transition.ignored)
+        events = self._apply(transition)
+        if asked := self._state.pending:
+            self._attention = stay_awake(self._attention, asked.until)
+        return [utterance, *events]
 
     def _note_who_watches(self, utterance: Utterance, transition: Transition) -> None:
         """Limit a motion that is begun or changed by somebody who does not watch the robot."""
@@ -325,23 +340,24 @@ class Controller:
             unwatched = utterance.source in self.unwatched_sources
             self._unwatched_until = utterance.t + UNWATCHED_MOTION_LIMIT if unwatched else math.inf
 
-    def _apply(self, transition: Transition) -> None:
+    def _apply(self, transition: Transition) -> list[Event]:
         self._state = transition.state
-        for event in transition.events:
-            self.emit(event)
+        return [*transition.events]
 
     def _is_harmless(self, utterance: Utterance, transition: Transition) -> bool:
         """Whether a command may be obeyed though it is to be ignored.
 
-        While the robot speaks, only what stops it may. What comes too late may still end the
-        motion, and begin or end the listening.
+        While the robot speaks and in a rehearsal, only what stops it may. What comes too late may
+        still end the motion, and begin or end the listening.
         """
-        if utterance.ignored == "too_late":
-            silent = all(isinstance(event, Reply) for event in transition.events)
-            return silent and not transition.state.moving and transition.state.pending is None
-        return utterance.name in self.table.stops
+        if utterance.ignored != "too_late":
+            return utterance.name in self.table.stops
+        switches = utterance.name in self.table.halts | self.table.starts
+        silent = all(isinstance(event, Reply) for event in transition.events)
+        return silent and not transition.state.moving and (switches or self.moving)
 
 
-def _check_time(now: float) -> None:
+def check_time(now: float) -> None:
+    """Raise ConfigError for what is no time of a run, s."""
     if not is_number(now) or not math.isfinite(now):
         raise ConfigError(f"the time of the run is {now!r}; give seconds")

@@ -250,7 +250,7 @@ def warner(inbox: Inbox, clock: Clock) -> Warn:
     return lambda text, good=False: inbox.put(Notice(clock.now(), text, good))
 
 
-def raise_if_any(error: Exception | None) -> None:
+def raise_if_any(error: BaseException | None) -> None:
     """Raise the error that ended the beat, if there is one."""
     if error:
         raise error

@@ -57,6 +57,7 @@ const IGNORED = {
   robot_speaking: "the robot was speaking: say it again",
   too_late: "it came too late: say it again",
   not_now: "it means nothing right now",
+  asked_first: "it is done after a yes",
   nothing_asked: "nothing was asked",
   rehearsal: "rehearsal: nothing moves",
 };

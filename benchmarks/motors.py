@@ -107,7 +107,7 @@ def drive(stream: Stream, room: Floats, motors: Floats) -> Heard:
     for begin in range(0, len(room) - BLOCK, BLOCK):
         now = (begin + BLOCK) / SAMPLE_RATE
         if begin / SAMPLE_RATE <= DRIVES_AT < now:
-            driven.hear(text_utterance("go forward", plain_commands(["go forward"]), now))
+            driven.hear(text_utterance("go forward", plain_commands(["go forward"]), (), now))
         state = robot.state_at(now)
         sound = room[begin : begin + BLOCK].copy()
         if abs(state.linear) > STILL or abs(state.angular) > STILL:

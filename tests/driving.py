@@ -18,6 +18,7 @@ from voz.run.sources import recorded_items, typed_items
 from voz.settings import Safety, Speech
 
 COMMANDS = tuple(default_commands().sets[DEFAULT_STATE])
+HALTS = default_commands().halts
 STARTED, STOPPED = default_commands().replies
 
 
@@ -41,7 +42,7 @@ def play(
 
 def type_lines(lines: Iterable[str], *receivers: Receiver, **how: Any) -> None:
     """Drive by typed lines."""
-    play(lambda now: typed_items(lines, plain_commands(COMMANDS), now), *receivers, **how)
+    play(lambda now: typed_items(lines, plain_commands(COMMANDS), HALTS, now), *receivers, **how)
 
 
 def speak(

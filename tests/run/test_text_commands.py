@@ -9,6 +9,7 @@ from language.template_texts import commands_of
 
 from voz.events import Utterance
 from voz.inbox import Inbox
+from voz.run.sources import read_text
 from voz.run.text_commands import MAX_REFUSED_PER_SECOND, TextCommands
 
 LIST = """
@@ -75,6 +76,40 @@ def test_what_is_no_command_says_which_was_meant_and_where_it_comes_from() -> No
         "not_a_command", "go forward", "/heard",
     )  # fmt: skip
     assert (turn.command, turn.slots) == ("turn", {"side": "left", "angle": 90})
+
+
+@pytest.mark.parametrize(
+    ("text", "command"),
+    [
+        ("stop stop stop", "stop"),
+        ("Stop now!", "stop"),
+        ("robot stop", "stop"),
+        ("Hey robot, please stop.", "stop"),
+        ("don't stop", "stop"),  # it stops for nothing rather than not
+        ("go forward, stop", "stop"),
+        ("nonsense " * 100 + "stop", "stop"),
+        ("stop speech, please", "stop speech"),
+        ("unstoppable", None),
+        ("go forward please", None),
+        ("stop", "stop"),
+    ],
+)
+def test_what_has_the_words_of_a_stop_stops_and_nothing_else_is_guessed(
+    text: str, command: str | None
+) -> None:
+    typing = Typing()
+    for _ in range(MAX_REFUSED_PER_SECOND + 1):
+        typing.texts.take("nonsense")
+    typing.taken()
+    typing.texts.take(text)
+    assert [one.command for one in typing.taken()] == ([command] if command else [])
+
+
+def test_a_stop_is_known_without_its_accents() -> None:
+    commands = commands_of("deténte\nsigue adelante")
+    parse = read_text("oye, DETENTE ya", commands, {"deténte"})
+    assert parse is not None
+    assert parse.command == "deténte"
 
 
 @pytest.mark.parametrize(

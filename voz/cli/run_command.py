@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -73,7 +73,9 @@ def run(options: RunOptions) -> None:
         if options.live:
             _run_live(options, settings, plan, recognizer_at, parts)
             return
-        source, receivers = _source(options, commands, recognizer_at, parts, unreadable)
+        source, receivers = _source(
+            options, commands, settings.table.halts, recognizer_at, parts, unreadable
+        )
         _run_by_files(options, settings, plan, source, receivers)
     if unreadable:
         raise typer.Exit(SOME_UNREADABLE)
@@ -224,25 +226,27 @@ def _run_by_files(
 def _source(
     options: RunOptions,
     commands: Commands,
+    halts: Collection[str],
     recognizer_at: RecognizerAt,
     parts: ExitStack,
     unreadable: list[str],
 ) -> tuple[Source, list[Receiver]]:
     """Open what drives the robot, and what of it gets the events.
 
-    `unreadable` gets a line for each unreadable file.
+    `halts` are the commands that leave the robot at rest; `unreadable` gets a line for each
+    unreadable file.
     """
     from voz.run import sources
     from voz.run.session import answer_receiver
 
     if options.text:
         lines = open_text(options.text, parts)
-        return lambda now: sources.typed_items(lines, commands, now), []
+        return lambda now: sources.typed_items(lines, commands, halts, now), []
     if options.replay:
         from voz.apps.recordings.bags import read_sayings
 
         bag, content = options.replay, read_sayings(options.replay)
-        return lambda _: sources.bag_items(bag, content, commands), []
+        return lambda _: sources.bag_items(bag, content, commands, halts), []
     recognizer = parts.enter_context(recognizer_at("recordings"))
     recorded = sources.recorded_items
     return (

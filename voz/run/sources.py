@@ -6,8 +6,9 @@ is as fast as the computer and gives the same events each time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -15,8 +16,9 @@ from voz.audio.capture.sound_files import read_blocks
 from voz.errors import AudioError
 from voz.events import Notice, Utterance, shift_time
 from voz.files import shown_path
-from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import normalize
+from voz.language.sentences.command_set import Commands, Parse
+from voz.language.sentences.spelling import normalize, strip_accents
+from voz.language.sentences.typed_text import spoken_forms
 from voz.recognition.details import NO_DETAILS, Details
 from voz.recognition.recognizer import Recognizer
 from voz.run.beat import BEATS_PER_SECOND, beats_before
@@ -26,7 +28,13 @@ TYPED = "text"
 """The source of an utterance that was typed."""
 
 MAX_COMMAND_LENGTH = 200
-"""Characters of a line or a message that are read; a command has fewer."""
+"""Characters of a line or a message that are read as a command; one has fewer."""
+
+MAX_TEXT_LENGTH = 10_000
+"""Characters of a line or a message in which a stop is looked for."""
+
+MAX_STOPS = 100
+"""Sentences of each command that stops the robot, the shortest first, which are looked for."""
 
 NO_COMMAND = ("", "-")
 """Typed lines that only let a beat pass."""
@@ -49,7 +57,10 @@ class BagContent:
 
 
 def typed_items(
-    lines: Iterable[str], commands: Commands, now: Callable[[], float] = lambda: 0.0
+    lines: Iterable[str],
+    commands: Commands,
+    halts: Collection[str],
+    now: Callable[[], float] = lambda: 0.0,
 ) -> Iterator[Item]:
     """Yield typed lines, one for each beat; `-` or nothing lets a beat pass.
 
@@ -58,9 +69,8 @@ def typed_items(
     beats = 0
     for line in lines:
         beats = max(beats, beats_before(now()))
-        text = normalize(line[:MAX_COMMAND_LENGTH])
-        if text not in NO_COMMAND:
-            yield text_utterance(text, commands, beats / BEATS_PER_SECOND)
+        if normalize(line) not in NO_COMMAND:
+            yield text_utterance(line, commands, halts, beats / BEATS_PER_SECOND)
         beats += 1
         yield beats / BEATS_PER_SECOND
 
@@ -97,27 +107,32 @@ def recorded_items(
     yield (beats_before(heard / SAMPLE_RATE) + 1) / BEATS_PER_SECOND
 
 
-def bag_items(path: Path, content: BagContent, commands: Commands) -> Iterator[Item]:
+def bag_items(
+    path: Path, content: BagContent, commands: Commands, halts: Collection[str]
+) -> Iterator[Item]:
     """Yield the sentences in a bag, each at its time."""
     end = content.seconds
     for sentence in content.sentences:
-        text = normalize(sentence.text[:MAX_COMMAND_LENGTH])
-        yield text_utterance(text, commands, sentence.t, shown_path(path))
+        yield text_utterance(sentence.text, commands, halts, sentence.t, shown_path(path))
         end = max(end, sentence.t + 1 / BEATS_PER_SECOND)  # the last command takes effect
     yield end
 
 
-def text_utterance(text: str, commands: Commands, now: float, source: str = TYPED) -> Utterance:
-    """Make an utterance of a sentence that comes as text.
+def text_utterance(
+    text: str, commands: Commands, halts: Collection[str], now: float, source: str = TYPED
+) -> Utterance:
+    """Make an utterance of a sentence that comes as text: of all doors, for each alike.
 
     Args:
-        text: the sentence, normalized; it may have digits and a full stop.
+        text: the sentence; it may have capitals, digits and a full stop.
         commands: what may be said; for other text the closest command is given.
+        halts: names of the commands that leave the robot at rest.
         now: the time, s.
         source: where it comes from.
     """
-    parse = commands.parse(text)
+    parse = read_text(text, commands, halts)
     if parse is None:
+        text = normalize(text[:MAX_COMMAND_LENGTH])
         meant = commands.closest_sentence(text)
         return Utterance(
             now, text, 0.0, False, now, now, source, reason="not_a_command", meant=meant
@@ -133,3 +148,25 @@ def text_utterance(text: str, commands: Commands, now: float, source: str = TYPE
         command=parse.command,
         slots=dict(parse.slots),
     )
+
+
+def read_text(text: str, commands: Commands, halts: Collection[str]) -> Parse | None:
+    """Find the command that a text is; of other text, the one that stops the robot, if it has one.
+
+    "Hey robot, please stop now" stops: a robot that stops for nothing does less harm than one that
+    drives on. Of several the longest counts, so that "stop speech, please" ends the listening.
+    """
+    found = commands.parse(normalize(text[:MAX_COMMAND_LENGTH]))
+    if found is None:
+        ways = spoken_forms(text[:MAX_TEXT_LENGTH])
+        said = strip_accents(f" {' '.join(way[0] for way in ways)} ")
+        for stop in _stopping(commands, frozenset(halts)):
+            if f" {strip_accents(stop)} " in said:
+                return commands.parse(stop)
+    return found
+
+
+@lru_cache(maxsize=4)
+def _stopping(commands: Commands, halts: frozenset[str]) -> list[str]:
+    """The sentences that leave the robot at rest, the longest first."""
+    return sorted(commands.named(halts, MAX_STOPS), key=len, reverse=True)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from voz.inbox import Inbox
 from voz.language.sentences.command_set import Commands
 from voz.language.sentences.spelling import normalize
-from voz.run.sources import MAX_COMMAND_LENGTH, NO_COMMAND, TYPED, text_utterance
+from voz.run.sources import NO_COMMAND, TYPED, read_text, text_utterance
 
 MAX_REFUSED_PER_SECOND = 16
 """Texts a second that are reported as no command, at 2 ms each. More are dropped and counted, so
@@ -31,16 +31,15 @@ class TextCommands:
 
     def take(self, text: str, source: str = TYPED) -> None:
         """Obey a text as if it were spoken; it may have capitals, digits and a full stop."""
-        text = normalize(text[:MAX_COMMAND_LENGTH])
-        if text in NO_COMMAND:
+        if normalize(text) in NO_COMMAND:
             return
         commands, now = self._commands(), self._now()
-        if commands.parse(text) is None:
+        if read_text(text, commands, self._inbox.halts) is None:
             if now - self._refused[0] < 1:
                 self._inbox.dropped += 1
                 return
             self._refused.append(now)
-        self._inbox.put(text_utterance(text, commands, now, source))
+        self._inbox.put(text_utterance(text, commands, self._inbox.halts, now, source))
 
     def continues(self, text: str) -> bool:
         """Return whether a space after a text goes on with a command.

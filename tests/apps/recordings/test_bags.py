@@ -33,7 +33,10 @@ def keep(path: Path, lines: Sequence[str] = LINES) -> list[Event]:
 
 
 def replay(path: Path, *receivers: Receiver) -> None:
-    play(lambda _: bag_items(path, read_sayings(path), plain_commands(COMMANDS)), *receivers)
+    play(
+        lambda _: bag_items(path, read_sayings(path), plain_commands(COMMANDS), {"stop"}),
+        *receivers,
+    )
 
 
 def read(path: Path) -> list[tuple[str, str, float, Any]]:

@@ -11,8 +11,7 @@ from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 from voz.inbox import Halt, Inbox
 from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import normalize
-from voz.run.sources import MAX_COMMAND_LENGTH, text_utterance
+from voz.run.sources import text_utterance
 
 Answer = TypeVar("Answer")
 
@@ -52,10 +51,9 @@ class CommandBridge:
 
     async def command(self, text: str, source: str) -> Utterance:
         """Give a command; returns what became of it; raises RobotError without an answer."""
-        text = normalize(text[:MAX_COMMAND_LENGTH])
         t = self._unique_time()
         self._commands[t] = asyncio.get_running_loop().create_future()
-        self._inbox.put(text_utterance(text, self._known(), t, source))
+        self._inbox.put(text_utterance(text, self._known(), self._inbox.halts, t, source))
         return await _answer(self._commands, t)
 
     async def stop(self) -> float:

@@ -33,9 +33,8 @@ from voz.apps.wyoming.given_commands import CommandOutcome, GivenCommands
 from voz.errors import RobotError
 from voz.events import explain_not_obeyed
 from voz.inbox import Inbox
-from voz.language.sentences.command_set import Commands
-from voz.language.sentences.spelling import normalize
-from voz.run.sources import MAX_COMMAND_LENGTH, text_utterance
+from voz.language.sentences.command_set import Commands, Parse
+from voz.run.sources import read_text, text_utterance
 
 COMMAND_RATE, COMMAND_BURST = 10.0, 20.0
 """Commands per second, and at once, of all clients; those that stop the robot are not counted."""
@@ -83,15 +82,15 @@ class CommandHandler(Connection):
             answer = _info(self._robot.commands(), self._robot.language)
         elif Transcript.is_type(event.type):
             transcript = Transcript.from_event(event)
-            answer = await self._obey(_plain(transcript.text), transcript.context)
+            answer = await self._obey(transcript.text, transcript.context)
         elif Recognize.is_type(event.type):
             recognize = Recognize.from_event(event)
-            answer = self._recognize(_plain(recognize.text), recognize.context)
+            answer = self._recognize(recognize.text, recognize.context)
         if answer:
             await self.write_event(answer.event())
 
     async def _obey(self, text: str, context: Context) -> Eventable:
-        parse = self._robot.commands().parse(text)
+        parse = self._read(text)
         stops = parse is not None and parse.command in self._robot.inbox.halts
         if self._robot.page_drives() and parse and not stops:
             return NotHandled(PAGE_DRIVES, context)
@@ -103,12 +102,16 @@ class CommandHandler(Connection):
             return NotHandled(str(late), context)
 
     def _recognize(self, text: str, context: Context) -> Eventable:
-        parse = self._robot.commands().parse(text)
+        parse = self._read(text)
         if parse is None:
-            unknown = text_utterance(text, self._robot.commands(), 0.0)
+            commands, halts = self._robot.commands(), self._robot.inbox.halts
+            unknown = text_utterance(text, commands, halts, 0.0)
             return NotRecognized(explain_not_obeyed(unknown), context)
         entities = [Entity(name, value) for name, value in parse.slots.items()]
         return Intent(parse.command, entities, context=context)
+
+    def _read(self, text: str) -> Parse | None:
+        return read_text(text, self._robot.commands(), self._robot.inbox.halts)
 
 
 def _answer(outcome: CommandOutcome, context: Context) -> Eventable:
@@ -118,10 +121,6 @@ def _answer(outcome: CommandOutcome, context: Context) -> Eventable:
         return Handled(" ".join(outcome.replies) or utterance.text, context)
     why = "; ".join(outcome.problems) or explain_not_obeyed(utterance)
     return (NotHandled if utterance.accepted else NotRecognized)(why, context)
-
-
-def _plain(text: str) -> str:
-    return normalize(text[:MAX_COMMAND_LENGTH])
 
 
 def _info(commands: Commands, language: str) -> Info:

@@ -57,7 +57,8 @@ class GivenCommands:
         self._loop = asyncio.get_running_loop()
         self._last_time = t = round(max(self._last_time + MIN_TIME_STEP, self._clock()), 4)
         self._awaited[t] = self._loop.create_future()
-        self._inbox.put(text_utterance(text, self._known(), t, WYOMING_SOURCE))
+        halts = self._inbox.halts
+        self._inbox.put(text_utterance(text, self._known(), halts, t, WYOMING_SOURCE))
         try:
             return await asyncio.wait_for(self._awaited[t], COMMAND_TIMEOUT)
         except asyncio.TimeoutError:

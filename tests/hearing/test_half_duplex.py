@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from recordings import Recording
 
 from voz.audio import SAMPLE_RATE, Samples
@@ -148,6 +149,36 @@ def test_a_reply_that_sounds_like_commands_moves_nothing_whatever_its_words_are(
     ignored: list[str] = []
     assert heard(recognizer, (echo * 32768).astype(np.int16), loudspeaker, ignored) == []
     assert "go forward" in ignored
+
+
+@pytest.mark.parametrize("late", [0.9, 1.4, 2.0])
+def test_a_late_loudspeaker_moves_nothing_by_the_robot_s_words(
+    late: float, recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    said = spoken(recordings, "go forward")
+    sound = np.where(np.abs(said) > 100, said, 0) / 32768  # the noise of the room is not played
+    reply = np.concatenate([sound, np.zeros(4 * SAMPLE_RATE)])
+    room = np.convolve(np.roll(reply, round(late * SAMPLE_RATE)), [0.5, 0, 0, 0.3, -0.1], "same")
+    room += np.random.default_rng(0).normal(0, 8 / 32768, len(room))
+    ignored: list[str] = []
+    found = heard(recognizer, (room * 32768).astype(np.int16), Loudspeaker(reply), ignored)
+    assert found == []
+    assert ignored == ["go forward"]
+
+
+def test_what_somebody_else_says_after_a_reply_counts_and_the_same_words_a_little_later(
+    recognizer: Recognizer, recordings: list[Recording]
+) -> None:
+    reply = spoken(recordings, "go forward")[: -SAMPLE_RATE // 2]
+    pause = np.zeros(2 * SAMPLE_RATE, np.int16)
+    said = np.concatenate(
+        [spoken(recordings, "go back", "turn left"), pause, spoken(recordings, "go forward")]
+    )
+    loudspeaker = Loudspeaker(np.concatenate([reply, 0 * said]) / 32768)
+    ignored: list[str] = []
+    found = heard(recognizer, np.concatenate([0 * reply, said]), loudspeaker, ignored)
+    assert list(dict.fromkeys(t for _, t in found)) == ["go back", "turn left", "go forward"]
+    assert ignored == []
 
 
 def test_a_stop_in_the_reply_is_none(recognizer: Recognizer, recordings: list[Recording]) -> None:

@@ -45,6 +45,13 @@ MAX_ANSWER_SECONDS = 3.0
 MAX_RECOGNIZED_DELAY = 2.0
 """So much before a command, s, the reply may have said what is heard as one."""
 
+MAX_LATE_PLAYBACK = 3.0
+"""A loudspeaker may be so much later than its device says, s: wireless ones, televisions and
+loudspeakers in the network were up to 2 s late."""
+
+MAX_RECENT_SECONDS = 5.9
+"""Of what was played, that is remembered."""
+
 MAX_RECORD_SAMPLES = 10 * SAMPLE_RATE
 """Of cleaned sound that is kept, to look again at what seems to be a command."""
 
@@ -101,6 +108,7 @@ class HalfDuplex:
         self._never_missed = never_missed
         self._usual = open_stream(recognizer, source)
         self._fed = 0  # samples of the stream
+        self._arrived = 0.0  # when the last of them did, monotonic s
         self._canceller = EchoCanceller()
         self._spotter = open_playback_spotter(recognizer, source)
         self._stopped_until = -math.inf  # when the last that is never missed ended, s
@@ -139,14 +147,15 @@ class HalfDuplex:
         if not sounds and self._guard:
             yield from self._filter_events(self._guard.finish())
             self._guard = None
-        yield from self._usual.feed(block)
+        self._arrived = arrived
+        yield from map(self._marked, self._usual.feed(block))
 
     def finish(self) -> Iterator[Utterance | Partial]:
         """End the stream; yields what was still open."""
         if self._guard:
             yield from self._filter_events(self._guard.finish())
             self._guard = None
-        yield from self._usual.finish()
+        yield from map(self._marked, self._usual.finish())
 
     def _sounds(self, loudspeaker: Playback, when: float) -> bool:
         """Whether a block that began at a time is heard as one during playback."""
@@ -224,6 +233,23 @@ class HalfDuplex:
         since = self._fed / SAMPLE_RATE - self._guarded_since - event.start
         played, _ = self._loudspeaker.recent(since + MAX_RECOGNIZED_DELAY)
         return not self._spotter.may_be_echo(event.text, played)
+
+    def _marked(self, event: Utterance | Partial) -> Utterance | Partial:
+        """Mark a command that may be what a late loudspeaker says; one that stops never is."""
+        if self._loudspeaker is None or isinstance(event, Partial) or not event.accepted:
+            return event
+        since = self._fed / SAMPLE_RATE - event.start
+        quiet = self._arrived - since - self._loudspeaker.busy_until()  # before it was said
+        if quiet > MAX_LATE_PLAYBACK or {event.text, event.name} & {*self._never_missed}:
+            return event
+        played, _ = self._loudspeaker.recent(min(since + MAX_LATE_PLAYBACK, MAX_RECENT_SECONDS))
+        return replace(event, ignored="robot_speaking") if self._says(played, event.text) else event
+
+    def _says(self, played: npt.NDArray[np.float32], text: str) -> bool:
+        """Whether what was played, 16 kHz, says a command."""
+        if self._spotter.works:
+            return self._spotter.may_be_echo(text, played)
+        return any(heard.text == text for heard in self._recognizer.decode(played, SAMPLE_RATE))
 
     def _is_said(self, event: Utterance, limits: Limits) -> bool:
         begin = (self._guard_fed - len(self._record.samples)) / SAMPLE_RATE

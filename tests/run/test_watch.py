@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.controller import Controller
+from voz.run.session import Session
 from voz.run.watch import Flood, Watch
 from voz.settings import Safety
 
 
-def go_forward(t: float) -> Utterance:
-    return Utterance(t, "go forward", 1.0, True, t, t, "text")
+def go_forward(t: float, source: str = "text") -> Utterance:
+    return Utterance(t, "go forward", 1.0, True, t, t, source)
 
 
 class Run:
@@ -81,6 +85,62 @@ def test_motion_ends_with_every_change_and_goes_on_without_one(
         run.lost = {"a": "a" if a else None, "b": "b" if b else None}
         assert run.look(t) == ((0, 0) if (a, b) != before else moving)
         before = (a, b)
+
+
+@pytest.mark.parametrize("moved_before", [False, True])
+def test_while_it_is_lost_what_moves_the_robot_all_the_same_is_stopped_again(
+    moved_before: bool,
+) -> None:
+    events: list[Event] = []
+    controller = Controller([events.append], Safety(), listening=True)
+    # Nothing of it comes too late, as if the loss were noted nowhere else.
+    watch = Watch(controller, lambda: "gone", "back", "page", mark_late=lambda *_: None)
+    if moved_before:
+        controller.hear(go_forward(0, "page"))
+    watch.look(0.1)
+    controller.hear(go_forward(0.15, "text"))
+    controller.hear(go_forward(0.15, "page"))
+    assert controller.moving
+    watch.look(0.2)
+    assert not controller.moving
+    controller.hear(go_forward(0.25, "text"))  # from elsewhere: it goes on
+    watch.look(0.3)
+    assert controller.moving
+    assert [event.text for event in events if isinstance(event, Notice)] == [
+        "gone: the robot stops"
+    ] * 2
+
+
+def test_a_source_with_two_losses_is_heard_again_when_both_are_over() -> None:
+    lost = {"microphone": True, "page": True}
+    clock: Any = None
+    session = Session(clock, Controller([], Safety(), listening=True))
+    session.watch({"page": lambda: "gone" if lost["page"] else None}, "page", "browser")
+    session.watch_input(Hearing(lost))
+
+    def moves(t: float) -> bool:
+        for watch in session._watches:
+            watch.look(t)
+        session.controller.hear(go_forward(t, "browser"))
+        return session.controller.moving
+
+    assert not moves(1)
+    lost["page"] = False
+    assert not moves(2)
+    lost["microphone"] = False
+    assert moves(3)
+
+
+class Hearing:
+    """A browser as a microphone."""
+
+    source = "browser"
+
+    def __init__(self, lost: dict[str, bool]) -> None:
+        self._lost = lost
+
+    def trouble(self, moving: bool) -> str | None:
+        return "no sound comes" if self._lost["microphone"] else None
 
 
 def flood_lines(dropped: dict[float, int]) -> list[tuple[float, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -56,6 +56,10 @@ class Page(Protocol):
     """
 
     unwatched_source: str
+
+    @property
+    def sources(self) -> Sequence[str]:
+        """The sources of the commands of the page that drives."""
 
     @property
     def sound(self) -> SoundSource | None:
@@ -190,7 +194,7 @@ def run_live(
             _show_on_terminal(_display(shown, line, robots.view), session, options, hearing.device)
         )
         if page:
-            session.watch({PAGE: partial(_trouble, page, session.controller)})
+            session.watch({PAGE: partial(_trouble, page, session.controller)}, *page.sources)
         session.watch_input(enter(page.serving(shown)) if page else hearing)
         session.run_in_real_time(inbox)
 

@@ -8,6 +8,7 @@ Sources have threads of their own and put messages into an inbox, or are the clo
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -94,6 +95,7 @@ class Session:
         self.controller = controller
         self.receivers = controller.receivers
         self._watches: list[Watch | Flood] = []
+        self._losses: Counter[str] = Counter()  # of each source, by watches
         self._at_once = False
 
     def add_robots(self, robots: OpenRobots) -> None:
@@ -102,24 +104,33 @@ class Session:
         self.controller.odometry = robots.odometry
         self.watch(robots.troubles)
 
-    def watch(self, troubles: Mapping[str, Trouble]) -> None:
-        """Stop when one of these returns why it is lost (S5); the names are for messages."""
+    def watch(self, troubles: Mapping[str, Trouble], *sources: str) -> None:
+        """Stop when one of these returns why it is lost (S5).
+
+        Args:
+            troubles: by names for messages.
+            sources: of the commands that come from them; while one is lost they move nothing.
+        """
         self._watches += [
-            Watch(self.controller, trouble, f"{name} is there")
-            for name, trouble in troubles.items()
+            self._watch(trouble, f"{name} is there", *sources) for name, trouble in troubles.items()
         ]
 
     def watch_input(self, speech_input: SpeechInput) -> None:
         """Stop when nothing is heard (S5), and send each changed velocity at once."""
         controller = self.controller
-        watch = Watch(
-            controller,
-            lambda: speech_input.trouble(controller.moving),
-            "listening again",
-            speech_input.source,
+        watch = self._watch(
+            lambda: speech_input.trouble(controller.moving), "listening again", speech_input.source
         )
         self._watches.insert(0, watch)
         self._at_once = True
+
+    def _watch(self, trouble: Trouble, again: str, *sources: str) -> Watch:
+        return Watch(self.controller, trouble, again, *sources, mark_late=self._mark_late)
+
+    def _mark_late(self, source: str, behind: bool) -> None:
+        """Note whether a source is behind for one watch; it is until it is so for none."""
+        self._losses[source] += 1 if behind else -1
+        self.controller.mark_late(source, self._losses[source] > 0)
 
     def run(self, finish: Callable[[], None] = lambda: None) -> None:
         """Drive until the clock has no more; zero velocity is sent last (S7).

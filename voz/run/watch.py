@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from voz.events import Notice
+from voz.events import Event, Notice, Utterance
 from voz.inbox import Inbox
 from voz.run.controller import Controller
 
@@ -20,7 +20,12 @@ class Watch:
     """Stops the robot when one thing that a run needs is lost, and when it is back."""
 
     def __init__(
-        self, controller: Controller, trouble: Trouble, again: str, source: str | None = None
+        self,
+        controller: Controller,
+        trouble: Trouble,
+        again: str,
+        *sources: str,
+        mark_late: Callable[[str, bool], None] | None = None,
     ) -> None:
         """Begin with all well.
 
@@ -28,25 +33,38 @@ class Watch:
             controller: what stops.
             trouble: returns why the thing is lost.
             again: the message that it is back.
-            source: of the utterances that come from it, if it hears.
+            sources: of the commands that come from it; while it is lost they move nothing.
+            mark_late: notes whether a source is behind; None is the controller's own.
         """
         self._controller = controller
         self._trouble = trouble
         self._again = again
-        self._source = source
+        self._sources = sources
+        self._mark_late = mark_late or controller.mark_late
         self.in_trouble = False
+        self._commanded = False  # since the loss, by somebody who is still there
+        controller.receivers.append(self._receive)
 
     def look(self, now: float) -> None:
-        """Stop, and say why, if it was lost or came back just now; `now` in s."""
+        """Stop, and say why, if it was lost or came back just now; `now` in s.
+
+        While it is lost, what moves the robot is stopped again, unless it is a new command that
+        came from elsewhere.
+        """
         found = self._trouble()
-        if bool(found) == self.in_trouble:
+        if bool(found) != self.in_trouble:
+            self.in_trouble, self._commanded = bool(found), False
+            for source in self._sources:
+                self._mark_late(source, self.in_trouble)
+        elif not found or self._commanded or not self._controller.moving:
             return
-        self.in_trouble = bool(found)
-        if self._source:
-            self._controller.mark_late(self._source, self.in_trouble)
         again = f"{self._again}; the robot waits for a command"
         # Also when it is back: commands of the meantime are out of date.
         self._controller.stop(now, f"{found}: the robot stops" if found else again, good=not found)
+
+    def _receive(self, event: Event) -> None:
+        if isinstance(event, Utterance) and event.obeyed:
+            self._commanded = event.source not in self._sources
 
 
 class Flood:

@@ -210,6 +210,10 @@ def test_s5_the_robot_stops_when_the_page_that_drives_is_suspended(robot: PageRo
         page.there = False  # its socket stays open and takes what comes, but nobody answers
         page.wait_for(lambda r: r["type"] == "warning" and "page is gone" in r["text"])
         robot.robot.wait_for(rests, since)
+        tapped = robot.command("go forward", page=page.welcome["secret"])  # by another connection
+        assert tapped.status_code == 409
+        assert "this page counts as gone" in tapped.json()["error"]
+        assert robot.state["now"]["linear"] == 0
 
 
 @pytest.mark.realtime

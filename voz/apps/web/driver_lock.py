@@ -30,6 +30,10 @@ class DriverLock:
         self._released = False  # the driver has gone, and `trouble` was not called since
         self._lost = False  # the robot moved then, and nobody has come back
 
+    def is_answering(self, page: int, now: float) -> bool:
+        """Whether a page drives and does not count as gone."""
+        return page == self.driver and not self._is_silent(now)
+
     @property
     def just_released(self) -> bool:
         """Whether the driver has gone since the last `trouble`: the robot may still move."""
@@ -62,7 +66,7 @@ class DriverLock:
 
     def trouble(self, now: float, moving: bool) -> str | None:
         """Report that the page that drove a moving robot is gone; None for a robot at rest."""
-        silent = self.driver is not None and now - self._last_answer > DRIVER_TIMEOUT
+        silent = self.driver is not None and self._is_silent(now)
         released = self._released
         if released:  # only then: the other thread may set it right now
             self._released = False
@@ -71,3 +75,6 @@ class DriverLock:
         self.released_at_rest = released and not moving
         self.reported_gone = self._lost
         return PAGE_GONE if self.reported_gone else None
+
+    def _is_silent(self, now: float) -> bool:
+        return now - self._last_answer > DRIVER_TIMEOUT

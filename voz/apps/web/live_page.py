@@ -11,7 +11,7 @@ import msgspec
 
 from voz.apps.recordings.recorder import Recorder
 from voz.apps.web.browser_microphone import BROWSER_SOURCE, BrowserMicrophone
-from voz.apps.web.command_bridge import PROGRAM_SOURCE, CommandBridge
+from voz.apps.web.command_bridge import PAGE_SOURCE, PROGRAM_SOURCE, CommandBridge
 from voz.apps.web.command_buttons import button_sentences, command_buttons
 from voz.apps.web.control_api import ControlApi, application
 from voz.apps.web.driver_lock import DriverLock
@@ -58,6 +58,7 @@ class LivePage:
         *,
         picture: Picture,
         browser_listens: bool,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         """Prepare to serve.
 
@@ -68,6 +69,7 @@ class LivePage:
             commands: returns what may be said now; the buttons are in their order.
             picture: what is drawn of the robot.
             browser_listens: whether the browser is the microphone.
+            now: the clock by which a page that is silent counts as gone, s.
         """
         self._address = address
         self._inbox = inbox
@@ -79,6 +81,12 @@ class LivePage:
         self._playback = PagePlayback()
         self._events = EventQueue()
         self._driver_lock = DriverLock()
+        self._now = now
+
+    @property
+    def sources(self) -> list[str]:
+        """The sources of the commands of the page that drives."""
+        return [PAGE_SOURCE, *([BROWSER_SOURCE] if self._microphone else [])]
 
     @property
     def sound(self) -> SoundSource | None:
@@ -103,7 +111,7 @@ class LivePage:
 
     def trouble(self, moving: bool) -> str | None:
         """Report that the page that drove the robot is gone (S5)."""
-        problem = self._driver_lock.trouble(time.monotonic(), moving)
+        problem = self._driver_lock.trouble(self._now(), moving)
         if self._driver_lock.released_at_rest and self._microphone:
             # What was said last may be recognized only now, with nobody there who can stop it.
             self._inbox.put(Halt(NO_DRIVER, self._clock.now()))
@@ -120,6 +128,7 @@ class LivePage:
             warn=self._warn,
             microphone=self._microphone,
             set_rehearsal=lambda on: self._inbox.put(Rehearsal(on)),
+            now=self._now,
         )
         recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
         marks = RecordingMarks(recorder, self._commands)

@@ -26,6 +26,7 @@ from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.event_history import EventHistory, Record, encode_record
 from voz.apps.web.rate_limits import RateLimit
 from voz.control.table import STOP
+from voz.errors import RobotError
 from voz.events import Event, Notice, Utterance
 
 MAX_PAGES = 100
@@ -38,6 +39,12 @@ COMMAND_RATE, COMMAND_BURST = 5.0, 20.0
 
 NOTICE_INTERVAL = 0.01
 """Between two looks whether the control loop knows of the page that drives, s."""
+
+MAX_NOTICE_LOOKS = round(COMMAND_TIMEOUT / NOTICE_INTERVAL)
+
+NOT_DRIVING = "another page drives, or none: press Drive first"
+
+COUNTS_AS_GONE = "this page counts as gone, for it does not answer: give the command again"
 
 MAX_RECENT_EVENTS = 6000
 """Events kept for the diagnostics: ten minutes."""
@@ -103,6 +110,7 @@ class PageRegistry:
         warn: Callable[[str], None],
         microphone: BrowserMicrophone | None,
         set_rehearsal: Callable[[bool], None],
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.microphone = microphone
         self._bridge = bridge
@@ -110,6 +118,7 @@ class PageRegistry:
         self._driver_lock = driver_lock
         self._warn = warn
         self._set_rehearsal = set_rehearsal
+        self._now = now
         self._recent: deque[str] = deque(maxlen=MAX_RECENT_EVENTS)
         self._pages: dict[int, OpenPage] = {}
         self._numbers = count(1)
@@ -168,7 +177,7 @@ class PageRegistry:
     def broadcast_state(self, state: Record) -> None:
         """Send the current state to all pages, and release a driver that has fallen silent."""
         self._reported_stops.clear()
-        self._driver_lock.release_if_silent(time.monotonic())
+        self._driver_lock.release_if_silent(self._now())
         text = encode_record({"type": "state", **state, **self.status})
         for page in self._pages.values():
             page.put_state(text)
@@ -196,15 +205,16 @@ class PageRegistry:
 
     def keep_alive(self, page: OpenPage) -> None:
         """Note that a page has answered."""
-        self._driver_lock.keep_alive(page.number, time.monotonic())
+        self._driver_lock.keep_alive(page.number, self._now())
 
     def start_driving(self, page: OpenPage, take_over: bool) -> bool:
         """Let a page drive; returns whether it does. If another did just now, the robot stops."""
         before, just_released = self._driver_lock.driver, self._driver_lock.just_released
         replaced = self._pages.get(before or 0)
         if before == page.number:
+            self.keep_alive(page)
             return True
-        if not self._driver_lock.acquire(page.number, take_over, time.monotonic()):
+        if not self._driver_lock.acquire(page.number, take_over, self._now()):
             return False
         if self.microphone:
             self.microphone.end_stream(whole=False)
@@ -240,31 +250,39 @@ class PageRegistry:
             The utterance, with what became of it.
 
         Raises:
-            HTTPException: another page is driving, commands come faster than `COMMAND_RATE`, or
-                the page has asked for a stop since it sent this one.
+            HTTPException: another page is driving, the page counts as gone, commands come faster
+                than `COMMAND_RATE`, or the page has asked for a stop since it sent this one.
             RobotError: the control loop did not answer.
         """
-        if secret:
-            await self._wait_until_noticed()
         page = self.page_with_secret(secret) if secret else None
-        if self._driver_lock.driver != (page.number if page else None) or (secret and not page):
-            raise HTTPException(
-                HTTPStatus.CONFLICT, "another page drives, or none: press Drive first"
-            )
-        if not self._command_limit.allows(time.monotonic()):
+        if page:
+            await self._wait_until_noticed(page)
+        elif secret or self._driver_lock.driver is not None:
+            raise HTTPException(HTTPStatus.CONFLICT, NOT_DRIVING)
+        if not self._command_limit.allows(self._now()):
             raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, "too many commands")
         if page and stops is not None and stops < page.stops:
             raise HTTPException(HTTPStatus.CONFLICT, "a stop came after it: give it again")
         return await self._bridge.command(text, PAGE_SOURCE if page else PROGRAM_SOURCE)
 
-    async def _wait_until_noticed(self) -> None:
+    async def _wait_until_noticed(self, page: OpenPage) -> None:
         """Wait until the control loop knows that a page drives again, for it stops the robot then.
 
-        Without this, a program that drives and commands at once is stopped just after it.
+        Without this, a program that drives and commands at once is stopped just after it. Raises
+        HTTPException at once if the page does not drive, or counts as gone.
         """
-        until = time.monotonic() + COMMAND_TIMEOUT
-        while self._driver_lock.reported_gone and time.monotonic() < until:
+        for _ in range(MAX_NOTICE_LOOKS):
+            self._check_answering(page)
+            if not self._driver_lock.reported_gone:
+                return
             await asyncio.sleep(NOTICE_INTERVAL)
+        raise RobotError("the control loop does not answer")
+
+    def _check_answering(self, page: OpenPage) -> None:
+        if not self.is_driving(page):
+            raise HTTPException(HTTPStatus.CONFLICT, NOT_DRIVING)
+        if not self.is_answering(page):
+            raise HTTPException(HTTPStatus.CONFLICT, COUNTS_AS_GONE)
 
     async def stop(self, page: OpenPage | None = None, number: int = 0) -> float:
         """Stop the robot; returns when zero velocity was sent, s.
@@ -289,6 +307,10 @@ class PageRegistry:
     def is_driving(self, page: OpenPage) -> bool:
         """Whether this page is driving."""
         return self._driver_lock.driver == page.number
+
+    def is_answering(self, page: OpenPage) -> bool:
+        """Whether this page is driving, and does not count as gone."""
+        return self._driver_lock.is_answering(page.number, self._now())
 
 
 def _is_stop_by_page(event: Event) -> bool:

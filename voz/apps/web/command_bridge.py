@@ -11,7 +11,7 @@ from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 from voz.inbox import Halt, Inbox
 from voz.language.sentences.command_set import Commands
-from voz.run.sources import text_utterance
+from voz.run.sources import read_text, text_utterance
 
 Answer = TypeVar("Answer")
 
@@ -55,6 +55,11 @@ class CommandBridge:
         self._commands[t] = asyncio.get_running_loop().create_future()
         self._inbox.put(text_utterance(text, self._known(), self._inbox.halts, t, source))
         return await _answer(self._commands, t)
+
+    def stops(self, text: str) -> bool:
+        """Whether a text stops the robot."""
+        parse = read_text(text, self._known(), self._inbox.halts)
+        return parse is not None and parse.command in self._inbox.halts
 
     async def stop(self) -> float:
         """Stop the robot; returns when it stood, s; raises RobotError without an answer."""

@@ -238,7 +238,7 @@ class PageRegistry:
             self._warn(begun if on else "the rehearsal is over: commands are obeyed")
 
     async def command(self, text: str, secret: str | None, stops: int | None = None) -> Utterance:
-        """Obey a sentence as if it were typed.
+        """Obey a sentence as if it were typed; what stops the robot is never refused.
 
         Args:
             text: the sentence.
@@ -255,6 +255,14 @@ class PageRegistry:
             RobotError: the control loop did not answer.
         """
         page = self.page_with_secret(secret) if secret else None
+        if not self._bridge.stops(text):
+            await self._check_allowed(page, secret, stops)
+        return await self._bridge.command(text, PAGE_SOURCE if page else PROGRAM_SOURCE)
+
+    async def _check_allowed(
+        self, page: OpenPage | None, secret: str | None, stops: int | None
+    ) -> None:
+        """Raise HTTPException for a command that may not move the robot; see `command`."""
         if page:
             await self._wait_until_noticed(page)
         elif secret or self._driver_lock.driver is not None:
@@ -263,7 +271,6 @@ class PageRegistry:
             raise HTTPException(HTTPStatus.TOO_MANY_REQUESTS, "too many commands")
         if page and stops is not None and stops < page.stops:
             raise HTTPException(HTTPStatus.CONFLICT, "a stop came after it: give it again")
-        return await self._bridge.command(text, PAGE_SOURCE if page else PROGRAM_SOURCE)
 
     async def _wait_until_noticed(self, page: OpenPage) -> None:
         """Wait until the control loop knows that a page drives again, for it stops the robot then.

@@ -109,7 +109,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
         words: when each word of `text` was said, if asked for.
         best: the sentences that fit best, `text` first, as many as were asked for.
         named: whether the robot's name was said before it, or is all that was said, or a button to
-            talk to the robot was held meanwhile.
+            talk to the robot was held meanwhile; None if the robot that hears it has no name.
         perhaps: where the robot asks back, the one or two commands that it may nearly surely be.
     """
 
@@ -133,7 +133,7 @@ class Utterance(CheckedRecord, frozen=True, tag_field="type", tag="utterance", o
     meant: str | None = None
     words: tuple[SpokenWord, ...] = ()
     best: tuple[Alternative, ...] = ()
-    named: bool = False
+    named: bool | None = None
     perhaps: tuple[PossibleCommand, ...] = ()
 
     def __post_init__(self) -> None:

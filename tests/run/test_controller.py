@@ -408,3 +408,15 @@ def test_what_only_a_robot_s_own_code_knows_comes_not_too_late_either() -> None:
     controller, events = listening_controller()
     controller.hear(heard("wave"), late=True)
     assert obeyed(events) == []
+
+
+def test_what_a_recognizer_with_a_name_hears_without_it_moves_no_controller() -> None:
+    controller, events = listening_controller()
+    said = replace(heard("go forward", now=1), latency=0.2, named=False)
+    controller.hear(said)
+    assert not controller.moving
+    controller.hear(replace(said, text="stop", command="stop"))
+    controller.hear(replace(said, t=3, start=3, named=True))
+    assert obeyed(events) == ["stop", "go forward"]
+    controller.hear(replace(said, t=4, start=4, text="go back", command="go back"))
+    assert controller.velocities == (-0.1, 0)

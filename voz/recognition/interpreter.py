@@ -233,13 +233,17 @@ class Interpreter:
             next_best=heard.next_best or None,
             command=parse.command if parse else None,
             slots=dict(parse.slots) if parse else {},
-            named=heard.named and (decision.accepted or text != self._name),
+            named=self._is_said_with(heard, decision) if self._name else None,
             perhaps=self._perhaps(heard, decision, between),
         )
         if details == NO_DETAILS:
             return utterance
         with self._lock:  # pocketsphinx may have to search again
             return with_details(utterance, heard, context, details)
+
+    def _is_said_with(self, heard: Hypothesis, decision: Decision) -> bool:
+        """Whether the robot's name was said with a hypothesis, surely enough if it is all."""
+        return heard.named and (decision.accepted or heard.text != self._name)
 
     def _perhaps(
         self, heard: Hypothesis, decision: Decision, between: tuple[str, str] | None

@@ -94,6 +94,7 @@ class Controller:
         self.unwatched_sources: set[str] = set()
         self._unwatched_until = math.inf  # when a motion ends that nobody watches, s
         self.name = ""
+        self._hears_names = False  # what is heard may lack the robot's name
         self.ask: Ask = "never"
         self._attention = AttentionState()
         self._told = Attention(0.0, awake=True)  # what receivers know
@@ -130,7 +131,9 @@ class Controller:
             if self.moving and not self._preview(event).state.moving:
                 self.halt()
             self.emit(event)
-        elif not event.accepted:
+            return
+        self._hears_names |= event.named is not None
+        if not event.accepted:
             if event.named:  # surely, though the command is not
                 self._attention = wake(self._attention, event)
             told = [replace(event, obeyed=False), *self._changed_attention(event.t)]
@@ -296,7 +299,7 @@ class Controller:
         return [Reply(event.t, question.text), *self._changed_attention(event.t)]
 
     def _is_asleep(self, t: float) -> bool:
-        return bool(self.name) and is_asleep(self._attention, t)
+        return (bool(self.name) or self._hears_names) and is_asleep(self._attention, t)
 
     def _changed_attention(self, now: float) -> list[Event]:
         """Return what receivers do not know yet of the robot's attention."""

@@ -11,7 +11,7 @@ import pytest
 from programs import wait_until
 from starlette.applications import Starlette
 
-from voz.apps.web.web_server import open_listening_socket, running_server
+from voz.apps.web.web_server import open_page_socket, running_server
 from voz.errors import ConfigError
 
 
@@ -25,7 +25,7 @@ def test_what_fails_is_told_and_ends_the_server() -> None:
         raise ZeroDivisionError
 
     with (
-        open_listening_socket("127.0.0.1", 0) as at,
+        open_page_socket("127.0.0.1", 0) as at,
         running_server(
             Starlette(), at, None, lambda: [asyncio.create_task(fail())], warnings.append
         ),
@@ -38,16 +38,16 @@ def test_what_fails_is_told_and_ends_the_server() -> None:
 
 
 def test_it_ends_with_its_block_and_frees_its_address() -> None:
-    with open_listening_socket("127.0.0.1", 0) as at:
+    with open_page_socket("127.0.0.1", 0) as at:
         port = at.getsockname()[1]
         with pytest.raises(ConfigError, match="choose another"):
-            open_listening_socket("127.0.0.1", port)
+            open_page_socket("127.0.0.1", port)
         with running_server(Starlette(), at, None, list, lambda _: None):
             begun = time.monotonic()
     assert time.monotonic() - begun < 30
-    open_listening_socket("127.0.0.1", port).close()
+    open_page_socket("127.0.0.1", port).close()
 
 
 def test_a_host_that_is_not_this_computer_is_one_line() -> None:
     with pytest.raises(ConfigError, match="the operator page cannot be at 203"):
-        open_listening_socket("203.0.113.1", 8737)
+        open_page_socket("203.0.113.1", 8737)

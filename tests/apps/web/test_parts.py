@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.datastructures import Headers
 
+from voz.apps.servers.rate_limits import RateLimit, rate_limit_per_client
 from voz.apps.web.access_control import MAX_SESSIONS, AccessControl, new_token
 from voz.apps.web.driver_lock import DRIVER_TIMEOUT, RELEASE_TIMEOUT, DriverLock
 from voz.apps.web.event_history import MAX_REMEMBERED, EventHistory, encode_record
 from voz.apps.web.page_audio_stream import BLOCK_HEADER, MAX_BLOCK_SAMPLES, PageClock, read_block
 from voz.apps.web.page_registry import MAX_PENDING_RECORDS, OpenPage
 from voz.apps.web.picture import DeadReckoningPicture
-from voz.apps.web.rate_limits import RateLimit, rate_limit_per_client
 from voz.events import Notice, Twist, Utterance
 
 # Limits

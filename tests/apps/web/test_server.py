@@ -151,6 +151,23 @@ def test_one_page_drives_and_taking_over_is_seen_by_both(robot: PageRobot) -> No
         second.wait_for(lambda record: record["type"] == "state" and record["driver"] is None)
 
 
+def test_a_command_that_stops_is_obeyed_whoever_sends_it_and_however_often(
+    robot: PageRobot,
+) -> None:
+    with opened(robot) as page:
+        page.start_driving()
+        secret = page.welcome["secret"]
+        for sender in ({}, {"page": "nobody"}, {"page": secret, "stops": -1}):
+            assert robot.command("go forward", page=secret).json()["obeyed"]
+            assert robot.command("stop", **sender).json()["obeyed"]
+            assert robot.state["now"]["linear"] == 0
+        assert all(robot.command("stop", page=secret).json()["obeyed"] for _ in range(30))
+        with voz.Client(robot.link) as other:
+            assert other.command("stop speech").obeyed
+            assert other.command("stop").obeyed
+        assert robot.command("start speech", page=secret).json()["obeyed"]
+
+
 @pytest.mark.parametrize("way", ["socket", "post", "post of nobody"])
 def test_a_command_that_a_stop_has_overtaken_on_its_way_moves_nothing(
     way: str, robot: PageRobot

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
+import httpx
 import pytest
 from calls import in_process
 from live_robot import LiveRobot, live_robot, moves, rests
@@ -15,6 +16,7 @@ from operator_page import PageRobot, opened, page_robot
 from programs import PATIENCE, free_port
 from wyoming.asr import Transcript
 from wyoming.client import AsyncClient
+from wyoming.error import Error
 from wyoming.event import Event, Eventable
 from wyoming.handle import Handled, NotHandled
 from wyoming.info import Describe, Info
@@ -189,6 +191,39 @@ def test_a_flood_of_commands_is_refused_and_a_stop_is_not(
     assert {NotHandled.from_event(answer).text for answer in refused} == {"too many commands"}
     stopped = assistant.ask_at_once(40, Transcript("stop"))
     assert all(Handled.is_type(answer.type) for answer in stopped)
+
+
+def test_a_flood_of_questions_is_refused_too(run: tuple[LiveRobot, Assistant]) -> None:
+    _, assistant = run
+    answers = assistant.ask_at_once(40, Recognize("turn round and round and round"))
+    assert {answer.type for answer in answers} == {"not-recognized"}
+    assert "too many commands" in {NotRecognized.from_event(answer).text for answer in answers}
+    flood = assistant.ask(*[Describe()] * 1000)
+    assert len(flood) < 1000  # it was let go
+    assert Error.from_event(flood[-1]).text == "too many events"
+
+
+FEW_FILES = "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (128, 128)); "
+
+
+@pytest.mark.parametrize("data", [b"", b'{"type": "x'], ids=["nothing", "half"])
+def test_as_many_idle_connections_as_somebody_can_hold_keep_no_stop_out(
+    data: bytes, no_sound_card: dict[str, str]
+) -> None:
+    assistant = Assistant(f"tcp://127.0.0.1:{free_port()}")
+    options = ["--listening", "--wyoming", assistant]
+    with page_robot(no_sound_card, *options, before=FEW_FILES) as robot, ExitStack() as stack:
+        for address in [assistant, robot.link.strip("/")] * 200:
+            client = stack.enter_context(socket.socket())
+            client.setblocking(False)  # the system tries again where the queue is full
+            client.connect_ex(("127.0.0.1", int(address.rpartition(":")[2])))
+            with suppress(OSError):
+                client.sendall(data)
+        robot.drives("go forward")
+        assert assistant.handled("stop") == "stop"
+        robot.drives("go back")
+        assert httpx.post(f"{robot.link}api/stop", timeout=PATIENCE).json()["stopped"]
+        assert robot.state["now"]["linear"] == 0
 
 
 @pytest.mark.parametrize("garbage", [b"{}\n", b'{"type": "transcript"}\n', b"\xff\n"])

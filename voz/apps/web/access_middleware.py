@@ -10,18 +10,12 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from voz.apps.servers.connections import ConnectionGuard, network_of
+from voz.apps.servers.rate_limits import REQUEST_BURST, REQUEST_RATE, rate_limit_per_client
 from voz.apps.web.access_control import AccessControl
-from voz.apps.web.listening_socket import ListeningSocket
-from voz.apps.web.rate_limits import rate_limit_per_client
 
 MAX_BODY_BYTES = 4096
 """Of a request; a command has at most 200 letters."""
-
-REQUEST_RATE, REQUEST_BURST = 100.0, 400.0
-"""Requests per second, and at once, from one address; fifty pages open with 400.
-
-Stops are not limited. Requests with the token count apart: behind a proxy all have one address.
-"""
 
 STOP_PATH = "/api/stop"
 
@@ -49,10 +43,10 @@ SECURITY_HEADERS = {
 class AccessMiddleware:
     """Refuses requests that may not be served, and passes on the others."""
 
-    def __init__(self, app: ASGIApp, access: AccessControl, listener: ListeningSocket) -> None:
+    def __init__(self, app: ASGIApp, access: AccessControl, guard: ConnectionGuard) -> None:
         self._app = app
         self._access = access
-        self._listener = listener
+        self._guard = guard
         self._limit_of = rate_limit_per_client(REQUEST_RATE, REQUEST_BURST)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -67,7 +61,7 @@ class AccessMiddleware:
             scope["headers"] = [
                 header for header in scope["headers"] if not _is_multi_range(header)
             ]
-            with self._listener.answering(scope["client"]) if authenticated else nullcontext():
+            with self._guard.answering(scope["client"]) if authenticated else nullcontext():
                 await self._app(scope, receive, _with_security_headers(send))
         elif scope["type"] == "websocket":
             await receive()
@@ -81,7 +75,8 @@ class AccessMiddleware:
         path = scope["path"]
         if why := self._access.refusal(headers):
             return HTTPStatus.FORBIDDEN, why
-        client = (scope["client"] and scope["client"][0], authenticated)
+        # Requests with the token count apart: behind a proxy all have one address.
+        client = (scope["client"] and network_of(scope["client"]), authenticated)
         if path != STOP_PATH and not self._limit_of(client).allows(time.monotonic()):
             return HTTPStatus.TOO_MANY_REQUESTS, "too many requests"
         if path.startswith("/api/") and path not in PUBLIC_PATHS and not authenticated:

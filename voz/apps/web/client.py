@@ -89,7 +89,7 @@ class Client(PublicNames):
         self._watcher.join()
 
     def command(self, text: str) -> Utterance:
-        """Give a command as if it were said; a `stop` stops the robot whoever drives it.
+        """Give a command as if it were said; one that stops the robot does, whoever drives it.
 
         Args:
             text: the command.
@@ -105,7 +105,15 @@ class Client(PublicNames):
             t = self.stop()
             return Utterance(t, STOP, 1.0, True, t, t, PAGE_SOURCE, obeyed=True)
         stops = self._stops  # of those after this line one overtakes the command
-        self._start_driving()
+        try:
+            self._start_driving()
+        except RobotError:
+            with suppress(RobotError):  # the robot obeys what stops it, and refuses all else
+                return self._give(text, stops)
+            raise
+        return self._give(text, stops)
+
+    def _give(self, text: str, stops: int) -> Utterance:
         command = Command(text, self._secret, stops)
         try:
             return msgspec.convert(self._request("/api/command", command), Utterance)

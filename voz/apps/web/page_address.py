@@ -15,11 +15,11 @@ from ssl import SSLContext
 
 from starlette.types import ASGIApp
 
+from voz.apps.servers.connections import ListeningSocket
 from voz.apps.web.access_control import AccessControl, new_token
 from voz.apps.web.access_middleware import AccessMiddleware
 from voz.apps.web.certificates import Certificates
-from voz.apps.web.listening_socket import ListeningSocket
-from voz.apps.web.web_server import open_listening_socket, running_server
+from voz.apps.web.web_server import open_page_socket, running_server
 
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 
@@ -59,7 +59,7 @@ class PageAddress:
         warn: Callable[[str], None],
     ) -> AbstractContextManager[None]:
         """Serve an application here, with access control, as `running_server` does."""
-        guarded = AccessMiddleware(app, self.access, self.listener)
+        guarded = AccessMiddleware(app, self.access, self.listener.guard)
         return running_server(guarded, self.listener, self.tls, start_tasks, warn)
 
     def renew_certificate(self) -> None:
@@ -79,7 +79,7 @@ def open_page_address(host: str, port: int, authority: Path | None) -> Iterator[
     """
     token = None if is_local_host(host) else new_token()
     names = own_host_names(host)
-    with open_listening_socket(host, port) as listener:
+    with open_page_socket(host, port) as listener:
         port = listener.getsockname()[1]
         access = AccessControl(names, token, f"voz-{port}")
         link = page_link(reachable_host(host), port, authority is not None, token)

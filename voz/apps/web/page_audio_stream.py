@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from voz.apps.servers.rate_limits import RateLimit
 from voz.apps.web.browser_microphone import BrowserMicrophone
 from voz.apps.web.page_messages import Begin, Finish, FromMicrophone, Hello, Pong
-from voz.apps.web.rate_limits import RateLimit
 
 BLOCK_RATE, BLOCK_BURST = 100.0, 300.0
 """Blocks per second, and at once: a page sends 40 to 60, and more after a delay of the network."""

@@ -13,6 +13,7 @@ from itertools import count
 
 from starlette.exceptions import HTTPException
 
+from voz.apps.servers.rate_limits import RateLimit
 from voz.apps.web.access_control import secrets_equal
 from voz.apps.web.browser_microphone import BrowserMicrophone
 from voz.apps.web.command_bridge import (
@@ -24,7 +25,6 @@ from voz.apps.web.command_bridge import (
 )
 from voz.apps.web.driver_lock import DriverLock
 from voz.apps.web.event_history import EventHistory, Record, encode_record
-from voz.apps.web.rate_limits import RateLimit
 from voz.control.table import STOP
 from voz.errors import RobotError
 from voz.events import Event, Notice, Utterance

@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from ssl import SSLContext
 from typing import Any
 
@@ -15,11 +15,16 @@ import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from voz.apps.servers.connections import (
+    PAGE_PLACES,
+    ConnectionGuard,
+    ListeningSocket,
+    open_listening_socket,
+)
+from voz.apps.servers.rate_limits import RateLimit
 from voz.apps.web.event_history import Record
 from voz.apps.web.event_queue import EventQueue
-from voz.apps.web.listening_socket import ACCEPT_BACKLOG, ListeningSocket
 from voz.apps.web.page_registry import PageRegistry
-from voz.apps.web.rate_limits import RateLimit
 from voz.errors import ConfigError, VozError
 
 STATE_INTERVAL = 0.1
@@ -73,29 +78,23 @@ class RateLimitedWebSocket(WebSocketsSansIOProtocol):
             self.transport.abort()
 
 
-def open_listening_socket(host: str, port: int) -> ListeningSocket:
+def open_page_socket(host: str, port: int) -> ListeningSocket:
     """Bind the server's address, before anything moves; port 0 is any that is free.
 
     Raises:
         ConfigError: the address cannot be bound.
     """
     try:
-        family, kind, protocol, _, address = socket.getaddrinfo(
+        family, _, protocol, _, address = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
-        with ExitStack() as failing:
-            listener = failing.enter_context(ListeningSocket(family, kind, protocol))
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind(address)
-            listener.listen(ACCEPT_BACKLOG)
-            failing.pop_all()
+        return open_listening_socket(ConnectionGuard(PAGE_PLACES), family, protocol, address)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigError(
             f"the operator page cannot be at {host}, port {port} ({reason}); "
             "choose another with --web-host or --web-port"
         ) from None
-    return listener
 
 
 @contextmanager
@@ -120,7 +119,7 @@ def running_server(
         app, http="h11", ws=RateLimitedWebSocket, ws_max_size=MAX_MESSAGE_BYTES,
         ws_max_queue=MAX_UNREAD_MESSAGES, ws_per_message_deflate=False, log_config=None,
         access_log=False, lifespan="off", proxy_headers=False, server_header=False,
-        timeout_graceful_shutdown=1, backlog=ACCEPT_BACKLOG,
+        timeout_graceful_shutdown=1, backlog=listener.guard.places.backlog,
         h11_max_incomplete_event_size=MAX_HEADER_BYTES,
     )  # fmt: skip
     config.load()
@@ -153,7 +152,7 @@ async def _serve(
     start_tasks: Callable[[], list[asyncio.Task[None]]],
     started: threading.Event,
 ) -> None:
-    tasks = [*start_tasks(), asyncio.create_task(listener.close_late())]
+    tasks = [*start_tasks(), asyncio.create_task(listener.guard.close_idle())]
     for task in tasks:  # they have no end; if one fails, no page shall stay that shows an old state
         task.add_done_callback(lambda _: setattr(server, "should_exit", True))
     started.set()

@@ -11,6 +11,7 @@ from typing import Any
 from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from voz.apps.servers.rate_limits import RateLimit
 from voz.apps.web.control_api import stop_answer
 from voz.apps.web.device_names import device_name
 from voz.apps.web.event_history import Record, encode_record
@@ -27,7 +28,6 @@ from voz.apps.web.page_messages import (
     Stop,
 )
 from voz.apps.web.page_registry import OpenPage, PageRegistry
-from voz.apps.web.rate_limits import RateLimit
 
 MESSAGE_RATE, MESSAGE_BURST = 40.0, 200.0
 """Messages of one page per second, and at once, besides sound: it answers ten states a second."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +27,8 @@ from wyoming.info import (
 from wyoming.intent import Entity, Intent, NotRecognized, Recognize
 
 from voz import __version__
-from voz.apps.web.rate_limits import RateLimit
+from voz.apps.servers.connections import ConnectionGuard, network_of
+from voz.apps.servers.rate_limits import RateLimit
 from voz.apps.wyoming.connection import ATTRIBUTION, Connection
 from voz.apps.wyoming.given_commands import CommandOutcome, GivenCommands
 from voz.errors import RobotError
@@ -37,7 +38,12 @@ from voz.language.sentences.command_set import Commands, Parse
 from voz.run.sources import read_text, text_utterance
 
 COMMAND_RATE, COMMAND_BURST = 10.0, 20.0
-"""Commands per second, and at once, of all clients; those that stop the robot are not counted."""
+"""Commands per second, and at once, of all clients; those that stop the robot are not counted.
+
+What is not obeyed counts too: to find the command that is nearest to a text takes up to 65 ms.
+"""
+
+TOO_MANY = "too many commands"
 
 PAGE_DRIVES = "somebody drives the robot from the operator page"
 
@@ -56,6 +62,7 @@ class RobotAccess:
         language: its code, as `en`.
         page_drives: returns whether somebody drives from the operator page.
         limit: of the commands of all clients.
+        event_limit_of: returns the limit of all events from a network.
     """
 
     given: GivenCommands
@@ -64,44 +71,56 @@ class RobotAccess:
     language: str
     page_drives: Callable[[], bool]
     limit: RateLimit
+    event_limit_of: Callable[[Hashable], RateLimit]
 
 
 class CommandHandler(Connection):
     """Answers one client."""
 
+    max_bytes = 64_000
+
     def __init__(
-        self, robot: RobotAccess, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+        self,
+        robot: RobotAccess,
+        guard: ConnectionGuard,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
     ) -> None:
-        super().__init__(reader, writer)
+        super().__init__(guard, reader, writer)
         self._robot = robot
 
     async def answer(self, event: Event) -> None:
         """Obey a `transcript`, understand a `recognize`, and answer `describe`."""
+        robot = self._robot
         answer: Eventable | None = None
-        if Describe.is_type(event.type):
-            answer = _info(self._robot.commands(), self._robot.language)
-        elif Transcript.is_type(event.type):
-            transcript = Transcript.from_event(event)
-            answer = await self._obey(transcript.text, transcript.context)
+        transcript = Transcript.from_event(event) if Transcript.is_type(event.type) else None
+        parse = self._read(transcript.text) if transcript else None
+        stops = parse is not None and parse.command in robot.inbox.halts
+        if not stops and not robot.event_limit_of(network_of(self.peer)).allows(time.monotonic()):
+            raise RobotError("too many events")
+        if transcript and parse and not stops and robot.page_drives():
+            answer = NotHandled(PAGE_DRIVES, transcript.context)
+        elif transcript:
+            answer = await self._obey(transcript.text, stops, transcript.context)
+        elif Describe.is_type(event.type):
+            answer = _info(robot.commands(), robot.language)
         elif Recognize.is_type(event.type):
             recognize = Recognize.from_event(event)
             answer = self._recognize(recognize.text, recognize.context)
         if answer:
             await self.write_event(answer.event())
 
-    async def _obey(self, text: str, context: Context) -> Eventable:
-        parse = self._read(text)
-        stops = parse is not None and parse.command in self._robot.inbox.halts
-        if self._robot.page_drives() and parse and not stops:
-            return NotHandled(PAGE_DRIVES, context)
+    async def _obey(self, text: str, stops: bool, context: Context) -> Eventable:
         if not stops and not self._robot.limit.allows(time.monotonic()):
-            return NotHandled("too many commands", context)
+            return NotHandled(TOO_MANY, context)
         try:
             return _answer(await self._robot.given.give(text), context)
         except RobotError as late:
             return NotHandled(str(late), context)
 
     def _recognize(self, text: str, context: Context) -> Eventable:
+        if not self._robot.limit.allows(time.monotonic()):
+            return NotRecognized(TOO_MANY, context)
         parse = self._read(text)
         if parse is None:
             commands, halts = self._robot.commands(), self._robot.inbox.halts

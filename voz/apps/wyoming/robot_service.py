@@ -9,7 +9,12 @@ from concurrent.futures import Future
 from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 
-from voz.apps.web.rate_limits import RateLimit
+from voz.apps.servers.rate_limits import (
+    REQUEST_BURST,
+    REQUEST_RATE,
+    RateLimit,
+    rate_limit_per_client,
+)
 from voz.apps.wyoming.announcement import announced
 from voz.apps.wyoming.command_handler import (
     COMMAND_BURST,
@@ -17,7 +22,7 @@ from voz.apps.wyoming.command_handler import (
     CommandHandler,
     RobotAccess,
 )
-from voz.apps.wyoming.connection import opening
+from voz.apps.wyoming.connection import serving
 from voz.apps.wyoming.given_commands import WYOMING_SOURCE, GivenCommands
 from voz.errors import ConfigError
 from voz.events import Event
@@ -63,8 +68,11 @@ class RobotService:
         """
         self._uri = uri
         self._given = GivenCommands(inbox, clock.now, commands)
-        limit = RateLimit(COMMAND_RATE, COMMAND_BURST)
-        self._robot = RobotAccess(self._given, inbox, commands, language, page_drives, limit)
+        self._robot = RobotAccess(
+            self._given, inbox, commands, language, page_drives,
+            limit=RateLimit(COMMAND_RATE, COMMAND_BURST),
+            event_limit_of=rate_limit_per_client(REQUEST_RATE, REQUEST_BURST),
+        )  # fmt: skip
         self._announce = announce
         self._warn = warner(inbox, clock)
 
@@ -102,9 +110,7 @@ class RobotService:
             with suppress(RuntimeError):  # it has failed before
                 loop.call_soon_threadsafe(ended.set)
 
-        with opening(self._uri) as server:
-            await server.start(partial(CommandHandler, self._robot))
-        started.set_result(end)
-        async with announced(self._uri, self._warn) if self._announce else nullcontext():
-            await ended.wait()
-            await server.stop()
+        async with serving(self._uri, partial(CommandHandler, self._robot)):
+            started.set_result(end)
+            async with announced(self._uri, self._warn) if self._announce else nullcontext():
+                await ended.wait()

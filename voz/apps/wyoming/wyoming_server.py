@@ -17,8 +17,9 @@ from wyoming.event import Event
 from wyoming.info import AsrModel, AsrProgram, Describe, Info
 
 from voz import __version__
+from voz.apps.servers.connections import ConnectionGuard
 from voz.apps.wyoming.announcement import announced
-from voz.apps.wyoming.connection import ATTRIBUTION, Connection, opening
+from voz.apps.wyoming.connection import ATTRIBUTION, Connection, serving
 from voz.errors import AudioError
 from voz.events import Partial, Utterance
 from voz.language.generated.language_files import read_language_info
@@ -63,15 +64,19 @@ def server_info(commands: Sequence[str], language: str) -> Info:
 class RequestHandler(Connection):
     """Answers one client, request by request."""
 
+    max_bytes = 4_000_000
+    """Half a minute of sound at 48 kHz."""
+
     def __init__(
         self,
         recognizer: Recognizer,
         info: Info,
         language: str,
+        guard: ConnectionGuard,
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
-        super().__init__(reader, writer)
+        super().__init__(guard, reader, writer)
         self._recognizer = recognizer
         self._info = info
         self._language = language
@@ -150,10 +155,9 @@ def serve(
     info = server_info(commands, language)
 
     async def work() -> None:
-        with opening(uri) as server:
-            await server.start(partial(RequestHandler, recognizer, info, language))
-        ready()
-        async with announced(uri, warn) if announce else nullcontext():
-            await asyncio.Event().wait()
+        async with serving(uri, partial(RequestHandler, recognizer, info, language)):
+            ready()
+            async with announced(uri, warn) if announce else nullcontext():
+                await asyncio.Event().wait()
 
     asyncio.run(work())

@@ -5,6 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from functools import lru_cache
 
+REQUEST_RATE, REQUEST_BURST = 100.0, 400.0
+"""Requests or events per second, and at once, from one network; fifty pages open with 400.
+
+Stops are not limited.
+"""
+
 MAX_CLIENTS = 1000
 """Clients that are counted; for one more, the one that was silent for longest is forgotten."""
 

@@ -1,4 +1,4 @@
-"""The listening socket: whoever has the token gets in, whatever else is connected."""
+"""Who may come in: whoever has the token, whatever else is connected."""
 
 from __future__ import annotations
 
@@ -21,17 +21,18 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 from websockets.sync.client import connect
 
-from voz.apps.web import access_middleware, listening_socket
+from voz.apps.servers import connections
+from voz.apps.servers.connections import PAGE_PLACES
+from voz.apps.web import access_middleware
 from voz.apps.web.access_control import AccessControl
 from voz.apps.web.access_middleware import AccessMiddleware
 from voz.apps.web.certificates import Certificates
-from voz.apps.web.listening_socket import MAX_UNAUTHENTICATED
-from voz.apps.web.web_server import open_listening_socket, running_server
+from voz.apps.web.web_server import open_page_socket, running_server
 
 TOKEN = "secret"
 BEARER = {"Authorization": f"Bearer {TOKEN}"}
 
-MANY = 2 * MAX_UNAUTHENTICATED + 50
+MANY = 2 * PAGE_PLACES.idle + 50
 
 HEAD = b"POST /api/login HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100\r\n\r\n"
 
@@ -56,8 +57,8 @@ def served(tls: ssl.SSLContext | None = None) -> Iterator[int]:
         Route("/api/stop", body, methods=["POST"]),
         WebSocketRoute("/api/events", echo),
     ]
-    with open_listening_socket("127.0.0.1", 0) as at:
-        app = AccessMiddleware(Starlette(routes=routes), AccessControl([], TOKEN), at)
+    with open_page_socket("127.0.0.1", 0) as at:
+        app = AccessMiddleware(Starlette(routes=routes), AccessControl([], TOKEN), at.guard)
         with running_server(app, at, tls, list, lambda _: None):
             yield at.getsockname()[1]
 
@@ -132,8 +133,8 @@ def test_a_new_connection_takes_the_place_of_one_of_the_address_that_has_most() 
 def test_without_the_token_a_connection_has_little_time(
     data: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(listening_socket, "AUTHENTICATION_TIMEOUT", 0.1)
-    monkeypatch.setattr(listening_socket, "CLEANUP_INTERVAL", 0.05)
+    monkeypatch.setattr(connections, "IDLE_TIMEOUT", 0.1)
+    monkeypatch.setattr(connections, "CLEANUP_INTERVAL", 0.05)
     with served() as port, connected(port, data) as waiting:
         address = f"ws://127.0.0.1:{port}/api/events"
         with connect(address, additional_headers=BEARER) as page:
@@ -143,8 +144,8 @@ def test_without_the_token_a_connection_has_little_time(
 
 
 def test_a_handshake_has_little_time(tls: ssl.SSLContext, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listening_socket, "AUTHENTICATION_TIMEOUT", 0.1)
-    monkeypatch.setattr(listening_socket, "CLEANUP_INTERVAL", 0.05)
+    monkeypatch.setattr(connections, "IDLE_TIMEOUT", 0.1)
+    monkeypatch.setattr(connections, "CLEANUP_INTERVAL", 0.05)
     with served(tls) as port, connected(port) as waiting:
         assert waiting.recv(1) == b""
 

@@ -1,0 +1,1 @@
+"""What all servers of voz share: bounds of connections and rates."""

@@ -18,7 +18,7 @@ from voz.apps.web.event_history import MAX_REMEMBERED, EventHistory, encode_reco
 from voz.apps.web.page_audio_stream import BLOCK_HEADER, MAX_BLOCK_SAMPLES, PageClock, read_block
 from voz.apps.web.page_registry import MAX_PENDING_RECORDS, OpenPage
 from voz.apps.web.picture import DeadReckoningPicture
-from voz.events import Notice, Twist, Utterance
+from voz.events import Attention, Notice, Reply, Twist, Utterance
 
 # Limits
 
@@ -163,10 +163,22 @@ def test_the_history_says_why_and_remembers_what_matters() -> None:
     record = history.add(refused)
     assert (record["needed"], record["why"]) == (0.5, "too short")
     history.add(Twist(1.0, 0.0, 0.0))
+    history.add(Attention(1.0, awake=True))  # which has no words
+    assert [remembered["type"] for remembered in history.remembered] == ["utterance"]
     for number in range(2 * MAX_REMEMBERED):
         history.add(Notice(2.0, str(number)))
     assert len(history.remembered) == MAX_REMEMBERED
     assert history.remembered[-1]["text"] == str(2 * MAX_REMEMBERED - 1)
+
+
+def test_a_question_is_known_until_nothing_can_be_answered() -> None:
+    history = EventHistory(lambda _: None)
+    history.add(Reply(1.0, "do you mean it?"))
+    assert (history.question, history.answers) == ("", ())
+    history.add(Attention(1.0, awake=True, answers=("yes", "no")))
+    assert (history.question, history.answers) == ("do you mean it?", ("yes", "no"))
+    history.add(Attention(2.0, awake=True))
+    assert history.question == ""
 
 
 def test_what_is_no_text_can_be_sent() -> None:

@@ -10,7 +10,7 @@ from voz.control.table import STOP
 from voz.errors import RobotError
 from voz.events import Event, Twist, Utterance
 from voz.inbox import Halt, Inbox
-from voz.language.sentences.command_set import Commands
+from voz.language.sentences.command_set import Commands, Parse
 from voz.run.sources import read_text, text_utterance
 
 Answer = TypeVar("Answer")
@@ -49,6 +49,12 @@ class CommandBridge:
         self._stops: dict[float, asyncio.Future[float]] = {}
         self._obeyed: list[asyncio.Future[float]] = []  # stops that await zero velocity
 
+    def sentence(self, answer: str) -> str | None:
+        """The text that gives an answer, a sentence or a command's name; None if none does."""
+        if self._read(answer):
+            return answer
+        return next(iter(self._known().named([answer], 1)), None)
+
     async def command(self, text: str, source: str) -> Utterance:
         """Give a command; returns what became of it; raises RobotError without an answer."""
         t = self._unique_time()
@@ -58,8 +64,11 @@ class CommandBridge:
 
     def stops(self, text: str) -> bool:
         """Whether a text stops the robot."""
-        parse = read_text(text, self._known(), self._inbox.halts)
+        parse = self._read(text)
         return parse is not None and parse.command in self._inbox.halts
+
+    def _read(self, text: str) -> Parse | None:
+        return read_text(text, self._known(), self._inbox.halts)
 
     async def stop(self) -> float:
         """Stop the robot; returns when it stood, s; raises RobotError without an answer."""

@@ -133,7 +133,7 @@ class LivePage:
         recorder = parts.recorder if isinstance(parts.recorder, Recorder) else None
         marks = RecordingMarks(recorder, self._commands)
         false_alarms = FalseAlarmSetting(parts.recognizer, parts.settings.recognition, self._warn)
-        state = partial(self._state, parts, hearing, marks, false_alarms)
+        state = partial(self._state, parts, hearing, marks, false_alarms, registry)
         given = _CurrentCommands(self._commands, parts.controller)
 
         def snapshot() -> Record:
@@ -172,6 +172,7 @@ class LivePage:
         hearing: _WatchedHearing,
         marks: RecordingMarks,
         false_alarms: FalseAlarmSetting,
+        registry: PageRegistry,
     ) -> Record:
         """The current state, on the server's thread."""
         linear, angular = parts.controller.velocities
@@ -185,6 +186,7 @@ class LivePage:
             "listening": parts.controller.listening,
             "asleep": "" if awake else parts.controller.name,
             "rehearsing": parts.controller.rehearsing,
+            "question": registry.question,
             # A reply that the page plays is known: whoever speaks meanwhile is heard.
             "speaking": busy_until > time.monotonic() and self._playback.replies() is None,
             "recording": marks.note,

@@ -141,6 +141,15 @@ class PageRegistry:
         }
 
     @property
+    def question(self) -> Record | None:
+        """What the robot has asked, what may be said to that, and which of it are commands."""
+        if not (answers := self._history.answers):
+            return None
+        sentences = [self._bridge.sentence(answer) for answer in answers]
+        given = [sentence for sentence in sentences if sentence]
+        return {"text": self._history.question, "answers": answers, "commands": given}
+
+    @property
     def remembered(self) -> list[Record]:
         """The last utterances, replies and warnings."""
         return self._history.remembered

@@ -17,12 +17,12 @@ from starlette.staticfiles import StaticFiles
 from voz.apps.recordings.recent_sound import EXCERPT_MARGIN
 from voz.apps.recordings.sessions import UtteranceKey, utterance_key
 from voz.apps.web.control_api import PAGE_FILES
-from voz.apps.web.event_history import EventHistory, Record, encode_record
+from voz.apps.web.event_history import SHOWN_EVENTS, EventHistory, Record, encode_record
 from voz.apps.web.page_address import PageAddress
 from voz.apps.web.picture import DeadReckoningPicture, RoomPicture
 from voz.audio import SAMPLE_RATE
 from voz.errors import ConfigError
-from voz.events import Event, Partial, SelectedObject, Twist, Utterance
+from voz.events import Event, Twist, Utterance
 from voz.robot.simulator import SimulatedRobot
 from voz.simulation.simulator_settings import Simulator
 from voz.simulation.world import start
@@ -65,7 +65,7 @@ def _shown_events(events: Sequence[Event], recordings: Mapping[UtteranceKey, Pat
     history = EventHistory(lambda _: None)
     shown = []
     for event in events:
-        if isinstance(event, Twist | Partial | SelectedObject):
+        if not isinstance(event, SHOWN_EVENTS):
             continue
         record = history.add(event)
         if isinstance(event, Utterance) and (path := recordings.get(utterance_key(event))):

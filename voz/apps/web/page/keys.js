@@ -4,8 +4,7 @@ export function listenToKeys(stop, mainButton) {
   // T anywhere, and Enter on the button, are held like the button.
   function isTalkKey(event) {
     const onButton = event.key === "Enter" && document.activeElement === mainButton.button;
-    const choosing = event.target instanceof HTMLSelectElement; // by its first letter
-    const letter = event.key.toLowerCase() === "t" && !event.ctrlKey && !event.metaKey && !event.altKey && !choosing;
+    const letter = event.key.toLowerCase() === "t" && !event.ctrlKey && !event.metaKey && !event.altKey;
     return (onButton || letter) && mainButton.action === "talk";
   }
 
@@ -20,9 +19,6 @@ export function listenToKeys(stop, mainButton) {
     } else if (event.key === "Enter" && target instanceof HTMLInputElement && target.type === "checkbox") {
       event.preventDefault();
       if (!event.repeat) target.click(); // browsers toggle it by space alone
-    } else if (event.key === "Enter" && target instanceof HTMLSelectElement) {
-      event.preventDefault();
-      target.showPicker?.();
     }
   }, { capture: true });
   addEventListener("keyup", (event) => {

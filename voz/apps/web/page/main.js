@@ -10,6 +10,7 @@ import { listenToKeys } from "./keys.js";
 import { MainButton } from "./main-button.js";
 import { Microphone } from "./microphone.js";
 import { Player } from "./player.js";
+import { Question } from "./question.js";
 import { RecordingMarks } from "./recording-marks.js";
 import { Room } from "./room.js";
 import { StopButton } from "./stop-button.js";
@@ -25,6 +26,7 @@ const log = new EventLog(byId("log"), (event) => marks.tools(event));
 const bar = new Bar();
 const commands = new Commands(give);
 const heard = new Heard(give);
+const question = new Question(answer);
 const microphone = new Microphone((text) => setText("voice-note", text), () => mainButton.stopTalking());
 const mainButton = new MainButton(microphone, {
   drive: () => connection.send("drive", { over: false }),
@@ -110,6 +112,7 @@ function show(now) {
   falseAlarms.show(now.alarms);
   document.body.dataset.asleep = String(!now.listening);
   heard.show(mine, hint(mine, now));
+  question.show(now.question, mine);
   showDriver(mine, now, before);
   if (drove && !mine) stoppedDriving(now);
 }
@@ -160,6 +163,7 @@ function connectionLost(reason) {
   enableDriverTools(false);
   commands.enable(false);
   heard.show(false, "");
+  question.show(null, false);
   microphone.disconnect();
   for (const id of ["rehearse", "replies"]) byId(id).disabled = true;
   state = null;
@@ -170,13 +174,23 @@ function connectionLost(reason) {
 const wakeCommand = () => welcomed.buttons.find(({ place }) => place === "wake")?.text;
 
 // A sentence that is tapped while the robot is asleep wakes it first, unless a stop comes between.
-async function give(text) {
+function give(text) {
   const button = welcomed.buttons.find((one) => one.text === text);
   const stops = connection.stops;
   const wake = !state?.listening && button?.group !== "Listening" && wakeCommand();
-  try {
+  return showFailure(async () => {
     if (wake) await connection.command(wake);
     if (connection.stops === stops) await connection.command(text);
+  });
+}
+
+function answer(text) {
+  return showFailure(() => connection.command(text));
+}
+
+async function showFailure(send) {
+  try {
+    await send();
     bar.alarm("command", "");
   } catch (error) {
     bar.alarm("command", error.message);

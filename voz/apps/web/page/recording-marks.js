@@ -54,40 +54,41 @@ export class RecordingMarks {
     const details = element("details", undefined, { className: "marking", hidden: true });
     details.setAttribute("aria-live", "off"); // buttons that appear are no news
     const summary = element("summary", markText(undefined, event));
-    const row = this.row(event);
-    details.append(summary, row);
+    details.append(summary);
     const enable = () => {
-      for (const one of row.children) one.disabled = !this.enabled;
+      for (const one of details.querySelectorAll("button")) one.disabled = !this.enabled;
+    };
+    details.ontoggle = () => {
+      if (details.children.length === 1) details.append(...this.rows(event));
+      enable();
     };
     const show = (record) => {
       details.hidden = false;
       summary.textContent = markText(record.said, event);
     };
-    enable();
     keep(this.shown, event.start, { enable, show });
     const record = this.recordings.get(event.start);
     if (record) show(record);
     return details;
   }
 
-  row(event) {
+  // Buttons, not a list that opens: that could stand above STOP.
+  rows(event) {
     const row = element("div", undefined, { className: "row" });
-    const said = this.choice(event);
     row.append(button("Play", () => this.play(event)));
     if (event.text) row.append(button("Right", () => this.mark(event, event.text)));
-    row.append(button("No command", () => this.mark(event, null)), said);
-    row.append(button("Was said", () => this.mark(event, said.value)));
-    return row;
+    row.append(button("No command", () => this.mark(event, null)));
+    const others = element("div", undefined, { className: "row" });
+    others.setAttribute("role", "group");
+    others.setAttribute("aria-label", "what was said");
+    others.append(...this.choices(event).map((text) => button(text, () => this.mark(event, text))));
+    return [row, element("p", "or this was said:", { className: "note" }), others];
   }
 
   // What may have been said instead: what was heard nearly as well, then all that has a button.
-  choice(event) {
+  choices(event) {
     const heard = [event.next_best, ...this.commands];
-    const texts = [...new Set(heard)].filter((text) => text && text !== event.text);
-    const select = element("select");
-    select.setAttribute("aria-label", "what was said");
-    select.append(...texts.map((text) => element("option", text)));
-    return select;
+    return [...new Set(heard)].filter((text) => text && text !== event.text);
   }
 
   mark(event, said) {

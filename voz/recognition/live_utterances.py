@@ -10,6 +10,7 @@ from threading import Thread, current_thread
 from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
+from msgspec.structs import replace
 
 from voz.audio.capture.microphone import open_microphone
 from voz.errors import AudioError
@@ -49,6 +50,7 @@ class MicrophoneUtterances(PublicNames):
         self._blocks = self._opened.enter_context(open_microphone(device))
         self.name = self._blocks.name
         self._heard: deque[Utterance] = deque()
+        self._settled = SettledUtterances()
         self._closed = False
 
     def __enter__(self) -> MicrophoneUtterances:
@@ -72,7 +74,7 @@ class MicrophoneUtterances(PublicNames):
                     raise
             if self._closed:
                 raise StopIteration
-            self._heard += only_utterances(self._stream.feed(block))
+            self._heard += self._settled.of(self._stream.feed(block))
         return self._heard.popleft()
 
     def close(self) -> None:
@@ -116,10 +118,11 @@ async def utterances_of(listener: Listener, blocks: Blocks) -> AsyncIterator[Utt
     """Yield the utterances of arrays while the event loop goes on."""
     import asyncio  # which takes 3 MB
 
+    settled = SettledUtterances()
     async for block in blocks if isinstance(blocks, AsyncIterable) else _taken(blocks):
-        for heard in only_utterances(await asyncio.to_thread(listener.feed, block)):
+        for heard in settled.of(await asyncio.to_thread(listener.feed, block)):
             yield heard
-    for heard in only_utterances(await asyncio.to_thread(listener.finish)):
+    for heard in settled.of(await asyncio.to_thread(listener.finish)):
         yield heard
 
 
@@ -133,6 +136,29 @@ async def _taken(blocks: Iterable[npt.ArrayLike]) -> AsyncIterator[npt.ArrayLike
         yield block
 
 
-def only_utterances(events: Iterable[Utterance | Partial]) -> Iterator[Utterance]:
-    """The utterances among events."""
-    return (event for event in events if isinstance(event, Utterance))
+class SettledUtterances:
+    """Makes utterances of events, for whoever does not take a stop that was perhaps said.
+
+    "stop stop stop" is heard as a `stop` at once, and in the end as no command. A live run halts at
+    the first; here it becomes an utterance.
+    """
+
+    def __init__(self) -> None:
+        self._perhaps: Partial | None = None
+
+    def of(self, events: Iterable[Utterance | Partial]) -> Iterator[Utterance]:
+        """Yield the utterances among the next events."""
+        for event in events:
+            if isinstance(event, Partial):
+                self._perhaps = event
+                continue
+            perhaps, self._perhaps = self._perhaps, None
+            yield _as_stop(event, perhaps) if perhaps and not event.accepted else event
+
+
+def _as_stop(event: Utterance, perhaps: Partial) -> Utterance:
+    said, sure = perhaps.text, perhaps.confidence
+    return replace(
+        event, text=said, command=perhaps.name, confidence=sure, accepted=True, reason=None,
+        between=None, next_best=None, score=None, slots={}, perhaps=(),
+    )  # fmt: skip

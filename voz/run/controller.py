@@ -266,13 +266,11 @@ class Controller:
     def _attend(self, utterance: Utterance) -> list[Event]:
         """Obey what was said to the robot: after its name, or in answer to it."""
         attention, self._attention = self._attention, forget_question(self._attention)
-        if not utterance.spoken:
-            return self._obey(utterance)
         if utterance.named and not utterance.ignored:
             self._attention = wake(self._attention, utterance)
         meant = answer(attention, utterance)
         is_name = utterance.named and utterance.text == self.name
-        if self._is_asleep(utterance.start):
+        if utterance.spoken and self._is_asleep(utterance.start):
             return self._obey_asleep(utterance)
         if is_name or meant is NOTHING:
             return [replace(utterance, obeyed=not utterance.ignored)]

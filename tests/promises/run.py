@@ -1,0 +1,164 @@
+"""What a run of the matrix is given, what is done in it, and what came of it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import msgspec
+
+import voz
+from voz.config import Config
+from voz.control.table import CommandTable
+from voz.events import Event, Notice, Receiver, Reply, Twist, Utterance
+from voz.recognition.recognizer import Recognizer
+from voz.settings import Ask, Recognition, Safety, Speech
+
+NAME = "hey robot"
+
+COMMANDS = {
+    "fly away": {"drive": 0.2, "confirm": "shall I fly?"},
+    "make coffee": {"confirm": True},
+    "yes": {"answer": True},
+    "no": {"answer": False},
+}
+"""Besides voz's own: one that moves and one for the robot's own code, which ask first."""
+
+LIST = [*voz.load().commands, *COMMANDS, "open gripper"]
+"""The last is for the robot's own code alone."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """How a run begins.
+
+    Attributes:
+        name: what the robot is called; empty if all commands count.
+        ask: what it asks back.
+        listening: whether it obeys from the beginning.
+        safety: the limits.
+        raises: whether a receiver before the robot raises as soon as that moves.
+    """
+
+    name: str = ""
+    ask: Ask = "never"
+    listening: bool = True
+    safety: Safety = field(default_factory=Safety)
+    raises: bool = False
+
+    def receivers(self, outcome: Outcome) -> list[Receiver]:
+        """Return what gets the events."""
+        return [*([_break] if self.raises else []), outcome.events.append]
+
+    @property
+    def settings(self) -> Config:
+        """The settings of the run."""
+        recognition = Recognition(name=self.name, ask=self.ask)
+        tables: dict[str, Any] = {"commands": COMMANDS}
+        config = msgspec.convert(tables, Config)
+        return msgspec.structs.replace(
+            config, safety=self.safety, recognition=recognition, speech=Speech(enabled=False)
+        )
+
+    @property
+    def table(self) -> CommandTable:
+        """What the commands do."""
+        return self.settings.table
+
+
+@functools.cache
+def recognizer_for(name: str, ask: Ask) -> Recognizer:
+    """Load what hears the commands, once."""
+    return voz.load(LIST, Recognition(name=name, ask=ask))
+
+
+@dataclass(frozen=True)
+class Do:
+    """Something that is done in a run: when, s, what, and with what text."""
+
+    at: float
+    what: str
+    text: str = ""
+
+
+@dataclass
+class Outcome:
+    """What the robot got.
+
+    Attributes:
+        events: all of them.
+        error: what ended the run, if not its end.
+    """
+
+    events: list[Event] = field(default_factory=list)
+    error: BaseException | None = None
+
+    @property
+    def twists(self) -> list[Twist]:
+        """The velocities, in order."""
+        return [event for event in self.events if isinstance(event, Twist)]
+
+    @property
+    def obeyed(self) -> list[str]:
+        """The names of the commands that took effect."""
+        return [e.name for e in self.events if isinstance(e, Utterance) and e.obeyed]
+
+    @property
+    def ignored(self) -> list[str | None]:
+        """Why the others that were understood had none."""
+        heard = [e for e in self.events if isinstance(e, Utterance) and e.accepted]
+        return [event.ignored for event in heard if not event.obeyed]
+
+    @property
+    def said(self) -> list[str]:
+        """What the robot said."""
+        return [event.text for event in self.events if isinstance(event, Reply)]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What it warned of."""
+        return [event.text for event in self.events if isinstance(event, Notice)]
+
+    def moving(self, begin: float, end: float = float("inf")) -> list[Twist]:
+        """The velocities that move it, sent between two times, s."""
+        return [t for t in self.twists if begin <= t.t < end and (t.linear or t.angular)]
+
+    def stood_at(self, after: float) -> float:
+        """When it stood, if it has stood ever since: after a time, s."""
+        last = max((t.t for t in self.moving(after)), default=after)
+        return next((t.t for t in self.twists if t.t > last), float("inf"))
+
+    def meters(self, begin: float, end: float) -> float:
+        """How far it came between two times, s, each velocity held until the next, m."""
+        held = zip(self.twists, self.twists[1:], strict=False)
+        spans = ((one, max(begin, one.t), min(end, other.t)) for one, other in held)
+        return sum(abs(one.linear) * max(0.0, until - since) for one, since, until in spans)
+
+
+def _break(event: Event) -> None:
+    """Print what moves into a pipe that nobody reads."""
+    if isinstance(event, Twist) and event.linear:
+        raise BrokenPipeError
+
+
+class Door(Protocol):
+    """A way by which commands come in.
+
+    Attributes:
+        name: in the table.
+        spoken: whether they are said, and heard by the recognizer.
+        reach: so long a command takes from its first sound or letter until it takes effect, s.
+        watched: whether who commands by it watches the robot, or is watched.
+        cannot: which promises cannot be kept or broken here, and why.
+    """
+
+    name: str
+    spoken: bool
+    reach: float
+    watched: bool
+    cannot: dict[str, str]
+
+    def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
+        """Do what the script says in a run of so many seconds."""

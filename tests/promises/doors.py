@@ -17,7 +17,7 @@ from unittest import mock
 from promises.fake_time import BEGIN, SteppedInbox, Timeline, fake_time
 from promises.live import FLOOD, NONSENSE, Live
 from promises.page import Browser
-from promises.run import COMMANDS, LIST, Do, Door, Given, Outcome, recognizer_for
+from promises.run import COMMANDS, LIST, ROS2_SOURCE, Do, Door, Given, Outcome, recognizer_for
 from promises.sound import BLOCK, BLOCK_SECONDS, Room, speech
 
 import voz
@@ -26,7 +26,6 @@ from voz.events import Utterance
 from voz.inbox import End
 from voz.language.sentences.command_set import plain_commands
 from voz.recognition.live_utterances import SettledUtterances, in_background
-from voz.ros2.other_recognizer import ROS2_SOURCE
 from voz.run.clocks import WallClock
 from voz.run.offline import run_unpaced
 from voz.run.session import OpenRobots, new_session
@@ -68,6 +67,9 @@ class LiveDoor:
     watched: bool = True
     loses: str = ""
     cannot: dict[str, str] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return self.name
 
     def run(self, given: Given, script: Sequence[Do], seconds: float) -> Outcome:
         """Do what the script says in a live run."""

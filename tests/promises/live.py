@@ -9,7 +9,7 @@ from typing import Any
 
 from promises.fake_time import SteppedInbox, Timeline, fake_time
 from promises.page import Browser, Server, SteppedPage
-from promises.run import Do, Given, Outcome, recognizer_for
+from promises.run import ROS2_SOURCE, Do, Given, Outcome, recognizer_for
 from promises.sound import SteppedMicrophone
 from wyoming.asr import Transcript
 
@@ -20,7 +20,6 @@ from voz.apps.wyoming.robot_service import RobotService
 from voz.hearing.microphone_thread import SoundSource
 from voz.hearing.no_microphone import no_sound
 from voz.inbox import End, Halt, Rehearsal, Renewal
-from voz.ros2.other_recognizer import ROS2_SOURCE
 from voz.run.live import LiveOptions, TakeText, run_live
 from voz.run.session import OpenRobots
 
@@ -108,6 +107,8 @@ class Live:
             "close the page": lambda: self.browser and self.browser.close(),
             "lose the microphone": lambda: self._lose_microphone(True),
             "find the microphone": lambda: self._lose_microphone(False),
+            "mute the microphone": lambda: self._mute_microphone(True),
+            "unmute the microphone": lambda: self._mute_microphone(False),
             "lose the recognizer": self._lose_recognizer,
             "find the recognizer": lambda: setattr(self, "take_text", self._taking),
             "flood": self._flood,
@@ -126,6 +127,10 @@ class Live:
     def _lose_microphone(self, lost: bool) -> None:
         if self.microphone:
             self.microphone.lost = lost
+
+    def _mute_microphone(self, muted: bool) -> None:
+        if self.microphone:
+            self.microphone.room.muted = muted
 
     def _lose_recognizer(self) -> None:
         """End its thread: nothing comes from there until it is opened again."""

@@ -212,6 +212,7 @@ class Browser:
 
     def close(self) -> None:
         """Close the page."""
+        self._hearing = False
         for socket in filter(None, (self._events, self._sound)):
             socket.close()
 

@@ -18,13 +18,17 @@ from voz.settings import Ask, Recognition, Safety, Speech
 
 NAME = "hey robot"
 
+ROS2_SOURCE = "ros2"
+"""As `voz.ros2.other_recognizer` has it, which needs Cyclone DDS."""
+
 COMMANDS = {
+    "run fast": {"drive": 0.5},
     "fly away": {"drive": 0.2, "confirm": "shall I fly?"},
     "make coffee": {"confirm": True},
     "yes": {"answer": True},
     "no": {"answer": False},
 }
-"""Besides voz's own: one that moves and one for the robot's own code, which ask first."""
+"""Besides voz's own: a fast one, and two that ask first, one for the robot's own code."""
 
 LIST = [*voz.load().commands, *COMMANDS, "open gripper"]
 """The last is for the robot's own code alone."""

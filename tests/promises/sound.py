@@ -38,9 +38,14 @@ def speech(text: str) -> Samples:
 
 
 class Room:
-    """The sound of a quiet room, in which somebody speaks now and then."""
+    """The sound of a quiet room, in which somebody speaks now and then.
+
+    Attributes:
+        muted: whether the microphone in it gives only zeros.
+    """
 
     def __init__(self) -> None:
+        self.muted = False
         self._noise = np.random.default_rng(0)
         self._said = np.zeros(0)
 
@@ -58,7 +63,7 @@ class Room:
         heard = self._noise.normal(0, 8, samples)
         said, self._said = self._said[:samples], self._said[samples:]
         heard[: len(said)] += said
-        return heard.clip(-32768, 32767).astype(np.int16)
+        return heard.clip(-32768, 32767).astype(np.int16) * (not self.muted)
 
 
 class SteppedMicrophone:

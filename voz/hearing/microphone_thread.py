@@ -180,14 +180,17 @@ class Hearing:
         microphone, now = self._microphone, time.monotonic()
         if self._problem or microphone is None:
             return self._problem
-        if now - microphone.alive > NO_SOUND_TIMEOUT:
+        quiet = now - microphone.alive
+        if quiet > NO_SOUND_TIMEOUT:
             return "no sound comes from the microphone"
         busy_since = self._busy_since
         if busy_since is not None and now - busy_since > MAX_LAG:
             return "the computer is too slow to follow"
         if not self._thread.is_alive():
             return "the microphone thread died"
-        return self._silence.trouble(self.only_silence, moving)
+        # Also if it was muted first, and then gave nothing.
+        silent = self._zeros > 0 and self._zeros + quiet >= MUTED_AFTER_IN_MOTION
+        return self._silence.trouble(silent, moving)
 
     @property
     def only_silence(self) -> bool:

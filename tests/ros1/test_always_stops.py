@@ -104,16 +104,32 @@ def test_a_flood_of_other_strings_does_not_delay_stop(ros: Ros, per_second: int)
     node.wait_for("messages came too fast and were dropped")
 
 
-def test_a_watchdog_is_a_node_of_its_own_with_the_same_remappings(ros: Ros) -> None:
-    node = ros.node("control_voz", *DRIVING, "cmd_vel:=/base/velocity", "__name:=mine")
-    client = ros.client("/base/velocity")
-    connect(client, node)
-    client.say("go forward")
-    client.wait_for_velocity(0.1, 0, "/base/velocity")
-    names = ros.call("rosnode", "list").stdout.split()
-    assert {"/mine", "/mine_watchdog"} <= set(names)
-    node.kill()
-    client.wait_for_velocity(0, 0, "/base/velocity")
+def test_nodes_moved_by_their_arguments_have_each_a_watchdog_that_goes_with_them(
+    ros: Ros, tmp_path: Path
+) -> None:
+    first = ros.node(
+        "control_voz", *DRIVING, "__ns:=/r1", "cmd_vel:=~velocity", f"__log:={tmp_path}/own.log",
+        f"__master:=http://127.0.0.1:{ros.port}", env={"ROS_MASTER_URI": "http://127.0.0.1:1"},
+    )  # fmt: skip
+    second = ros.node(
+        "control_voz", *DRIVING, "__ns:=r2", "__name:=mine", "cmd_vel:=/base/velocity"
+    )
+    driven = [
+        (first, "/r1/recognizer/output", "/r1/control_voz/velocity"),
+        (second, "/r2/recognizer/output", "/base/velocity"),
+    ]
+    client = ros.client(*(velocity for _, _, velocity in driven))
+    for node, words, velocity in driven:
+        connect(client, node, words)
+        client.say("go forward", words)
+        client.wait_for_velocity(0.1, 0, velocity)
+        assert "sends velocities" not in node.text  # its watchdog does not count
+    names = set(ros.call("rosnode", "list").stdout.split())
+    assert {"/r1/control_voz_watchdog", "/r2/mine_watchdog"} <= names
+    assert {path.name for path in tmp_path.glob("*.log")} >= {"own.log", "own_watchdog.log"}
+    for node, _, velocity in driven:
+        node.kill()
+        client.wait_for_velocity(0, 0, velocity)
 
 
 def test_the_watchdog_goes_with_the_node(ros: Ros) -> None:

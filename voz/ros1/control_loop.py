@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
-
-from msgspec.structs import replace
 
 from voz.config import Config
 from voz.events import Event, Notice, Partial, Receiver, Twist
@@ -15,15 +12,13 @@ from voz.printable import printable
 from voz.robot.console import in_words
 from voz.robot.factory import open_mailboxes
 from voz.robot.robot_process import RobotProcess, RobotSpec
+from voz.ros1.arguments import watchdog_arguments
 from voz.ros1.node import Ros1Node, load_rospy
 from voz.ros1.parameters import switch
 from voz.ros1.robot import Ros1Robot
 from voz.run.clocks import Clock
 from voz.run.queued import QueuedReceiver
 from voz.run.session import OpenRobots, SpeechInput, new_session, open_programs
-
-KEPT_SPECIAL_ARGUMENTS = ("__ns:=", "__ip:=", "__hostname:=", "__master:=")
-"""Special arguments that a node's watchdog gets too; not its name, log and parameters."""
 
 
 def run_node_session(
@@ -50,9 +45,10 @@ def run_node_session(
         says_heard: whether the node publishes what is obeyed.
     """
     table = settings.table
+    watchdog = RobotSpec("ros1", settings, only_zero=True, arguments=watchdog_arguments(node.name))
     robots = {
         "ROS": Ros1Robot(settings.ros1, node, (), says_heard, table),
-        "watchdog": RobotProcess(_watchdog_spec(node, settings), load_rospy().loginfo),
+        "watchdog": RobotProcess(watchdog, load_rospy().loginfo),
     }
     with ExitStack() as parts:
         boxes = parts.enter_context(open_mailboxes(robots, lambda line: load_rospy().logwarn(line)))
@@ -77,15 +73,3 @@ def _log(event: Event) -> None:
         load_rospy().logwarn(printable(event.text))
     elif not isinstance(event, Twist | Partial):
         load_rospy().loginfo(printable(" ".join(in_words(event).split())))
-
-
-def _watchdog_spec(node: Ros1Node, settings: Config) -> RobotSpec:
-    """Return the watchdog of a node, with the same remappings and its own name."""
-    name = node.name.rpartition("/")[2]
-    remapped = [
-        a for a in sys.argv[1:] if a.startswith(KEPT_SPECIAL_ARGUMENTS) or not a.startswith("_")
-    ]
-    ros1 = replace(settings.ros1, node=name)
-    return RobotSpec(
-        "ros1", replace(settings, ros1=ros1), only_zero=True, arguments=tuple(remapped)
-    )

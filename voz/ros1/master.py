@@ -20,11 +20,16 @@ def master_uri() -> str:
     return os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
 
 
-def check_namespace() -> None:
-    """Raise ConfigError for an invalid namespace, with which rospy never starts or ends."""
-    said = os.environ.get("ROS_NAMESPACE", "")
+def check_namespace(said: str | None = None, place: str = "ROS_NAMESPACE") -> None:
+    """Raise ConfigError for an invalid namespace, with which rospy never starts or ends.
+
+    Args:
+        said: the namespace; None takes that of the environment.
+        place: what says so, for the message.
+    """
+    said = os.environ.get("ROS_NAMESPACE", "") if said is None else said
     if not re.fullmatch(r"(/?[A-Za-z]\w*(/\w+)*)?/?", said, re.ASCII):
-        raise ConfigError(f"ROS_NAMESPACE is {said!r}: set it to a name like /robot1")
+        raise ConfigError(f"{place} is {said!r}: set it to a name like /robot1")
 
 
 def ask(method: str, *arguments: str, timeout: float = MASTER_TIMEOUT) -> Any:
@@ -37,7 +42,7 @@ def ask(method: str, *arguments: str, timeout: float = MASTER_TIMEOUT) -> Any:
         OSError: there is no master, or it does not answer within `timeout` s.
     """
     uri = master_uri()
-    if not _is_address(uri):
+    if not is_address(uri):
         raise OSError("invalid ROS_MASTER_URI; set it to an address like http://localhost:11311")
     try:
         with xmlrpc.client.ServerProxy(uri, _Transport(timeout)) as master:
@@ -47,7 +52,8 @@ def ask(method: str, *arguments: str, timeout: float = MASTER_TIMEOUT) -> Any:
     return value if code == 1 else None
 
 
-def _is_address(uri: str) -> bool:
+def is_address(uri: str) -> bool:
+    """Whether this may be the address of a master."""
     try:
         parts = urlsplit(uri)
         return bool(parts.hostname) and parts.port != 0

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from voz.errors import RobotError
+from voz.ros1.arguments import apply_special_arguments
 from voz.ros1.master import ask, check_namespace, master_uri
 
 MASTER_CHECK_INTERVAL = 0.1
@@ -29,14 +30,15 @@ class Ros1Node:
 
         Args:
             name: of the node, unless the arguments give another.
-            arguments: those of the process, for remappings and private parameters.
+            arguments: those of the process: remappings, private parameters and special ones.
 
         Raises:
             RobotError: there is no rospy or no master.
-            ConfigError: the namespace is invalid.
+            ConfigError: an argument or the namespace is invalid.
         """
-        rospy = load_rospy()
+        apply_special_arguments(arguments)
         check_namespace()
+        rospy = load_rospy()
         try:
             ask("getPid", "/voz")
         except OSError as error:
@@ -47,8 +49,9 @@ class Ros1Node:
         try:
             # Signals are ours: they end the run by a message, and that stops the robot.
             rospy.init_node(name, argv=["voz", *arguments], disable_signals=True)
-        except (rospy.ROSException, ValueError) as error:
-            raise RobotError(f"invalid ROS node name: {name} ({error})") from error
+        except (rospy.ROSException, ValueError, OSError) as error:
+            reason = " ".join(str(error).split())
+            raise RobotError(f"the ROS node {name} cannot be started ({reason})") from error
         self.name: str = rospy.get_name()
         self._rospy = rospy
         self._problem: str | None = None

@@ -13,6 +13,7 @@ from voz.control.table import CommandTable
 from voz.events import Attention, Event, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
 from voz.robot.robot_process import RobotSpec
+from voz.ros1.arguments import WATCHDOG
 from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import Ros1OdometryListener, Ros1OdometryPublisher
 from voz.settings import Ros1
@@ -69,7 +70,7 @@ class Ros1Robot(Robot):
         from std_msgs.msg import Int16, String
 
         names = self._settings
-        self._velocity = velocity_topic(names)
+        self._velocity = velocity_topic(names, self._node.name)
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
@@ -152,8 +153,8 @@ class Ros1Watchdog(Robot):
 
     def open(self) -> None:
         """Join ROS; raises RobotError if there is no master."""
-        self._node = Ros1Node(f"{self._settings.node}_watchdog", self._arguments)
-        self._topic = velocity_topic(self._settings)
+        self._node = Ros1Node(f"{self._settings.node}{WATCHDOG}", self._arguments)
+        self._topic = velocity_topic(self._settings, self._node.name.removesuffix(WATCHDOG))
 
     def receive(self, event: Event) -> None:
         """Publish a velocity."""
@@ -175,14 +176,16 @@ def _message(kind: type) -> Any:
     return {bool: msg.Bool, int: msg.Int32, float: msg.Float64, str: msg.String}[kind]
 
 
-def velocity_topic(names: Ros1) -> Any:
-    """Return the publisher of velocities."""
+def velocity_topic(names: Ros1, node: str) -> Any:
+    """Return the publisher of velocities of a node, by its full name; a watchdog has its node's."""
     from geometry_msgs.msg import Twist as Velocity
+    from rosgraph.names import resolve_name
     from rospy import Publisher
 
     # A base wants the latest velocity; what waits for a slow one is out of date. With Nagle's
     # algorithm a stop would also wait until the message just before it is acknowledged.
-    return Publisher(names.cmd_vel, Velocity, queue_size=1, tcp_nodelay=True)
+    topic = resolve_name(names.cmd_vel, node)  # `~cmd_vel` is below the node
+    return Publisher(topic, Velocity, queue_size=1, tcp_nodelay=True)
 
 
 def velocity(linear: float, angular: float) -> Any:

@@ -74,7 +74,7 @@ class Ros1Base:
         """Publish velocities, and subscribe to the topic of an odometry."""
         self._node = node
         self._name = full_name(settings.cmd_vel)
-        self._velocity = velocity_topic(settings)
+        self._velocity = velocity_topic(settings, node.name)
         self._odometry = Ros1OdometryListener(odometry)
 
     def send(self, linear: float, angular: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -51,6 +52,7 @@ def test_a_base_that_listens_is_well_and_is_not_moved(start: Callable[[float], P
     found = findings()
     assert found["ROS 2"]["well"]
     assert found["ROS 2 /cmd_vel"]["well"]
+    assert found["ROS 2 senders"]["well"]
     assert BASE not in found
     assert base._lines.empty()
 
@@ -86,8 +88,11 @@ def test_a_base_that_another_program_drives_is_left_alone(
 ) -> None:
     base = start(0.5)
     other = Ros2Node(Ros2()).writer("cmd_vel", msg.TwistMessage)
-    found = findings(*DRIVE)[BASE]
-    assert found["told"] == "another program sends velocities on /cmd_vel too"
+    found = findings(*DRIVE)
+    assert found[BASE]["told"].startswith("velocities on /cmd_vel come from process ")
+    senders = found["ROS 2 senders"]
+    assert f"process {os.getpid()} " in senders["told"]
+    assert (senders["well"], senders["needed"]) == (False, False)
     assert base._lines.empty()
     del other
 

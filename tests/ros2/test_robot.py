@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -7,6 +8,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import pi, sqrt
+from pathlib import Path
+from socket import gethostname
 from threading import Timer
 from typing import Any
 
@@ -15,12 +18,16 @@ from cyclonedds.qos import Policy
 from cyclonedds.sub import DataReader
 from programs import Program, wait_until
 
+from voz.config import Config
 from voz.errors import ConfigError
 from voz.events import Attention, Event, Notice, Partial, Reply, SelectedObject, Twist, Utterance
 from voz.extras import how_to_install
+from voz.robot.other_senders import ONE_SENDER
+from voz.robot.robot_process import RobotSpec
 from voz.ros2 import ROS2_SOURCE, Ros2Robot
 from voz.ros2 import message_types as msg
 from voz.ros2.node import Ros2Node
+from voz.ros2.velocity import Ros2Watchdog, VelocityTopic
 from voz.settings import Ros2
 from voz.simulation.kinematics import Pose2D
 from voz.simulation.world import WorldState
@@ -28,7 +35,9 @@ from voz.simulation.world import WorldState
 pytestmark = pytest.mark.usefixtures("domain")
 
 NOW = Ros2(wait=0)
-SOMEBODY = "a program without a node's name"
+COMM = Path("/proc/self/comm").read_text().strip()
+SOMEBODY = f"process {os.getpid()} ({COMM}) on {gethostname()}"
+"""This one: it has no node's name."""
 
 
 @contextmanager
@@ -215,6 +224,38 @@ def test_it_tells_that_nobody_listens_and_says_who_comes_and_goes() -> None:
         Notice(1.5, f"{SOMEBODY} listens to /cmd_vel", good=True),
         Notice(1.6, f"{SOMEBODY} left /cmd_vel"),
     ]
+
+
+def test_who_else_sends_velocities_is_told_of_when_it_comes_and_when_it_goes() -> None:
+    before = VelocityTopic(Ros2Node(NOW), NOW)
+    with opened() as (robot, told):
+        del before
+        robot.receive(Twist(1.5, 0.0, 0.0))
+        other = VelocityTopic(Ros2Node(NOW), NOW)
+        robot.receive(Twist(1.6, 0.0, 0.0))
+        robot.receive(Twist(1.7, 0.0, 0.0))
+        del other
+    too = f"{SOMEBODY} sends velocities on /cmd_vel too: {ONE_SENDER}"
+    assert told == [
+        Notice(0.0, too),
+        Notice(1.5, f"{SOMEBODY} left /cmd_vel", good=True),
+        Notice(1.6, too),
+    ]
+
+
+def test_who_sends_no_velocity_to_the_same_base_is_not_told_of() -> None:
+    with opened() as (robot, told):
+        watchdog = Ros2Watchdog(RobotSpec("ros2", Config(ros2=NOW), only_zero=True))
+        watchdog.open()
+        others = [
+            VelocityTopic(Ros2Node(NOW), NOW, only_zero=True),
+            VelocityTopic(Ros2Node(NOW), Ros2(stamped=True)),
+            VelocityTopic(Ros2Node(NOW), Ros2(cmd_vel="teleop/cmd_vel")),
+        ]
+        robot.receive(Twist(1.5, 0.0, 0.0))
+        watchdog.close()
+        del others
+    assert told == []
 
 
 def test_a_listener_that_wants_the_other_type_is_told_of() -> None:

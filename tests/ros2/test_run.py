@@ -72,6 +72,20 @@ def driving(voz: Callable[..., Program], *more: str) -> tuple[Program, Callable[
     return run, velocity
 
 
+def test_two_runs_on_one_topic_tell_of_each_other_and_not_of_their_watchdogs(
+    voz: Callable[..., Program],
+) -> None:
+    base = Ros2Node(Ros2()).reader("cmd_vel", msg.TwistMessage)
+    runs = [voz("ros2"), voz("ros2")]
+    for run, other in (runs, reversed(runs)):
+        events = run.wait_for(lambda event: "sends velocities" in event.get("text", ""))
+        assert events[-1]["text"].startswith(f"process {other.process.pid} (")
+        run.say("start speech")
+        more = run.wait_for(lambda event: event["type"] == "cmd_vel" and event["t"] > 2)
+        assert not [event for event in more if event["type"] == "warning"]
+    del base
+
+
 def test_a_run_that_is_killed_leaves_zero_behind(voz: Callable[..., Program]) -> None:
     run, velocity = driving(voz)
     run.process.kill()

@@ -11,10 +11,7 @@ from cyclonedds.pub import DataWriter
 
 from voz.ros2.message_types import CancelAllGoals, CycloneCancelAllGoals
 from voz.ros2.node import FINAL_ACK_TIMEOUT, Ros2Node, all_acknowledged, write
-from voz.ros2.subscribers import Endpoints
-
-MAX_NEW_ENDPOINTS = 32
-"""New endpoints that are examined in a beat, by the thread that also sends velocities."""
+from voz.ros2.subscribers import MAX_NEW_ENDPOINTS, Endpoints
 
 CYCLONE_VENDOR = bytes([1, 16])
 """The vendor number with which Cyclone's endpoint numbers begin."""
@@ -35,7 +32,8 @@ class GoalCanceller:
 
         Fast DDS would wait forever for a request in Cyclone's longer format.
         """
-        arrived = {one.topic_name: one.key for one in self._arriving.new(MAX_NEW_ENDPOINTS)}
+        new = self._arriving.new(MAX_NEW_ENDPOINTS).values()
+        arrived = {one.topic_name: one.key for one in new}
         for service in self._services:
             server = arrived.get(self._node.request_topic(service))
             if server is None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
-from cyclonedds.core import DDSException
+from cyclonedds.core import DDSException, ReadCondition
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
+from cyclonedds.internal import InvalidSample
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import BasePolicy, Policy, Qos
 from cyclonedds.sub import DataReader
@@ -77,10 +79,13 @@ class Ros2Node:
         return topic if topic.startswith("/") else "/".join(["", *self._prefix(), topic])
 
     def writer(
-        self, topic: str, message: type[Message], *policies: BasePolicy
+        self, topic: str, message: type[Message], *policies: BasePolicy, mark: bytes = b""
     ) -> DataWriter[Message]:
-        """Return a writer that ROS 2 nodes can read; `policies` are offered besides reliability."""
-        qos = self._qos(message, *policies)
+        """Return a writer that ROS 2 nodes can read; `policies` are offered besides reliability.
+
+        `mark` is userdata, as NAME=VALUE and a semicolon.
+        """
+        qos = self._qos(message, *policies, mark=mark)
         return DataWriter(self.participant, self._topic(topic, message), qos)
 
     def reader(
@@ -112,13 +117,14 @@ class Ros2Node:
         message: type[Any],
         *policies: BasePolicy,
         reliability: BasePolicy = RELIABLE,
+        mark: bytes = b"",
     ) -> Qos:
         return Qos(
             reliability,
             Policy.History.KeepLast(HISTORY_DEPTH),
             # ROS 2 does not read the newer representation.
             Policy.DataRepresentation(use_cdrv0_representation=True),
-            Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode()),
+            Policy.Userdata(f"typehash={TYPE_HASHES[message]};".encode() + mark),
             *policies,
         )
 
@@ -136,6 +142,26 @@ def write(writer: DataWriter[Message], message: Message) -> None:
                 f"ROS 2: {writer.topic.name.removeprefix('rt')} cannot be published "
                 f"({_short(error)}); start voz again"
             ) from error
+
+
+def take(
+    reader: DataReader[Message], most: int, condition: ReadCondition | None = None
+) -> Iterator[Message]:
+    """Take at most `most` messages that have arrived, without waiting; with a condition, those.
+
+    Whoever is in the domain may send anything, and a name that is no UTF-8 must not end a run. So
+    what cannot be read is dropped, and each is taken by itself: one would spoil all taken with it.
+    """
+    for _ in range(most):
+        try:
+            taken = reader.take(1, condition)  # type: ignore[arg-type]
+        except DDSException:
+            raise
+        except Exception:  # cyclonedds raises many kinds
+            continue
+        if not taken:
+            return
+        yield from (one for one in taken if not isinstance(one, InvalidSample))  # a writer is gone
 
 
 def all_acknowledged(writer: DataWriter[Any], seconds: float) -> bool:

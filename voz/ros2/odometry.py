@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from voz.control.bounded_motion import Place, place_from_odometry
 from voz.ros2 import message_types as msg
-from voz.ros2.node import Ros2Node, write
+from voz.ros2.node import Ros2Node, take, write
 from voz.simulation.world import WorldState
 
 ODOM = "odom"
@@ -66,9 +66,8 @@ class Ros2OdometryListener:
 
     def newest(self) -> tuple[float, msg.Odometry] | None:
         """Return the last message and its time, s, without waiting."""
-        for message in self._reader.take(MAX_TAKEN):
-            if isinstance(message, msg.Odometry):  # else a writer is gone
-                self._newest = self._clock(), message
+        for message in take(self._reader, MAX_TAKEN):
+            self._newest = self._clock(), message
         return self._newest
 
     def place(self) -> Place | None:

@@ -19,11 +19,14 @@ from cyclonedds.sub import DataReader
 from cyclonedds.util import duration
 
 from voz.ros2.message_types import String
-from voz.ros2.node import Ros2Node
+from voz.ros2.node import Ros2Node, take
 from voz.settings import Ros2
 
 ROS2_SOURCE = "ros2"
 """The source of such an utterance, which is not published again: two programs would never end."""
+
+MAX_TAKEN = 100
+"""Texts at a time, between two looks for the end."""
 
 
 @contextmanager
@@ -65,17 +68,5 @@ def _listen(
     something.attach(end)
     while not end.read():
         something.wait(duration(seconds=3600))
-        for text in _waiting(reader):
-            heard(text)
-
-
-def _waiting(reader: DataReader[String]) -> Iterator[str]:
-    while True:
-        try:
-            samples = reader.take(1)
-        except UnicodeDecodeError:
-            continue  # it was no command
-        if not samples:
-            return
-        # A sample without a message means that a writer has gone.
-        yield from (sample.data for sample in samples if isinstance(sample, String))
+        for message in take(reader, MAX_TAKEN):  # what is left wakes it again
+            heard(message.data)

@@ -14,6 +14,7 @@ from voz.control.safety import ends_goals
 from voz.control.table import CommandTable
 from voz.events import Attention, Event, Notice, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
+from voz.robot.other_senders import OtherSenders
 from voz.ros2 import message_types as msg
 from voz.ros2.diagnosis import Diagnosis
 from voz.ros2.goals import GoalCanceller
@@ -21,7 +22,7 @@ from voz.ros2.liveness import SubscriberLiveness
 from voz.ros2.node import FINAL_ACK_TIMEOUT, Ros2Node, all_acknowledged, write
 from voz.ros2.odometry import Ros2OdometryListener, Ros2OdometryPublisher
 from voz.ros2.other_recognizer import ROS2_SOURCE
-from voz.ros2.subscribers import Endpoints, MatchedReaders
+from voz.ros2.subscribers import MAX_NEW_ENDPOINTS, MatchedReaders, OtherWriters
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 
@@ -42,7 +43,8 @@ class Ros2Robot(Robot):
 
         Args:
             settings: the domain, the topics and their types.
-            warn: called when subscribers come and go, from within `open` and `receive`.
+            warn: called when subscribers and other senders of velocities come and go, from within
+                `open` and `receive`.
             table: the commands' own topics, and which commands stop the robot.
         """
         self._table = table or default_commands()
@@ -80,20 +82,25 @@ class Ros2Robot(Robot):
             self._odometry = Ros2OdometryPublisher(node, settings.frame_id)
         else:
             self._base = Ros2OdometryListener(node, settings.odom)
-        self._listeners = MatchedReaders(Endpoints(node), self._velocities.writer)
+        self._listeners = MatchedReaders(node, self._velocities.writer)
+        self._writers = OtherWriters(node, self._velocities.writer)
+        self._senders = OtherSenders(self._topic, self._warn)
         self._velocities.wait_for_listener(settings.wait)
         self._look_around(0.0)
+        self._senders.update(0.0, self._writers.names())
 
     def receive(self, event: Event) -> None:
         """Publish the event, if ROS 2 has a topic for it."""
         self._diagnosis.receive(event)
         if isinstance(event, Twist):
-            handles = self._listeners.handles()
-            self._liveness.update(
-                time.monotonic(), handles, all_acknowledged(self._velocities.writer, 0.0)
-            )
-            self._velocities.publish(event)
+            try:
+                handles = self._listeners.handles()
+                answered = all_acknowledged(self._velocities.writer, 0.0)
+                self._liveness.update(time.monotonic(), handles, answered)
+            finally:  # whatever is wrong with the listeners: it may be a zero
+                self._velocities.publish(event)
             self._goals.look()
+            self._senders.update(event.t, self._writers.names(MAX_NEW_ENDPOINTS))
             if self._odometry and self.where:
                 self._odometry.publish(self.where(event.t))
             if event.t - self._diagnosed >= DIAGNOSTICS_INTERVAL:
@@ -135,7 +142,7 @@ class Ros2Robot(Robot):
         del self._goals, self._velocities, self._selected_object, self._output, self._diagnostics
         del self._others
         self._odometry = self._base = self._awake = None
-        del self._listeners, self._node
+        del self._listeners, self._writers, self._node
 
     def _write_awake(self, awake: bool) -> None:
         """Publish whether a robot with a name is awake; others have no such topic."""

@@ -13,6 +13,7 @@ from voz.robot.base import Robot
 from voz.robot.robot_process import RobotSpec
 from voz.ros2 import message_types as msg
 from voz.ros2.node import FINAL_ACK_TIMEOUT, Ros2Node, all_acknowledged, write
+from voz.ros2.subscribers import ONLY_ZERO
 from voz.settings import Ros2
 
 DEADLINE = 200_000_000
@@ -36,8 +37,8 @@ class VelocityTopic:
         writer: of the topic.
     """
 
-    def __init__(self, node: Ros2Node, settings: Ros2) -> None:
-        """Offer the topic of the settings."""
+    def __init__(self, node: Ros2Node, settings: Ros2, only_zero: bool = False) -> None:
+        """Offer the topic of the settings; `only_zero` tells others that this moves nothing."""
         self._settings = settings
         self.writer: DataWriter[Any] = node.writer(
             settings.cmd_vel,
@@ -45,6 +46,7 @@ class VelocityTopic:
             Policy.Deadline(DEADLINE),
             # Asserted by each velocity: a program that hangs is noticed like one that is gone.
             Policy.Liveliness.ManualByTopic(LEASE),
+            mark=ONLY_ZERO if only_zero else b"",
         )
 
     def wait_for_listener(self, seconds: float) -> None:
@@ -78,7 +80,7 @@ class Ros2Watchdog(Robot):
         What is sent before is lost, so a run must not begin before.
         """
         self._node = Ros2Node(self._settings)  # it ends with the last reference to it
-        self._topic = VelocityTopic(self._node, self._settings)
+        self._topic = VelocityTopic(self._node, self._settings, only_zero=True)
         self._topic.wait_for_listener(min(self._settings.wait, WATCHDOG_DISCOVERY_TIME))
 
     def receive(self, event: Event) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from contextlib import suppress
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -80,6 +80,14 @@ def motion_of(newest: tuple[float, Any] | None) -> MeasuredMotion | None:
     when, odometry = newest
     speed = odometry.twist.twist
     return MeasuredMotion(when, speed.linear.x, speed.angular.z)
+
+
+def senders_obstacle(topic: str, others: Set[str]) -> Obstacle | None:
+    """Return why a base must not be driven that others drive; None if there are none."""
+    if not others:
+        return None
+    names = " and ".join(sorted(others))
+    return Obstacle(f"velocities on {topic} come from {names} too", "end it first")
 
 
 class Base(Protocol):

@@ -3,29 +3,37 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 
-from cyclonedds.builtin import BuiltinTopicDcpsPublication
-
-from voz.apps.doctor.base_stop_check import MeasuredMotion, Obstacle, motion_of
-from voz.apps.doctor.finding import Finding
+from voz.apps.doctor.base_stop_check import (
+    MeasuredMotion,
+    Obstacle,
+    motion_of,
+    senders_obstacle,
+)
+from voz.apps.doctor.finding import Finding, senders_finding
 from voz.events import Twist
 from voz.ros2.discovery import domain_number
 from voz.ros2.node import Ros2Node
 from voz.ros2.odometry import Ros2OdometryListener
-from voz.ros2.subscribers import Endpoints, MatchedReaders
+from voz.ros2.subscribers import MatchedReaders, OtherWriters
 from voz.ros2.velocity import VelocityTopic
 from voz.settings import Ros2
 
 ROS2 = "ROS 2"
 
+DISCOVERY_TIME = 1.0
+"""In which other programs in the domain are found, s."""
+
 
 def check_subscribers(settings: Ros2) -> list[Finding]:
     """Check who listens to the velocities; raises VozError if the domain cannot be joined."""
     node = Ros2Node(settings)
-    velocities = VelocityTopic(node, settings)
+    others_known = time.monotonic() + DISCOVERY_TIME
+    velocities = VelocityTopic(node, settings, only_zero=True)
     velocities.wait_for_listener(settings.wait)
-    there = MatchedReaders(Endpoints(node), velocities.writer)
+    there = MatchedReaders(node, velocities.writer)
     topic = node.name(settings.cmd_vel)
     names = sorted(there.name(handle) for handle in there.handles())
     if names:
@@ -34,9 +42,11 @@ def check_subscribers(settings: Ros2) -> list[Finding]:
         status = there.obstacle(topic) or "nobody listens"
         remedy = "start the base's driver, or look at ROS_DOMAIN_ID and at [ros2] in voz.toml"
     joined = f"domain {domain_number(settings, os.environ)} is joined"
+    time.sleep(max(0.0, others_known - time.monotonic()))
     return [
         Finding(ROS2, True, joined),
         Finding(f"{ROS2} {topic}", bool(names), status, remedy),
+        senders_finding(ROS2, topic, OtherWriters(node, velocities.writer).names()),
     ]
 
 
@@ -48,7 +58,7 @@ class Ros2Base:
         node = Ros2Node(settings)
         self._name = node.name(settings.cmd_vel)
         self._velocities = VelocityTopic(node, settings)
-        self._writers = Endpoints(node, BuiltinTopicDcpsPublication)
+        self._others = OtherWriters(node, self._velocities.writer)
         self._odometry = Ros2OdometryListener(node, odometry, clock)
 
     def send(self, linear: float, angular: float) -> None:
@@ -61,9 +71,6 @@ class Ros2Base:
 
     def obstacle(self) -> Obstacle | None:
         """Return why it must not be driven now; None if it may be."""
-        writer = self._velocities.writer
-        if not writer.get_matched_subscriptions():
+        if not self._velocities.writer.get_matched_subscriptions():
             return Obstacle(f"nobody listens to {self._name}", "start the base's driver")
-        if len(self._writers.of(writer.topic.name)) > 1:
-            return Obstacle(f"another program sends velocities on {self._name} too", "end it first")
-        return None
+        return senders_obstacle(self._name, self._others.names())

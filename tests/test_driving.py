@@ -76,6 +76,20 @@ def test_utterances_drive_a_robot_and_it_stands_when_they_end() -> None:
     assert not robot.is_open
 
 
+def test_a_robot_has_one_controller_at_a_time() -> None:
+    robot = Wheels()
+    with voz.Controller(robot, listening=True) as first:
+        with pytest.raises(voz.RobotError, match="another controller drives this robot already"):
+            voz.Controller(robot, listening=True).__enter__()
+        assert robot.is_open
+        with voz.Controller(Wheels()):
+            first.run(said("go forward"))
+    assert (0.1, 0.0) in robot.velocities
+    with voz.Controller(robot, listening=True) as second:
+        second.run(said("go back"))
+    assert (-0.1, 0.0) in robot.velocities
+
+
 def test_commands_do_what_the_program_says() -> None:
     robot = Wheels()
     commands = {"fly": {"drive": 0.15}, "go back": {"rotate": 0.5}}

@@ -8,6 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+from voz.errors import RobotError
 from voz.events import Event, Twist
 from voz.robot.base import Robot
 from voz.robot.user_code import describe_error, error_line, lost_reason, user_errors_as_mistake
@@ -25,6 +26,12 @@ that waited as long is out of date."""
 
 ROBOT_CLOSING_TIME = 1.0
 """Time for a robot to take the events that wait and to close, s."""
+
+
+_driven: dict[int, Robot] = {}
+"""The robots of this process that are open, by their ids."""
+
+_driven_changes = threading.Lock()
 
 
 class EventBox:
@@ -102,8 +109,10 @@ class Mailbox:
         self._thread = threading.Thread(target=self._work, name=f"voz-{name}", daemon=True)
 
     def __enter__(self) -> Mailbox:
-        """Open the robot; raises what it raises."""
+        """Open the robot; raises what it raises, and RobotError if it is open already."""
         with user_errors_as_mistake(self._name), contextlib.ExitStack() as undo:
+            self._claim()
+            undo.callback(self._release)
             self._robot.open()
             undo.callback(self._robot.close)
             self._answer = lost_reason(self._robot)
@@ -153,6 +162,21 @@ class Mailbox:
                 self._failure = self._failure or describe_error(error)
         with contextlib.suppress(BaseException):  # it is used no more
             self._robot.close()
+        self._release()
+
+    def _claim(self) -> None:
+        """Keep others from the robot: of two that drive it, neither could stop it."""
+        with _driven_changes:
+            if id(self._robot) in _driven:
+                raise RobotError(
+                    f"{self._name}: another controller drives this robot already",
+                    "end that one first; all that drives a robot goes through one controller",
+                )
+            _driven[id(self._robot)] = self._robot
+
+    def _release(self) -> None:
+        with _driven_changes:
+            _driven.pop(id(self._robot), None)
 
     def _hand_over(self) -> bool:
         while (event := self._next()) is not None:

@@ -40,6 +40,7 @@ def test_a_base_that_waits_for_velocities_is_well_and_is_not_moved(ros: Ros) -> 
     assert found["ROS 1 master"]["well"]
     assert found["ROS 1 master"]["needed"]
     assert "/base" in found["ROS 1 /cmd_vel"]["told"]
+    assert found["ROS 1 senders"]["well"]
     assert BASE not in found
     assert client.velocities() == []
 
@@ -92,8 +93,11 @@ def test_a_base_that_another_program_drives_is_left_alone(ros: Ros) -> None:
     client = base(ros, 0.5)
     ros.node("control_voz", "_sound:=none")
     eventually(client.velocities)
-    found = findings(doctor(ros, "--base", "--yes"))[BASE]
-    assert "control_voz" in found["told"]
+    found = findings(doctor(ros, "--base", "--yes"))
+    assert found[BASE]["told"] == "velocities on /cmd_vel come from /control_voz too"
+    senders = found["ROS 1 senders"]
+    assert (senders["well"], senders["needed"]) == (False, False)
+    assert senders["told"] == "velocities on /cmd_vel come from /control_voz"
     assert set(client.velocities()) == {(0, 0)}
 
 

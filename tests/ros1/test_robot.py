@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import sys
+
 import pytest
 from recordings import ROOT
 from ros1.ros import Program, Ros, eventually
@@ -24,7 +27,9 @@ used = Config(
     }
 )
 settings = Ros1(node="own", selected_object="arm", cancel=("move_base", "/dock"))
-robot = Ros1Robot(settings, arguments=["cmd_vel:=/base"], table=used.table)
+arguments = ["cmd_vel:=/base"]
+told = lambda notice: print(notice.text)
+robot = Ros1Robot(settings, arguments=arguments, table=used.table, warn=told)
 try:
     robot.open()
 except RobotError as error:
@@ -182,6 +187,49 @@ def test_it_publishes_values_of_the_users_own_topics(ros: Ros) -> None:
     assert driven.wait() == 0
     found = [client.of(topic)[0] for topic in topics]
     assert [each["data"] for each in found] == [True, -70000, 0.5, "knife", False]
+
+
+def odometry(x: float) -> bytes:
+    """A `nav_msgs/Odometry` as it is sent."""
+    frames = struct.pack("<IIII4sI4s", 0, 0, 0, 4, b"odom", 4, b"base")
+    return frames + struct.pack("<85d", x, *(0.0,) * 5, 1.0, *(0.0,) * 78)
+
+
+@pytest.mark.slow
+def test_odometry_that_cannot_be_read_is_dropped_and_the_next_is_taken(ros: Ros) -> None:
+    driven = robot(ros)
+    file, kind = str(ROOT / "tests" / "ros1" / "raw_publisher.py"), "nav_msgs/Odometry"
+    base = ros.start(sys.executable, file, "/odom", kind, "cd5e73d190d741a2f92e81eda573aca7")
+    base.wait_for("subscribed")
+    whole = odometry(-1)
+
+    def tells(x: int) -> bool:
+        base.type(odometry(x).hex())
+        driven.type("place")
+        return f"place ({x}.0, 0.0, 0.0)" in driven.text
+
+    malformed = (b"", whole[:15], whole[:100], b"\xff" * 700, whole.replace(b"odom", b"\xf6dom"))
+    for x, data in enumerate(malformed):
+        base.type(data.hex())
+        eventually(lambda x=x: tells(x))  # type: ignore[misc]
+
+
+@pytest.mark.slow
+def test_it_tells_who_else_sends_velocities(ros: Ros) -> None:
+    driven = robot(ros)
+
+    def tells(text: str) -> bool:
+        driven.type("stop")
+        driven.type("forward")
+        return text in driven.text
+
+    eventually(lambda: tells("None\n"))
+    assert "sends velocities" not in driven.text
+    other = ros.start("rostopic", "pub", "-r", "1", "/base", "geometry_msgs/Twist", "{}")
+    eventually(lambda: tells(" sends velocities on /base too: let only one program send"))
+    other.kill()  # the master still names it
+    eventually(lambda: tells(" left /base"))
+    assert driven.text.count("sends velocities") == 1
 
 
 @pytest.mark.slow

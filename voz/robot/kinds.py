@@ -74,7 +74,7 @@ def _simulator(setup: RobotSetup) -> Robot:
 def _ros1(setup: RobotSetup) -> Robot:
     from voz.ros1.robot import Ros1Robot
 
-    return Ros1Robot(setup.settings.ros1, table=setup.settings.table)
+    return Ros1Robot(setup.settings.ros1, table=setup.settings.table, warn=setup.warn)
 
 
 def _ros1_watchdog(spec: RobotSpec) -> Robot:

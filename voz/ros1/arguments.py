@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from voz.errors import ConfigError
-from voz.ros1.master import check_namespace, is_address
+from voz.ros1.master import WATCHDOG, check_namespace, is_address
 
 VARIABLES: Mapping[str, str] = {
     "__ns": "ROS_NAMESPACE",
@@ -24,9 +24,6 @@ VARIABLES: Mapping[str, str] = {
 
 ADDRESSES = ("__ip", "__hostname")
 """Two names of one thing to rospy: the first that is given counts, and empty it chooses one."""
-
-WATCHDOG = "_watchdog"
-"""How the name of a watchdog ends; before it is the name of the node that it watches."""
 
 
 def apply_special_arguments(arguments: Sequence[str]) -> None:

@@ -12,7 +12,7 @@ from voz.inbox import Inbox
 from voz.language.generated.language_files import find_language, read_commands
 from voz.language.sentences.command_set import Commands, plain_commands
 from voz.ros1.control_loop import run_node_session
-from voz.ros1.node import Ros1Node
+from voz.ros1.node import Ros1Node, subscribe
 from voz.ros1.node_program import run_node
 from voz.ros1.node_replies import replies
 from voz.ros1.parameters import read_settings
@@ -44,16 +44,15 @@ class RecognizerTopic:
             inbox: gets the commands.
             clock: the time of the run, s.
         """
-        from rospy import Subscriber
         from std_msgs.msg import String
 
         self._texts = TextCommands(lambda: commands, inbox, clock)
         self._silence = SilenceCheck()
         self._status = RecognizerStatus()
         self._status_at: float | None = None  # on the monotonic clock, s
-        self._words = Subscriber(topic, String, self._hear, tcp_nodelay=True)
+        self._words = subscribe(topic, String, self._hear, tcp_nodelay=True)
         self.source: str = self._words.resolved_name
-        self._state = Subscriber(f"{self.source.rpartition('/')[0]}/trouble", String, self._note)
+        self._state = subscribe(f"{self.source.rpartition('/')[0]}/trouble", String, self._note)
 
     def trouble(self, moving: bool) -> str | None:
         """Return why nothing is heard right now; None if all is well."""

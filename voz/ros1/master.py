@@ -5,14 +5,31 @@ from __future__ import annotations
 import http.client
 import os
 import re
+import socket
 import xmlrpc.client
+from collections.abc import Set
 from typing import Any
 from urllib.parse import urlsplit
+from xml.parsers.expat import ExpatError
 
 from voz.errors import ConfigError
 
 MASTER_TIMEOUT = 1.0
 """Limit for an answer, s; a master takes a millisecond."""
+
+WATCHDOG = "_watchdog"
+"""How the name of a watchdog ends; before it is the name of the node that it watches."""
+
+NOT_AN_ANSWER = (
+    xmlrpc.client.Error,
+    http.client.HTTPException,
+    ExpatError,
+    ValueError,
+    TypeError,
+)
+"""What xmlrpc raises for what a master does not say."""
+
+NO_MASTER = "the server there is not a ROS master"
 
 
 def master_uri() -> str:
@@ -47,9 +64,48 @@ def ask(method: str, *arguments: str, timeout: float = MASTER_TIMEOUT) -> Any:
     try:
         with xmlrpc.client.ServerProxy(uri, _Transport(timeout)) as master:
             code, _, value = getattr(master, method)(*arguments)
-    except (xmlrpc.client.Error, http.client.HTTPException, ValueError, TypeError) as error:
-        raise OSError("the server there is not a ROS master") from error
+    except NOT_AN_ANSWER as error:
+        raise OSError(NO_MASTER) from error
     return value if code == 1 else None
+
+
+def system_state(caller: str) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Return the publishers and the subscribers of each topic; raises OSError."""
+    try:
+        publishers, subscribers, _ = ask("getSystemState", caller) or ([], [], [])
+        return dict(publishers), dict(subscribers)
+    except NOT_AN_ANSWER as error:
+        raise OSError(NO_MASTER) from error
+
+
+def other_senders(topic: str, node: str) -> Set[str]:
+    """Return the nodes that publish a topic besides one; raises OSError.
+
+    A watchdog of voz's does not count: it sends only zero, and only when its node is silent. Nor
+    does a node that was killed, which the master goes on naming.
+    """
+    publishers, _ = system_state(node)
+    names = {node, *publishers.get(topic, ())}
+    others = {
+        name
+        for name in names - {node}
+        if not (name.endswith(WATCHDOG) and name.removesuffix(WATCHDOG) in names)
+    }
+    return frozenset(name for name in others if not _is_gone(ask("lookupNode", node, name)))
+
+
+def _is_gone(uri: str | None) -> bool:
+    """Whether nobody is where a node was; if that is not known, it may be there."""
+    if uri is None:
+        return True
+    try:
+        place = urlsplit(uri)
+        socket.create_connection((place.hostname, place.port or 80), MASTER_TIMEOUT).close()
+    except ConnectionRefusedError:
+        return True
+    except (OSError, ValueError):
+        return False
+    return False
 
 
 def is_address(uri: str) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 from voz.errors import RobotError
@@ -56,7 +57,9 @@ class Ros1Node:
         self._rospy = rospy
         self._problem: str | None = None
         self._ended = threading.Event()
-        self._watch = threading.Thread(target=self._look, name="voz-ros-master", daemon=True)
+        self._watch = threading.Thread(
+            target=self._watch_master, name="voz-ros-master", daemon=True
+        )
         self._watch.start()
 
     def __enter__(self) -> Ros1Node:
@@ -83,23 +86,40 @@ class Ros1Node:
 
         self._rospy.on_shutdown(last)
 
+    def each_second(self, name: str, act: Callable[[], None]) -> None:
+        """Call `act` once a second on a thread of that name; it may wait, and raise OSError."""
+
+        def go_on() -> None:
+            while not self._ended.wait(1.0) and not self.over:
+                with suppress(OSError):
+                    act()
+
+        threading.Thread(target=go_on, name=name, daemon=True).start()
+
     def close(self) -> None:
         """Leave ROS after the last messages were sent."""
         self._ended.wait(SENDING_TIME)
         self._ended.set()
         self._rospy.signal_shutdown("voz ends")
 
+    def _watch_master(self) -> None:
+        """Ask the master again and again; if that ends by a mistake, ROS counts as lost."""
+        try:
+            while not self._ended.wait(MASTER_CHECK_INTERVAL) and not self.over:
+                self._look()
+        except BaseException as error:
+            self._problem = f"the ROS master is no longer watched ({error!r})"
+
     def _look(self) -> None:
-        """Ask the master again and again; register again with a new one."""
-        while not self._ended.wait(MASTER_CHECK_INTERVAL) and not self.over:
-            try:
-                known = ask("lookupNode", self.name, self.name)
-                if known is None and not self.over:
-                    _register_again()
-            except OSError:
-                self._problem = f"the ROS master at {master_uri()} does not answer"
-            else:
-                self._problem = None
+        """Ask the master once; register again with a new one."""
+        try:
+            known = ask("lookupNode", self.name, self.name)
+            if known is None and not self.over:
+                _register_again()
+        except OSError:
+            self._problem = f"the ROS master at {master_uri()} does not answer"
+        else:
+            self._problem = None
 
 
 def load_rospy() -> Any:
@@ -112,6 +132,36 @@ def load_rospy() -> Any:
             "`make ros1` in a clone installs it, for the voz in .venv-ros1/bin",
         ) from error
     return rospy
+
+
+def subscribe(topic: str, kind: Any, act: Callable[[Any], None], **how: Any) -> Any:
+    """Subscribe to a topic; what cannot be read is dropped.
+
+    rospy would drop the connection with it, and stumble over the same bytes whenever it connects
+    again.
+
+    Args:
+        topic: its name.
+        kind: the class of its messages.
+        act: called with each message, on a thread of rospy's.
+        how: what else `rospy.Subscriber` takes.
+    """
+
+    class Received(kind):  # type: ignore[misc]
+        is_readable = True
+
+        def deserialize(self, data: bytes) -> Any:
+            try:
+                return super().deserialize(data)
+            except Exception:  # too short, or a length that cannot be
+                self.is_readable = False
+                return self
+
+    def take(message: Any) -> None:
+        if message.is_readable:
+            act(message)
+
+    return load_rospy().Subscriber(topic, Received, take, **how)
 
 
 def _register_again() -> None:

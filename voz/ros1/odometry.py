@@ -6,6 +6,7 @@ import time
 from typing import Any
 
 from voz.control.bounded_motion import Place, place_from_odometry
+from voz.ros1.node import subscribe
 from voz.simulation.world import WorldState
 
 ODOM_FRAME, BASE_FRAME = "odom", "base_link"
@@ -65,10 +66,9 @@ class Ros1OdometryListener:
     def __init__(self, topic: str) -> None:
         """Subscribe to the topic of its `nav_msgs/Odometry`."""
         from nav_msgs.msg import Odometry
-        from rospy import Subscriber
 
         self._newest: tuple[float, Any] | None = None
-        Subscriber(topic, Odometry, self._note, queue_size=1)
+        subscribe(topic, Odometry, self._note, queue_size=1)
 
     def newest(self) -> tuple[float, Any] | None:
         """The last message and its time by the monotonic clock, s."""

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence, Set
+from contextlib import suppress
 from typing import Any
 
 from voz.config import default_commands
 from voz.control.bounded_motion import Place
 from voz.control.safety import ends_goals, zero_at_the_end
 from voz.control.table import CommandTable
-from voz.events import Attention, Event, Publish, SelectedObject, Twist, Utterance
+from voz.events import Attention, Event, Notice, Publish, SelectedObject, Twist, Utterance
 from voz.robot.base import Robot
+from voz.robot.other_senders import OtherSenders
 from voz.robot.robot_process import RobotSpec
-from voz.ros1.arguments import WATCHDOG
+from voz.ros1.master import WATCHDOG, other_senders
 from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import Ros1OdometryListener, Ros1OdometryPublisher
 from voz.settings import Ros1
@@ -35,6 +37,7 @@ class Ros1Robot(Robot):
         arguments: Sequence[str] = (),
         says_heard: bool = True,
         table: CommandTable | None = None,
+        warn: Callable[[Notice], None] = lambda _: None,
     ) -> None:
         """Prepare to publish.
 
@@ -44,7 +47,11 @@ class Ros1Robot(Robot):
             arguments: remappings like `cmd_vel:=/base/cmd_vel`, for a node that is made.
             says_heard: False if the commands come from that topic.
             table: the commands' own topics, and which commands stop the robot.
+            warn: called when other senders of velocities come and go, from within `open` and
+                `receive`.
         """
+        self._warn = warn
+        self._other_names: Set[str] = frozenset()
         self._table = table or default_commands()
         self._others: dict[str, Any] = {}
         self._settings = settings
@@ -71,6 +78,7 @@ class Ros1Robot(Robot):
 
         names = self._settings
         self._velocity = velocity_topic(names, self._node.name)
+        self._senders = OtherSenders(self._velocity.resolved_name, self._warn)
         self._selected = Publisher(names.selected_object, Int16, queue_size=10)
         if self._says_heard:
             self._heard = Publisher(names.recognizer_output, String, queue_size=10)
@@ -82,6 +90,10 @@ class Ros1Robot(Robot):
         else:
             self._base = Ros1OdometryListener(names.odom)
         self._node.on_shutdown(self._stop)
+        self._node.each_second("voz-ros-senders", self._look_for_senders)
+        with suppress(OSError):
+            self._look_for_senders()
+        self._senders.update(0.0, self._other_names)
 
     def receive(self, event: Event) -> None:
         """Publish an event without waiting; while ROS is lost, zero velocity."""
@@ -93,6 +105,7 @@ class Ros1Robot(Robot):
                 self._publish_velocity(*((0.0, 0.0) if lost else (event.linear, event.angular)))
             if self._odometry and self.where:
                 self._odometry.publish(self.where(event.t))
+            self._senders.update(event.t, self._other_names)
         elif isinstance(event, SelectedObject):
             self._selected.publish(event.value)
         elif isinstance(event, Attention):
@@ -125,6 +138,11 @@ class Ros1Robot(Robot):
             self._ended = True
             with zero_at_the_end(lambda: self._publish_velocity(0.0, 0.0)):
                 self._cancel_goals()
+
+    def _look_for_senders(self) -> None:
+        """Ask the master, which may take long, who else sends velocities; raises OSError."""
+        assert self._node
+        self._other_names = other_senders(self._velocity.resolved_name, self._node.name)
 
     def _cancel_goals(self) -> None:
         for goals in self._goals:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from voz.events import SelectedObject, Twist
 from voz.robot.simulator import SimulatedRobot
-from voz.ros1.node import Ros1Node, load_rospy
+from voz.ros1.node import Ros1Node, load_rospy, subscribe
 from voz.ros1.node_program import run_node
 from voz.ros1.odometry import Ros1OdometryPublisher
 from voz.ros1.parameters import read_settings
@@ -21,7 +21,6 @@ ODOMETRY_PERIOD = 0.05
 def simulate(node: Ros1Node) -> None:
     """Follow `cmd_vel` and `selected_object`, and publish the odometry, until the end."""
     from geometry_msgs.msg import Twist as Velocity
-    from rospy import Subscriber
     from std_msgs.msg import Int16
 
     settings, begun = read_settings(), time.monotonic()
@@ -35,8 +34,8 @@ def simulate(node: Ros1Node) -> None:
     def velocity(message: Any) -> None:
         inbox.put(Twist(clock(), message.linear.x, message.angular.z))
 
-    Subscriber(settings.ros1.cmd_vel, Velocity, velocity)
-    Subscriber(
+    subscribe(settings.ros1.cmd_vel, Velocity, velocity)
+    subscribe(
         settings.ros1.selected_object,
         Int16,
         lambda message: inbox.put(SelectedObject(clock(), message.data)),

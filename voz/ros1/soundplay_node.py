@@ -6,7 +6,7 @@ import threading
 from typing import Any, NoReturn
 
 from voz.errors import VozError
-from voz.ros1.node import Ros1Node, load_rospy
+from voz.ros1.node import Ros1Node, load_rospy, subscribe
 from voz.ros1.node_program import run_node
 from voz.ros1.sound_request import (
     ALL,
@@ -54,8 +54,6 @@ def obey(client: SoundClient, request: Any) -> None:
 
 def soundplay(node: Ros1Node) -> None:
     """Play requests on `robotsound` until the node is ended."""
-    from rospy import Subscriber
-
     rospy = load_rospy()
     ended = threading.Event()
     client = SoundClient(warn=rospy.logwarn)
@@ -67,7 +65,7 @@ def soundplay(node: Ros1Node) -> None:
             rospy.logwarn(str(error))
 
     try:
-        Subscriber(TOPIC, sound_request(), receive)
+        subscribe(TOPIC, sound_request(), receive)
         while not node.over:
             ended.wait(END_CHECK_INTERVAL)
     finally:

@@ -8,10 +8,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 
-from voz.apps.doctor.base_stop_check import MeasuredMotion, Obstacle, motion_of
-from voz.apps.doctor.finding import Finding, failed
+from voz.apps.doctor.base_stop_check import (
+    MeasuredMotion,
+    Obstacle,
+    motion_of,
+    senders_obstacle,
+)
+from voz.apps.doctor.finding import Finding, failed, senders_finding
 from voz.errors import ConfigError, RobotError
-from voz.ros1.master import ask, check_namespace, master_uri
+from voz.ros1.master import check_namespace, master_uri, other_senders, system_state
 from voz.ros1.node import Ros1Node
 from voz.ros1.odometry import Ros1OdometryListener
 from voz.ros1.robot import velocity, velocity_topic
@@ -27,7 +32,9 @@ def check_ros1(settings: Ros1, required: bool) -> Iterator[Finding]:
     name = "ROS 1 master"
     try:
         check_namespace()
-        _, subscribers = system_state()
+        topic = full_name(settings.cmd_vel, settings.node)
+        _, subscribers = system_state(DOCTOR_NODE)
+        others = other_senders(topic, DOCTOR_NODE)
     except ConfigError as error:
         yield failed(name, error, required)
     except OSError as error:
@@ -35,21 +42,16 @@ def check_ros1(settings: Ros1, required: bool) -> Iterator[Finding]:
         yield Finding(name, False, status, "start `roscore`, or set ROS_MASTER_URI", required)
     else:
         yield Finding(name, True, f"answers at {master_uri()}", required=required)
-        yield _check_subscribers(full_name(settings.cmd_vel), subscribers, required)
+        yield _check_subscribers(topic, subscribers, required)
+        yield senders_finding("ROS 1", topic, others)
 
 
-def system_state() -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Return the publishers and the subscribers of each topic; raises OSError."""
-    publishers, subscribers, _ = ask("getSystemState", DOCTOR_NODE) or ([], [], [])
-    return dict(publishers), dict(subscribers)
-
-
-def full_name(topic: str) -> str:
-    """Return a topic's name with its namespace."""
+def full_name(topic: str, node: str) -> str:
+    """Return a topic's name with its namespace; of one that begins with ~, with the node's name."""
     if topic.startswith("/"):
         return topic
     namespace = os.environ.get("ROS_NAMESPACE", "").strip("/")
-    return "/".join(["", *filter(None, [namespace]), topic])
+    return "/".join(["", *filter(None, [namespace]), topic.replace("~", f"{node}/", 1)])
 
 
 def _check_rospy() -> Finding:
@@ -73,8 +75,9 @@ class Ros1Base:
     def __init__(self, node: Ros1Node, settings: Ros1, odometry: str) -> None:
         """Publish velocities, and subscribe to the topic of an odometry."""
         self._node = node
-        self._name = full_name(settings.cmd_vel)
-        self._velocity = velocity_topic(settings, node.name)
+        driver = f"{node.name.rpartition('/')[0]}/{settings.node}"
+        self._velocity = velocity_topic(settings, driver)
+        self._name = self._velocity.resolved_name
         self._odometry = Ros1OdometryListener(odometry)
 
     def send(self, linear: float, angular: float) -> None:
@@ -90,13 +93,9 @@ class Ros1Base:
         if not self._velocity.get_num_connections():
             return Obstacle(f"nobody listens to {self._name}", "start the base's driver")
         try:
-            publishers, _ = system_state()
+            return senders_obstacle(self._name, other_senders(self._name, self._node.name))
         except OSError:
             return Obstacle("the ROS master does not answer", "start it again")
-        others = [name for name in publishers.get(self._name, ()) if name != self._node.name]
-        if others:
-            return Obstacle(f"{' and '.join(others)} sends velocities too", "end it first")
-        return None
 
 
 @contextmanager

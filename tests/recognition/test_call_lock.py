@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
@@ -10,7 +13,7 @@ from threading import Barrier, BrokenBarrierError, Thread
 
 import numpy as np
 import pytest
-from recordings import Recording
+from recordings import ROOT, Recording
 
 from voz.audio import Samples
 from voz.audio.capture.sound_files import read_blocks
@@ -19,6 +22,42 @@ from voz.events import Utterance
 from voz.recognition import network_finder
 from voz.recognition.call_lock import NonReentrantLock
 from voz.recognition.recognizer import Recognizer
+
+FORKS = """
+import os, signal, sys, threading
+import soundfile, voz
+
+recognizer = voz.load("lm", voz.Recognition(second_ear=sys.argv[1] == "network"))
+sound, rate = soundfile.read(sys.argv[2], dtype="int16")
+alone = [heard.text for heard in recognizer.decode(sound, rate)]
+listener = recognizer.listen(rate)
+over = threading.Event()
+
+def decode():
+    while not over.is_set():
+        recognizer.decode(sound, rate)
+
+def feed():
+    while not over.is_set():
+        listener.feed(sound)
+
+threads = [threading.Thread(target=work) for work in (decode, decode, feed)]
+for thread in threads:
+    thread.start()
+codes = []
+for _ in range(6):
+    child = os.fork()
+    if not child:
+        signal.alarm(60)  # who waits for ever is killed
+        listener.feed(sound)
+        heard = [heard.text for heard in recognizer.decode(sound, rate)]
+        os._exit(0 if heard == alone == ["go forward"] else 1)
+    codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+over.set()
+for thread in threads:
+    thread.join()
+print(codes)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -117,5 +156,28 @@ def test_what_was_refused_lets_the_next_call_in() -> None:
     turns = NonReentrantLock()
     with turns, pytest.raises(RecognizerBusyError), turns:
         raise AssertionError
+    with turns:
+        pass
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ears", ["network", "pocketsphinx"])
+def test_a_fork_amid_calls_of_other_threads_leaves_a_child_that_decodes(
+    ears: str, recordings: list[Recording]
+) -> None:
+    sound = next(r.path for r in recordings if "go_forward" in r.path.name)
+    command = [sys.executable, "-W", "ignore", "-c", FORKS, ears, str(sound)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("[0, 0, 0, 0, 0, 0]\n", "")
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
+def test_a_fork_in_a_signal_handler_amid_a_call_waits_for_nobody() -> None:
+    turns = NonReentrantLock()
+    with turns:
+        child = os.fork()
+        if not child:
+            os._exit(0)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     with turns:
         pass
